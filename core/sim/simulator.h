@@ -35,7 +35,7 @@ class PhysicsModel;
 struct SimulatorOptions {
   int substeps = 5;   // of 0.01 s per control step
   bool sleep = true;  // false: the whole scene, every present prop awake
-  int lanes = 0;      // robots side by side: 1, 2, 4, 8; 0: the processor's widest vectors
+  int lanes = 0;      // robots side by side: 1, 2, 4, 8; 0: as many as the batch fills
 };
 
 class Simulator {

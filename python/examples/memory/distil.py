@@ -6,14 +6,19 @@ oracle's actions; with images, the positions of visible objects as well.
 
     python distil.py --id RememberColor9-VLA-v0 --out runs/color9
     python distil.py --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
+    python distil.py --id ten --out runs/ten
+
+Several ids make one policy of several tasks, which gets the task as an input. "ten" are those of
+several_tasks.py.
 """
 
 import argparse
 from pathlib import Path
 
 import torch
-from policy import MemoryLoss, Policy, groups
+from policy import N_APPEARANCES, MemoryLoss, Policy, groups
 from rgb_env import RgbEnv
+from several_tasks import TEN
 from torch import nn
 from training import (
     EVALUATION_SEED,
@@ -31,12 +36,13 @@ from training import (
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
-    add("--id", default="RememberColor3-VLA-v0")
+    add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; or: ten")
     add("--obs", default="objects", choices=["objects", "rgb"])
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true")
+    add("--appearances", type=int, default=N_APPEARANCES, help="that the memory distinguishes")
     add("--envs", type=int, default=128, help="episodes per iteration")
     add("--most-steps", type=int, default=120, help="of a training episode")
     add("--iterations", type=int, default=14)
@@ -49,7 +55,14 @@ def arguments():
     add("--perception-lr", type=float, default=3e-3, help="of encoder and attention")
     add("--recall", type=float, default=1.0, help="weight of the memory's loss")
     add("--evaluate-every", type=int, default=4, help="iterations")
-    return parser.parse_args()
+    args = parser.parse_args()
+    args.id = list(TEN) if args.id == ["ten"] else args.id
+    if len(args.id) > 1 and args.obs == "rgb":
+        parser.error("--obs rgb: one --id needed; several learn from objects")
+    if len(set(args.id)) < len(args.id):
+        parser.error("--id: an id is given twice")
+    args.id = args.id if len(args.id) > 1 else args.id[0]
+    return args
 
 
 @torch.no_grad()
@@ -62,7 +75,7 @@ def collect(policy, scenes, first):
     rows, labels, state = [], [], None
     row = scenes.reset()
     guided, until = torch.rand(2, scenes.num_envs, 1)
-    until = scenes.horizon * (torch.ones_like(until) if first else until * (guided < 0.5))
+    until = scenes.horizons * (torch.ones_like(until) if first else until * (guided < 0.5))
     for t in range(scenes.horizon):
         label = scenes.oracle()
         choice, _, state, _ = policy(row[None], state)
@@ -84,27 +97,46 @@ def imitation(choice, actions, doubt=0.1):
     return -doubt * torch.logsumexp(choice.weights - error / doubt, -1)
 
 
+def by_length(policy, scenes, rows, actions):
+    """An iteration's episodes, whole: by length, rows, actions and the memory's labels."""
+    result = []
+    for horizon, envs in scenes.by_length():
+        own = rows[:horizon, envs]
+        result.append((own, actions[:horizon, envs], *MemoryLoss.labels(policy, own)))
+    return result
+
+
 def learn(policy, optimiser, episodes, args):
-    rows, actions, *labels = (torch.cat(parts, 1) for parts in zip(*episodes))
-    # Steps without motion have less weight: they are frequent and easy.
-    weights = torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
+    """episodes: by iteration, what `by_length` returns."""
+    lengths = [[torch.cat(parts, 1) for parts in zip(*group)] for group in zip(*episodes)]
+    counts = [rows.shape[1] for rows, *_ in lengths]
+    shares = [count / sum(counts) for count in counts]  # so tasks have equal weight
     sums = {"action": 0.0, "memory": 0.0}
     for _ in range(args.updates):
-        pick = torch.randint(rows.shape[1], (max(1, args.batch // len(rows)),))
-        choice, recalled, _, _ = policy(rows[:, pick])
-        weight = weights[:, pick] / weights[:, pick].sum()
-        loss = (imitation(choice, actions[:, pick]) * weight).sum()
-        sums["action"] += loss.item() / args.updates
-        if policy.memory:
-            picked = [label[:, pick] for label in labels]
-            recall = MemoryLoss.loss(policy, rows[:, pick], recalled, picked)
-            sums["memory"] += recall.item() / args.updates
-            loss = loss + args.recall * recall
+        total = 0.0
+        for share, (rows, actions, *labels) in zip(shares, lengths):
+            steps = int(share * args.batch)
+            pick = torch.randint(rows.shape[1], (max(1, steps // len(rows)),))
+            picked = [part[:, pick] for part in (rows, actions, *labels)]
+            action, memory = losses_of(policy, *picked)
+            sums["action"] += share * action.item() / args.updates
+            sums["memory"] += share * memory.item() / args.updates
+            total = total + share * (action + args.recall * memory)
         optimiser.zero_grad()
-        loss.backward()
+        total.backward()
         nn.utils.clip_grad_norm_(policy.parameters(), 1.0)
         optimiser.step()
     return {name: round(value, 4) for name, value in sums.items()}
+
+
+def losses_of(policy, rows, actions, *labels):
+    """Losses of actions and memory in whole episodes of one length."""
+    # Steps without motion have less weight: they are frequent and easy.
+    weight = torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
+    choice, recalled, _, _ = policy(rows)
+    action = (imitation(choice, actions) * (weight / weight.sum())).sum()
+    memory = MemoryLoss.loss(policy, rows, recalled, labels) if policy.memory else torch.zeros(())
+    return action, memory
 
 
 def main():
@@ -119,16 +151,17 @@ def main():
         test = RgbEnv(args.id, 200, detector=scenes.detector)
     else:
         scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps)
-        test = ObjectsEnv(args.id, 200)
-    policy = policy or Policy(scenes.layout, memory=not args.no_memory)
+        test = ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)))
+    policy = policy or Policy(scenes.layout, not args.no_memory, args.appearances)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
     scenes.reset(seed=args.seed)
     for iteration in range(args.iterations):
         rows, actions = collect(policy, scenes, first=iteration == 0 and not resumed)
         if iteration == 0 and not resumed:
-            policy.fit(rows)
-        episodes.append((rows, actions, *MemoryLoss.labels(policy, rows)))
+            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, envs in scenes.by_length()]
+            policy.fit(torch.cat(seen))
+        episodes.append(by_length(policy, scenes, rows, actions))
         del episodes[: -args.keep]
         scale = min(1, 2 - 2 * iteration / args.iterations)
         scale_lr(optimiser, scale)
@@ -138,7 +171,7 @@ def main():
         if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
             continue
         scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED)
-        steps = (iteration + 1) * args.envs * scenes.horizon
+        steps = (iteration + 1) * int(scenes.horizons.sum())
         log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
             save_policy(policy, path, args.id, scenes.detector)

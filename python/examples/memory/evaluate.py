@@ -2,6 +2,7 @@
 
     python evaluate.py runs/color3/agent.pt
     python evaluate.py runs/color3/agent.pt --json
+    python evaluate.py runs/ten/agent.pt           # each of its tasks
 
 50 episodes with the benchmark's seeds. Chance is the rate of guessing; the sweep tries one answer
 after the other without memory of the cue; the oracle uses privileged state.
@@ -25,7 +26,7 @@ def arguments():
     add("--id", help="another task than that of its training")
     add("--episodes", type=int, default=50)
     add("--seed", type=int, default=4242424242, help="of the first episode")
-    add("--json", action="store_true", help="one JSON document in place of the table")
+    add("--json", action="store_true", help="in place of the table, a line of JSON for each task")
     add("--out", type=Path, help="folder for engram's own results")
     return parser.parse_args()
 
@@ -70,8 +71,10 @@ def table(figures):
 def main():
     args = arguments()
     runner = PolicyRunner.load(args.agent)
-    figures = evaluate(runner, args.id or runner.task, args.episodes, args.seed, args.out)
-    print(json.dumps(figures) if args.json else table(figures))
+    tasks = args.id or runner.task
+    for task in [tasks] if isinstance(tasks, str) else tasks:
+        figures = evaluate(runner, task, args.episodes, args.seed, args.out)
+        print(json.dumps(figures) if args.json else table(figures), flush=True)
 
 
 if __name__ == "__main__":

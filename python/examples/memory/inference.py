@@ -2,11 +2,14 @@
 
 runner = PolicyRunner.load("runs/color3/agent.pt")
 engram.evaluate(runner, runner.task, obs=runner.obs, threads=1, num_envs=50)
+
+A policy of several tasks has their ids in runner.task, and plays each of them alone.
 """
 
 import numpy as np
 import torch
 from object_detector import downsample, robot_features
+from several_tasks import TaskInputs
 from training import load_policy
 
 
@@ -28,6 +31,7 @@ class PolicyRunner:
     def __init__(self, policy, detector=None, task=None):
         torch.set_num_threads(1)
         self.policy, self.detector, self.task = policy.eval(), detector, task
+        self.inputs = None if task is None or isinstance(task, str) else TaskInputs.of(task)
         self.obs = "objects" if detector is None else "rgb"
         self.width = policy.layout.agent + policy.layout.tokens * policy.layout.width
         self.states = {}
@@ -63,6 +67,8 @@ class PolicyRunner:
                 downsample(observation["rgb"]), agent, self.policy.layout.place
             )
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
+        if self.inputs is not None:
+            return self.inputs.of_task(observation["env_id"], rows)
         if rows.shape[1] != self.width:
             given = f"{rows.shape[1]} numbers given, {self.width} needed"
             raise ValueError(f"{given}: obs objects of {self.task}, or of a task like it")

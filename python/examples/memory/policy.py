@@ -12,7 +12,7 @@ from torch import nn
 from torch.nn.functional import binary_cross_entropy_with_logits
 
 TOKEN = "object_"
-N_APPEARANCES = 20  # pairs of colour and shape that are distinguished
+N_APPEARANCES = 20  # pairs of colour and shape that are distinguished, by default
 N_COUNTS = 8  # numbers of changes of a lamp or a button that are distinguished
 N_MARKS = 4 + 7  # position encoding on the table: 4 values of x, 7 of y
 TOUCH = 0.1  # most distance of the tool from an object's top, 0.05 m
@@ -24,11 +24,14 @@ N_PRIORS = 7  # features of attention priors: six of the memory, and the tool's 
 
 
 class ObservationLayout:
-    """Offsets in a row of the objects observation, from the description of a batch."""
+    """Offsets in a row of the objects observation, from the description of a batch.
 
-    def __init__(self, description):
+    tasks: numbers that follow the robot's, one for every task of a policy of several.
+    """
+
+    def __init__(self, description, tasks=0):
         fields = description["state_fields"]
-        self.agent = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN))
+        self.agent = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN)) + tasks
         first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
         kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
         self.width = sum(f["width"] for f in first)
@@ -129,26 +132,37 @@ class Policy(nn.Module):
     memory there are no GRUs.
     """
 
-    def __init__(self, layout, memory=True, hidden=64, width=64, token=32, slot=32, actions=7):
+    def __init__(
+        self,
+        layout,
+        memory=True,
+        appearances=N_APPEARANCES,
+        hidden=64,
+        width=64,
+        token=32,
+        slot=32,
+        actions=7,
+    ):
         super().__init__()
+        self.appearances = appearances
         self.layout, self.memory = layout, memory
         self.register_buffer("mean", torch.zeros(layout.agent))
         self.register_buffer("std", torch.ones(layout.agent))
-        self.register_buffer("vocabulary", torch.full((N_APPEARANCES,), -2))
+        self.register_buffer("vocabulary", torch.full((appearances,), -2))
         self.read = mlp(layout.width + 3, token, token)
         seen = layout.agent + token
         kept = hidden + slot + N_PRIORS if memory else 0
         if memory:
-            plain = N_APPEARANCES * (1 + N_MARKS) + len(layout.appearance) + 3
+            plain = appearances * (1 + N_MARKS) + len(layout.appearance) + 3
             # Raw inputs beside encoded ones: the memory learns faster to store them.
             self.encode = mlp(layout.agent + plain + 1, hidden)
             self.norm = nn.LayerNorm(hidden)
             self.gru = nn.GRU(hidden, hidden)
             self.global_proj = nn.Linear(hidden, slot)
             self.object_proj = nn.Linear(token + len(layout.appearance) + 3, slot)
-            self.shown = nn.Linear(hidden, (3 + N_MARKS) * N_APPEARANCES)
-            self.slots = nn.GRU(token + slot + 5 + N_APPEARANCES, slot)
-            self.recall = nn.Linear(slot, MemoryLoss.WIDTH)
+            self.shown = nn.Linear(hidden, (3 + N_MARKS) * appearances)
+            self.slots = nn.GRU(token + slot + 5 + appearances, slot)
+            self.recall = nn.Linear(slot, appearances + N_COUNTS + 1)
             # Larger initial outputs speed up learning.
             with torch.no_grad():
                 self.shown.weight *= 5
@@ -170,16 +184,16 @@ class Policy(nn.Module):
         self.mean.copy_(agent.mean(0))
         self.std.copy_(agent.std(0) + 1e-2)
         pairs = self.layout.pairs(tokens).unique()
-        pairs = pairs[pairs >= 0][:N_APPEARANCES]
+        pairs = pairs[pairs >= 0][: self.appearances]
         self.vocabulary[: len(pairs)] = pairs
 
     def colors(self):
-        """One-hot colours (N_APPEARANCES, colours) of the vocabulary."""
+        """One-hot colours (appearances, colours) of the vocabulary."""
         color = self.vocabulary.div(self.layout.shapes + 1, rounding_mode="floor")
         return (color[:, None] == torch.arange(self.layout.colors, device=color.device)).float()
 
     def code(self, pairs):
-        """One-hot appearance (..., N_APPEARANCES) of every object, from its pair."""
+        """One-hot appearance (..., appearances) of every object, from its pair."""
         return (pairs[..., None] == self.vocabulary).float()
 
     def forward(self, rows, state=None):
@@ -234,7 +248,7 @@ class Policy(nn.Module):
         bound = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
         entry = torch.cat([scaled, 3 * code.sum(-2), 3 * bound, plain.sum(-2), new], -1)
         known, state = self.gru(self.norm(self.encode(entry)), state)
-        shown = self.shown(known).unflatten(-1, (3 + N_MARKS, N_APPEARANCES))
+        shown = self.shown(known).unflatten(-1, (3 + N_MARKS, self.appearances))
         known = known.detach()
         predecessor = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
         gated = self.global_proj(known)[..., None, :] * self.object_proj(
@@ -257,7 +271,7 @@ class Policy(nn.Module):
         of_objects = recalled[2].detach()
         # Probability that the object first there has the colour of another visible one.
         colors = tokens[..., self.layout.part["color"]]
-        predecessor_colors = torch.sigmoid(of_objects[..., :N_APPEARANCES]) @ self.colors()
+        predecessor_colors = torch.sigmoid(of_objects[..., : self.appearances]) @ self.colors()
         color_match = (predecessor_colors * (colors.sum(-2, keepdim=True) - colors)).sum(
             -1, keepdim=True
         )
@@ -326,14 +340,13 @@ class MemoryLoss:
     """
 
     VIEWS = 8  # later ones count as the eighth
-    WIDTH = N_APPEARANCES + N_COUNTS + 1
 
     @classmethod
     def labels(cls, policy, rows):
         """Labels of whole episodes (T, N, D).
 
-        -> shown (T, N, 3, N_APPEARANCES); predecessor (T, N, tokens, N_APPEARANCES); labels by
-        object (T, N, tokens, WIDTH).
+        -> shown (T, N, 3, appearances); predecessor (T, N, tokens, appearances); labels by object
+        (T, N, tokens, appearances + N_COUNTS + 1).
         """
         tokens = policy.layout.split(rows)[1]
         pairs = policy.layout.pairs(tokens)
@@ -357,12 +370,12 @@ class MemoryLoss:
         known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(N_COUNTS + 1) > 0])
         error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
         of_places = binary_cross_entropy_with_logits(predecessor, here, reduction="none")
-        error = error.sum(-1) + (of_places * known[:N_APPEARANCES]).sum(-1)
+        error = error.sum(-1) + (of_places * known[: policy.appearances]).sum(-1)
         return of_all + (error * seen).sum() / seen.sum()
 
 
 def first_at_position(layout, tokens, appearances):
-    """Appearance of the object first at every object's position (T, N, tokens, N_APPEARANCES)."""
+    """Appearance of the object first at every object's position (T, N, tokens, appearances)."""
     where = tokens[..., layout.place][..., :2]
     distance = (where[:, :, :, None] - where[0][None, :, None]).norm(dim=-1)
     distance = distance.masked_fill(tokens[0, ..., 0][None, :, None] == 0, 9)

@@ -23,7 +23,7 @@ from inference import PolicyRunner
 def serve(runner):
     def act(task, request):
         try:
-            actions = runner({**request, "worker": 0})
+            actions = runner({**request, "worker": 0, "env_id": task})
         except ValueError as error:
             pipe_policy.send(pipe_policy.FAILED, str(error).encode())
             sys.exit(1)

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import torch
 from object_detector import ObjectDetector, detector_layout
-from policy import ObservationLayout, Policy, arrivals
+from policy import N_APPEARANCES, ObservationLayout, Policy, arrivals
+from several_tasks import TaskInputs
 
 import engram
 
@@ -17,7 +18,10 @@ FINAL_SEED = 2_000_000
 
 
 def make_batch(task, num_envs, seed, obs_mode):
-    """A batch without early ends: all episodes run to the horizon."""
+    """A batch without early ends: all episodes run to the horizon.
+
+    task: an id, or a list of several. Shorter episodes stand still after their horizon.
+    """
     return engram.make_vec(
         task,
         num_envs=num_envs,
@@ -32,27 +36,54 @@ def make_batch(task, num_envs, seed, obs_mode):
 
 
 class ObjectsEnv:
-    """Environment with objects observations: the student's rows (N, D) are the labels."""
+    """Environment with objects observations: the student's rows (N, D) are the labels.
+
+    Attributes:
+        horizon: Steps of the longest episodes.
+        horizons: Steps (N, 1) of every environment's.
+        parts: By task of several, its environments; empty for one task.
+    """
 
     detector = None  # only images need one
 
     def __init__(self, task, num_envs, seed=0, most_steps=None):
         self.batch = make_batch(task, num_envs, seed, "objects")
-        self.num_envs, self.horizon = num_envs, self.batch.description["horizon"]
-        self.horizon = min(self.horizon, most_steps or self.horizon)
-        self.layout = ObservationLayout(self.batch.description)
+        self.num_envs, description = num_envs, self.batch.description
+        tasks = description.get("tasks", [])
+        self.inputs = TaskInputs(description) if tasks else None
+        self.layout = self.inputs.layout if tasks else ObservationLayout(description)
+        self.parts = {
+            one["id"]: slice(one["first_env"], one["first_env"] + one["num_envs"]) for one in tasks
+        }
+        self.horizons = torch.full((num_envs, 1), float(description["horizon"]))
+        for one in tasks:
+            self.horizons[self.parts[one["id"]]] = one["horizon"]
+        self.horizons.clamp_(max=most_steps or description["horizon"])
+        self.horizon = int(self.horizons.max())
         self.infos, self.truth = {}, None
 
     def reset(self, seed=None):
         """-> observations of the student (N, D)."""
-        self.truth = torch.from_numpy(np.array(self.batch.reset(seed=seed)[0]))
+        rows, self.infos = self.batch.reset(seed=seed)
+        self.truth = self.student_rows(rows)
         return self.truth
 
     def step(self, actions):
         """Actions (N, 7) -> observations of the student, rewards (N,)."""
         rows, rewards, _, _, self.infos = self.batch.step(actions.numpy())
-        self.truth = torch.from_numpy(np.array(rows))
+        self.truth = self.student_rows(rows)
         return self.truth, torch.from_numpy(np.array(rewards))
+
+    def student_rows(self, rows):
+        rows = torch.from_numpy(np.array(rows))
+        if self.inputs is None:
+            return rows
+        return self.inputs.of_batch(rows, torch.from_numpy(np.array(self.infos["task_index"])))
+
+    def by_length(self):
+        """Horizons, each with the indices of the environments that have it."""
+        lengths = self.horizons[:, 0].int()
+        return [(h, (lengths == h).nonzero()[:, 0]) for h in lengths.unique().tolist()]
 
     def store(self):
         """Called in steps on which a detector is trained."""
@@ -87,7 +118,7 @@ def scale_lr(optimiser, scale):
 
 @torch.no_grad()
 def evaluate(policy, scenes, seed, forget=False):
-    """Rates of success and of correct first answers.
+    """Rates of success and of correct first answers; of several tasks, also those of each.
 
     forget: the memory is reset whenever an object appears.
     """
@@ -99,10 +130,32 @@ def evaluate(policy, scenes, seed, forget=False):
             state = policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
         choice, _, state, _ = policy(rows[None], state)
         rows, _ = scenes.step(choice.best()[0])
-    answers = scenes.infos.get("first_answer_correct")
+    if not scenes.parts:
+        return rates(scenes.infos, slice(None))
+    tasks = {id: rates(scenes.infos, part) for id, part in scenes.parts.items()}
+    return {**means(tasks), "tasks": tasks}
+
+
+def rates(infos, part):
+    """Of some environments of a batch, all of one task. None: the task has no answer."""
+    answers = infos.get("first_answer_correct")
+    if answers is not None and not infos["_first_answer_correct"][part].all():
+        answers = None
     return {
-        "success_once": float(np.mean(scenes.infos["success_once"])),
-        "first_answer_correct": None if answers is None else float(np.mean(answers)),
+        "success_once": float(np.mean(infos["success_once"][part])),
+        "first_answer_correct": None if answers is None else float(np.mean(answers[part])),
+    }
+
+
+def means(tasks):
+    """Means of the rates of several tasks, and the least success."""
+    success = [one["success_once"] for one in tasks.values()]
+    answers = [one["first_answer_correct"] for one in tasks.values()]
+    answers = [one for one in answers if one is not None]
+    return {
+        "success_once": float(np.mean(success)),
+        "least_success_once": min(success),
+        "first_answer_correct": float(np.mean(answers)) if answers else None,
     }
 
 
@@ -121,7 +174,10 @@ class Log:
         except ImportError:
             pass  # optional: there are log.csv and the curve
 
-    def add(self, **row):
+    def add(self, tasks=None, **row):
+        """tasks: rates by task of several, which get a column each."""
+        for id, one in (tasks or {}).items():
+            row |= {f"{id} {name}": rate for name, rate in one.items()}
         self.rows.append(row)
         print(json.dumps(row), flush=True)
         if self.folder is None:
@@ -137,7 +193,10 @@ class Log:
             self.board.flush()
 
     def draw(self, title):
-        """FOLDER/curve.png: success and first answers over processor time."""
+        """FOLDER/curve.png: success and first answers over processor time.
+
+        Of several tasks: the success of each, and the mean.
+        """
         if self.folder is None:
             return
         import matplotlib
@@ -145,12 +204,20 @@ class Log:
         matplotlib.use("Agg")
         from matplotlib import pyplot
 
-        figure, axes = pyplot.subplots(figsize=(6, 3.5))
-        for name in ("success_once", "first_answer_correct"):
+        of_tasks = [name for name in self.rows[0] if name.endswith(" success_once")]
+        figure, axes = pyplot.subplots(figsize=(8, 4.5) if of_tasks else (6, 3.5))
+        times = [row["cpu_s"] for row in self.rows]
+        for i, name in enumerate(of_tasks or ("success_once", "first_answer_correct")):
             if self.rows[0][name] is not None:
-                axes.plot([r["cpu_s"] for r in self.rows], [r[name] for r in self.rows], label=name)
+                style = {"linestyle": ("-", "--", ":")[i // 10 % 3]} if of_tasks else {}
+                label = name.split()[0]
+                axes.plot(times, [row[name] for row in self.rows], label=label, **style)
+        if of_tasks:
+            mean = [row["success_once"] for row in self.rows]
+            axes.plot(times, mean, "k", linewidth=2.5, label="mean")
+            axes.set(ylabel="success_once")
         axes.set(title=title, xlabel="processor seconds", ylim=(0, 1.02))
-        axes.legend()
+        axes.legend(fontsize=7 if of_tasks else None)
         axes.grid(alpha=0.3)
         figure.tight_layout()
         figure.savefig(self.folder / "curve.png", dpi=120)
@@ -159,7 +226,8 @@ class Log:
 
 def finish(policy, scenes, args, log, cpu_s, learner):
     """Draws the curve; evaluates the policy in 200 new episodes, with and without its memory."""
-    log.draw(f"{args.id}, {learner}, seed {args.seed}")
+    several = not isinstance(args.id, str)
+    log.draw(f"{f'{len(args.id)} tasks' if several else args.id}, {learner}, seed {args.seed}")
     result = {"id": args.id, "learner": learner, "seed": args.seed, "cpu_s": round(cpu_s, 1)}
     result |= evaluate(policy, scenes, FINAL_SEED)
     if policy.memory:
@@ -172,24 +240,33 @@ def finish(policy, scenes, args, log, cpu_s, learner):
 
 
 def save_policy(policy, path, task, detector=None):
+    """task: an id, or a list of several."""
     path.parent.mkdir(parents=True, exist_ok=True)
     saved = {"task": task, "memory": policy.memory, "weights": policy.state_dict()}
+    saved["appearances"] = policy.appearances
     if detector is not None:
         saved["detector"] = detector.state_dict()
     torch.save(saved, path)
 
 
 def load_policy(path):
-    """-> policy, its ObjectDetector (None for objects observations), its task."""
+    """-> policy, its ObjectDetector (None for objects observations), its task or tasks."""
     saved = torch.load(Path(path), weights_only=True)
-    layout, detector = ObservationLayout(engram.describe(saved["task"], obs_mode="objects")), None
+    layout, detector = layout_of(saved["task"]), None
     if "detector" in saved:
         detector = ObjectDetector(saved["detector"]["appearances"], saved["detector"]["templates"])
         detector.load_state_dict(saved["detector"])
         layout = detector_layout(layout, detector.appearances)
-    policy = Policy(layout, memory=saved["memory"])
+    policy = Policy(layout, saved["memory"], saved.get("appearances", N_APPEARANCES))
     try:
         policy.load_state_dict(saved["weights"])
     except RuntimeError as error:
         raise ValueError(f"{path}: weights of another version of policy.py") from error
     return policy, detector, saved["task"]
+
+
+def layout_of(task):
+    """Layout of the inputs of a policy for an id, or for several."""
+    if isinstance(task, str):
+        return ObservationLayout(engram.describe(task, obs_mode="objects"))
+    return TaskInputs.of(task).layout
