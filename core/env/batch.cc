@@ -505,6 +505,14 @@ void Batch::finish_step(int worker, int env) {
   render_observation(worker, env);
 }
 
+void Batch::draw_into(const ImageTargets& now, const ImageTargets& finals) {
+  if (images_) images_->draw_into(now, finals);
+}
+
+void Batch::turn_to(const ImageTargets& now) {
+  if (images_) images_->turn_to(now);
+}
+
 void Batch::render_observation(int worker, int env) {
   if (!images_) return;
   images_->render(worker, state_, env);
