@@ -156,7 +156,7 @@ void FrameBuilder::add_boxes(const RenderInstances& instances, std::span<const i
     if (boxes.visibility.state.lane[lane] != Visibility::kVisible) continue;
     ScreenPrimitive& primitive = begin(PrimitiveKind::kConvex, boxes.visibility, lane);
     // Fronts from the first place on, the others from the last; without branches, as it is not to
-    // be foreseen which is which.
+    // be predicted which is which.
     std::size_t fronts = 0;
     for (std::size_t face = 0; face < 6; ++face) {
       const bool front = boxes.front[face].lane[lane] != 0;
