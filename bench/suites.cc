@@ -139,7 +139,7 @@ void measure_excess_threads(const SuiteOptions& options, const std::string& id, 
 }
 
 // Ten tasks in one batch, beside the harmonic mean of as many environments of each: what they would
-// take one after the other. Row scaling.tasks.
+// take one after the other. All are at the same step of their episodes. Row scaling.tasks.
 void measure_tasks(const SuiteOptions& options, int most, std::vector<Measurement>& rows) {
   constexpr int kSteps = 25;
   constexpr int kEach = 32;
@@ -160,7 +160,7 @@ void measure_tasks(const SuiteOptions& options, int most, std::vector<Measuremen
     return count / sum;
   };
   const Comparison rates = interleave(
-      options, [&] { return together.rate(count * kSteps); }, harmonic_mean);
+      options, [&] { return together.rate(kSteps); }, harmonic_mean);
   rows.push_back(make_measurement("scaling.tasks", "env steps/s",
                                   "harmonic mean of the tasks alone", rates, options.rounds));
 }

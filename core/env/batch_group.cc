@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
 #include "core/base/processors.h"
+#include "core/env/scripted_policy.h"
 
 namespace engram {
 namespace {
@@ -36,6 +37,12 @@ void require_alike(const Batch& one, const Batch& other) {
   if (a.auto_reset != b.auto_reset) {
     refuse_mixed(one, other, "auto-reset", name_of(a.auto_reset), name_of(b.auto_reset));
   }
+}
+
+// Whole blocks of lanes, and several segments for each thread.
+int segment_length(int lanes, int num_envs, int threads) {
+  const int share = std::min(num_envs / (threads * 8), 16);
+  return std::max(lanes, share - share % lanes);
 }
 
 // Claims a worker of a batch for one range. There is always a free one.
@@ -87,12 +94,10 @@ BatchGroup::BatchGroup(std::vector<std::unique_ptr<Batch>> batches, int threads)
       outputs_(plain(parts_), true) {
   if (threads == 0) threads = std::min(available_processors(), kMaxThreads);
   for (int i = 0; i < num_parts(); ++i) {
-    const BatchOptions& options = part(i).options();
-    // Whole blocks of lanes, however few threads a batch alone would have.
-    const int lanes = part(i).simulator_->lanes();
-    const int length = std::max(options.chunk, lanes);
-    for (int begin = 0; begin < options.num_envs; begin += length) {
-      segments_.push_back({i, {begin, std::min(begin + length, options.num_envs)}});
+    const int envs = part(i).num_envs();
+    const int length = segment_length(part(i).simulator_->lanes(), num_envs_, threads);
+    for (int begin = 0; begin < envs; begin += length) {
+      segments_.push_back({i, {begin, std::min(begin + length, envs)}});
     }
   }
   pool_.emplace(std::min(threads, static_cast<int>(segments_.size())));
@@ -207,6 +212,21 @@ void BatchGroup::step_all(const float* actions) {
             ? nullptr
             : actions + static_cast<std::ptrdiff_t>(part.first) * part.batch->action_dim();
     part.batch->step_range(worker, segment.envs, own);
+  });
+}
+
+void BatchGroup::act(Policy policy, std::span<float> actions) {
+  if (!is_common()) {
+    ScriptedPolicy(part(0), policy).act(actions);
+    return;
+  }
+  const IeeeScope scope;
+  const auto dim = static_cast<std::size_t>(action_dim());
+  require_length("actions", actions.size(), static_cast<std::size_t>(num_envs_) * dim);
+  for (const Part& part : parts_) ScriptedPolicy(*part.batch, policy).check();
+  run([&](Part& part, int /*worker*/, const Segment& segment) {
+    float* const own = actions.data() + static_cast<std::size_t>(part.first) * dim;
+    ScriptedPolicy(*part.batch, policy).act_range(segment.envs, own);
   });
 }
 

@@ -55,6 +55,8 @@ class BatchGroup {
   void step(std::span<const float> actions);
   void step_no_action();
   void check_actions(std::span<const float> actions) const;
+  // As ScriptedPolicy::act.
+  void act(Policy policy, std::span<float> actions);
 
   const std::vector<OutputArray>& outputs() const { return outputs_.arrays(); }
   const std::vector<OutputArray>& final_outputs() const { return outputs_.finals(); }

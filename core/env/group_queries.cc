@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "core/base/error.h"
-#include "core/env/scripted_policy.h"
 
 namespace engram {
 namespace {
@@ -117,10 +116,7 @@ void GroupQueries::render(int env, std::string_view camera, int width, int heigh
 }
 
 void GroupQueries::act(Policy policy, std::span<float> actions) const {
-  require_rows("actions", actions, group_, static_cast<std::size_t>(group_.action_dim()));
-  for (int i = 0; i < group_.num_parts(); ++i) {
-    ScriptedPolicy(group_.part(i), policy).act(rows_of(actions, group_, i));
-  }
+  group_.act(policy, actions);
 }
 
 int GroupQueries::sampled_dim() const {

@@ -27,31 +27,40 @@ std::optional<Script> script_of(Policy policy) {
 
 }  // namespace
 
-void ScriptedPolicy::act(std::span<float> actions) const {
-  const int dim = batch_.action_dim();
-  const BatchOptions& options = batch_.options();
-  require_length("actions", actions.size(),
-                 static_cast<std::size_t>(batch_.num_envs()) * static_cast<std::size_t>(dim));
+void ScriptedPolicy::check() const {
   batch_.require_started("act");
-  const std::optional<Script> script = script_of(policy_);
-  if (script && options.control_mode != ControlMode::kPdEeDeltaPose) {
+  const ControlMode mode = batch_.options().control_mode;
+  if (script_of(policy_) && mode != ControlMode::kPdEeDeltaPose) {
     throw Error(Error::kInvalidArgument, std::string(name_of(policy_)) + " with control mode " +
-                                             name_of(options.control_mode) +
-                                             ", pd_ee_delta_pose needed");
+                                             name_of(mode) + ", pd_ee_delta_pose needed");
   }
-  const FloatRows all{actions.data(), dim};
-  batch_.pool_.run(batch_.num_envs(), options.chunk, [&](int /*worker*/, int begin, int end) {
-    if (script) run_script({begin, end}, *script, all);
-    for (int env = begin; env < end; ++env) {
-      float* row = all.row(env);
-      if (policy_ == Policy::kZero) std::fill_n(row, dim, 0.0F);
-      if (policy_ == Policy::kRandom) act_randomly(env, row);
-      // Scripts act for rotation sign -1.
-      if (script && options.rotation_sign == 1) {
-        for (int i = 3; i < 6; ++i) row[i] = -row[i];
-      }
+}
+
+void ScriptedPolicy::act(std::span<float> actions) const {
+  require_length(
+      "actions", actions.size(),
+      static_cast<std::size_t>(batch_.num_envs()) * static_cast<std::size_t>(batch_.action_dim()));
+  check();
+  batch_.pool_.run(batch_.num_envs(), batch_.options().chunk,
+                   [&](int /*worker*/, int begin, int end) {
+                     act_range({begin, end}, actions.data());
+                   });
+}
+
+void ScriptedPolicy::act_range(Range envs, float* actions) const {
+  const int dim = batch_.action_dim();
+  const std::optional<Script> script = script_of(policy_);
+  const FloatRows all{actions, dim};
+  if (script) run_script(envs, *script, all);
+  for (int env = envs.begin; env < envs.end; ++env) {
+    float* row = all.row(env);
+    if (policy_ == Policy::kZero) std::fill_n(row, dim, 0.0F);
+    if (policy_ == Policy::kRandom) act_randomly(env, row);
+    // Scripts act for rotation sign -1.
+    if (script && batch_.options().rotation_sign == 1) {
+      for (int i = 3; i < 6; ++i) row[i] = -row[i];
     }
-  });
+  }
 }
 
 // Environments that stand still after their episode are left out: their actions are zero.

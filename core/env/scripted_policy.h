@@ -16,6 +16,10 @@ class ScriptedPolicy {
   // Writes actions for the next step, (num_envs, action_dim). Oracle, blind and sweep need
   // pd_ee_delta_pose. Throws Error if they cannot act, the length is wrong or nothing was reset.
   void act(std::span<float> actions) const;
+  // The same for a range of environments, after check(), which throws the errors but for lengths.
+  // actions: of all environments. Ranges may be on several threads.
+  void act_range(Range envs, float* actions) const;
+  void check() const;
 
  private:
   void run_script(Range envs, Script script, FloatRows actions) const;
