@@ -48,7 +48,8 @@ depends_on_versions=(
   python/tests/{clients,datasets}
   python/tests/mikasa/test_{attributes,classes,interface,keywords,vector,wrappers}.py
   python/tests/test_{autoreset,copies,depth,env,errors,every_task,frameworks,gym_registration}.py
-  python/tests/test_{objects,options_refused,queries,sb3,spaces,typing,variants,vector_env,window}.py
+  python/tests/test_{objects,options_refused,output_arrays,queries,sb3,spaces,task_groups,typing}.py
+  python/tests/test_{variants,vector_env,window}.py
 )
 if scripts/install_dependencies.sh chromium && scripts/python_env.sh "$env"; then  # for engram play
   "$env/bin/ruff" check python && "$env/bin/ruff" format --check python || failed+=("Python style")
