@@ -80,6 +80,8 @@ def test_all_tasks(protocol):
         through = results_of(*words, "--policy-server", url, "--tell-episodes")
     assert {task.pop("action_chunk_size") for task in through["tasks"]} == {8}
     assert {task.pop("action_chunk_size") for task in own["tasks"]} == {1}
+    for task in (*through["tasks"], *own["tasks"]):
+        del task["digests"]  # of questions and answers: chunks are other answers
     assert without_name(through) == without_name(own)
 
 
