@@ -82,29 +82,21 @@ _GR00T = {
         size=(180, 320),
     ),
 }
+_OFT = Keys(
+    "full_image",
+    "wrist_image",
+    {"state": (0, 8)},
+    None,
+    "instruction",
+    layout="libero8",
+    convention="libero",
+    size=(256, 256),
+)
 _ACT = {
     "mikasa": Keys("image", "wrist_image", {"state": (0, 7)}, "objects", "instruction"),
     "openvla": Keys("image", None, {}, None, "instruction", convention="oxe", size=_224),
-    "oft": Keys(
-        "full_image",
-        "wrist_image",
-        {"state": (0, 8)},
-        None,
-        "instruction",
-        layout="libero8",
-        convention="libero",
-        size=(256, 256),
-    ),
-    "libero": Keys(
-        "full_image",
-        "wrist_image",
-        {"state": (0, 8)},
-        None,
-        "instruction",
-        layout="libero8",
-        convention="libero",
-        size=_224,
-    ),
+    "oft": _OFT,
+    "libero": dataclasses.replace(_OFT, size=_224),
 }
 _VLA_EVAL = {
     "mikasa": Keys("base_camera", "hand_camera", {"state": (0, 7)}, "objects", "task_description"),
