@@ -40,17 +40,6 @@ void add_light(Element& world, const char* name, const Vec3& direction, double l
   set(light, "specular", {0.1, 0.1, 0.1});
 }
 
-Element& add_texture(Element& assets, const char* name, const char* builtin, int width,
-                     int height) {
-  Element& texture = add(assets, "texture");
-  set(texture, "name", name);
-  set(texture, "type", "2d");
-  set(texture, "builtin", builtin);
-  set(texture, "width", width);
-  set(texture, "height", height);
-  return texture;
-}
-
 Element& add_material(Element& assets, const char* name, double specular) {
   Element& material = add(assets, "material");
   set(material, "name", name);
@@ -58,21 +47,21 @@ Element& add_material(Element& assets, const char* name, double specular) {
   return material;
 }
 
-// Wood: dots, stretched along the table's long side until they are grain.
+// Wood: the colour that renderers spread grain about. No texture of MuJoCo's: its dots come from
+// the process's rand(), so that a scene's colours would depend on what other threads do.
 void add_wood(Element& assets) {
-  Element& texture = add_texture(assets, "wood", "flat", 256, 32);
-  set(texture, "rgb1", {0.67, 0.40, 0.25});
-  set(texture, "mark", "random");
-  set(texture, "random", 0.35);
-  set(texture, "markrgb", {0.529, 0.322, 0.212});
   Element& material = add_material(assets, "wood", 0.3);
-  set(material, "texture", "wood");
-  set(material, "texrepeat", {2, 1});
+  set(material, "rgba", {0.617568552, 0.372723281, 0.23478429, 1});
 }
 
 // Ground: a line every metre.
 void add_tiles(Element& assets) {
-  Element& texture = add_texture(assets, "tiles", "flat", 256, 256);
+  Element& texture = add(assets, "texture");
+  set(texture, "name", "tiles");
+  set(texture, "type", "2d");
+  set(texture, "builtin", "flat");
+  set(texture, "width", 256);
+  set(texture, "height", 256);
   set(texture, "rgb1", {0.4645, 0.482, 0.517});
   set(texture, "mark", "edge");
   set(texture, "markrgb", {0.66, 0.67, 0.68});

@@ -1,7 +1,10 @@
 #include "mjcf/scenery.h"
 
 #include <Eigen/Dense>
+#include <atomic>
 #include <catch2/catch.hpp>
+#include <cstdlib>
+#include <thread>
 
 #include "tests/mjcf/model.h"
 
@@ -61,6 +64,32 @@ TEST_CASE("The visible table ends where the original's does, a hair below the co
   const double top = below(0.1, 0.5).point.z();
   CHECK(top < 0);
   CHECK(top > -0.001);
+}
+
+// Copies of all textures and of the materials' colours.
+struct Colors {
+  explicit Colors(const Model& model)
+      : texels(model->tex_rgb, model->tex_rgb + model->ntexdata),
+        materials(model->mat_rgba, model->mat_rgba + 4 * model->nmat) {}
+  std::vector<mjtByte> texels;
+  std::vector<float> materials;
+};
+
+TEST_CASE("A scene's colours do not depend on who else draws from rand()", "[mjcf][scenery]") {
+  const std::string text = compose(Scene{}, Detail::kFull);
+  const Colors expected(compile(text));
+  std::atomic<bool> done = false;
+  std::thread stranger([&done] {
+    while (!done) std::rand();
+  });
+  bool same = true;
+  for (int i = 0; i < 20; ++i) {
+    const Colors colors(compile(text));
+    same = same && colors.texels == expected.texels && colors.materials == expected.materials;
+  }
+  done = true;
+  stranger.join();
+  CHECK(same);
 }
 
 }  // namespace
