@@ -100,6 +100,7 @@ engram_options default_options() noexcept {
   options.sleep = 1;
   options.robot_init_qpos_noise = 0.02;
   options.observe_time = 0;
+  options.joint_proprio = 0;
   options.lanes = 0;
   options.rules = ENGRAM_RULES_REFERENCE;
   options.image_width = 128;
@@ -125,6 +126,7 @@ MakeOptions to_make_options(const engram_options& options) {
   convert("chunk", options.chunk, out.chunk);
   convert("obs_mode", options.obs_mode, out.obs_mode);
   convert("observe_time", options.observe_time, out.observe_time);
+  convert("joint_proprio", options.joint_proprio, out.joint_proprio);
   convert("reward_mode", options.reward_mode, out.reward_mode);
   convert("control_mode", options.control_mode, out.control_mode);
   convert("auto_reset", options.auto_reset, out.auto_reset);

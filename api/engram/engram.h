@@ -126,7 +126,8 @@ enum class Policy {
   kZero = ENGRAM_POLICY_ZERO,
   /// Uniform over the action space.
   kRandom = ENGRAM_POLICY_RANDOM,
-  /// Solves the task with privileged state; pd_ee_delta_pose only.
+  /// Solves the task with privileged state; pd_ee_delta_pose, pd_joint_pos and pd_joint_delta_pos
+  /// only.
   kOracle = ENGRAM_POLICY_ORACLE,
   /// The oracle, but with the hidden quantity guessed.
   kBlind = ENGRAM_POLICY_BLIND,
@@ -203,6 +204,9 @@ struct EnvOptions {
   ObsMode obs_mode = ObsMode::kState;
   /// Objects modes: elapsed time in observations, as a share of the horizon.
   bool observe_time = false;
+  /// Proprio has the arm's seven joint angles and the gripper's opening, instead of the TCP's pose
+  /// and the opening.
+  bool joint_proprio = false;
   /// The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
   /// Meaning of actions.

@@ -198,6 +198,9 @@ typedef struct engram_options {
   double robot_init_qpos_noise;
   /** Objects modes: elapsed time in observations, as a share of the horizon. Default 0. */
   int32_t observe_time;
+  /** Proprio has the arm's seven joint angles and the gripper's opening, instead of the TCP's pose
+   * and the opening. Default 0. */
+  int32_t joint_proprio;
   /** Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
    * same. 0, 1, 2, 4 or 8; default 0. */
   int32_t lanes;
@@ -353,7 +356,8 @@ typedef enum engram_policy {
   ENGRAM_POLICY_ZERO = 0,
   /** Uniform over the action space. */
   ENGRAM_POLICY_RANDOM = 1,
-  /** Solves the task with privileged state; pd_ee_delta_pose only. */
+  /** Solves the task with privileged state; pd_ee_delta_pose, pd_joint_pos and pd_joint_delta_pos
+   * only. */
   ENGRAM_POLICY_ORACLE = 2,
   /** The oracle, but with the hidden quantity guessed. */
   ENGRAM_POLICY_BLIND = 3,

@@ -97,6 +97,7 @@ engram_env* with_options(const EnvOptions& options, F&& f) {
   c.chunk = plain(options.chunk);
   c.obs_mode = plain(options.obs_mode);
   c.observe_time = plain(options.observe_time);
+  c.joint_proprio = plain(options.joint_proprio);
   c.reward_mode = plain(options.reward_mode);
   c.control_mode = plain(options.control_mode);
   c.auto_reset = plain(options.auto_reset);

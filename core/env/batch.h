@@ -72,6 +72,8 @@ class Batch {
   const std::vector<Field>& state_fields() const {
     return objects_ ? objects_->fields() : state_fields_;
   }
+  // 7, or 8 with joint_proprio.
+  int proprio_dim() const { return proprio_.width(); }
   int state_dim() const { return objects_ ? objects_->width() : observation_.width(); }
 
   // Starts new episodes. Without seeds, the first reset uses options().seed, and later ones begin
@@ -93,7 +95,7 @@ class Batch {
 
   // Outputs of the last step or reset; N = num_envs.
   std::span<const float> observation() const;        // (N, state_dim)
-  std::span<const float> proprio() const;            // (N, 7): see docs/robot.md
+  std::span<const float> proprio() const;            // (N, proprio_dim): docs/robot.md
   std::span<const float> reward() const;             // (N)
   std::span<const std::uint8_t> terminated() const;  // (N)
   std::span<const std::uint8_t> truncated() const;   // (N)
@@ -164,7 +166,7 @@ class Batch {
   // Throw Error. first: number of environment 0 in the message.
   void check_no_action(int first = 0) const;
   void refuse_ended(int first = 0) const;
-  [[noreturn]] static void refuse_action(std::size_t index, std::size_t dim, float value);
+  static void require_finite(std::span<const float> actions, std::size_t dim);
   // True for an environment that a step leaves alone, or resets.
   bool waits(int env) const {
     return state_.finished[env] != 0 && options_.after_end != AfterEnd::kContinue;
@@ -186,6 +188,7 @@ class Batch {
     return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
   }
   void observe(Range envs);
+  void observe_proprio(int env);
   void observe_state(Range envs);
   void observe_objects(int env);
   void compute_rewards(Range envs);

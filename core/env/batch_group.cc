@@ -180,11 +180,7 @@ void BatchGroup::check_actions(std::span<const float> actions) const {
   const auto dim = static_cast<std::size_t>(action_dim());
   for (const Part& part : parts_) part.batch->require_started("step");
   require_length("actions", actions.size(), static_cast<std::size_t>(num_envs_) * dim);
-  const auto bad =
-      std::ranges::find_if_not(actions, [](float value) { return std::isfinite(value); });
-  if (bad != actions.end()) {
-    Batch::refuse_action(static_cast<std::size_t>(bad - actions.begin()), dim, *bad);
-  }
+  Batch::require_finite(actions, dim);
   for (const Part& part : parts_) {
     if (part.batch->options().after_end == AfterEnd::kRefuse) part.batch->refuse_ended(part.first);
   }

@@ -10,21 +10,31 @@ namespace engram {
 void Batch::observe(Range envs) {
   for (int env = envs.begin; env < envs.end; ++env) {
     elapsed_steps_[env] = state_.elapsed[env];
-    const double* pos = state_.tcp_pos.row(env);
-    const double* quat = state_.tcp_quat.row(env);
-    const double* qpos = state_.qpos.row(env);
-    const Eigen::Vector3d angles =
-        roll_pitch_yaw(Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
-    float* proprio = proprio_.row(env);
-    for (int i = 0; i < 3; ++i) {
-      proprio[i] = static_cast<float>(pos[i]);
-      proprio[3 + i] = static_cast<float>(angles[i]);
-    }
-    proprio[6] = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
+    observe_proprio(env);
   }
   if (observes_state(options_.obs_mode)) observe_state(envs);
   if (!objects_) return;
   for (int env = envs.begin; env < envs.end; ++env) observe_objects(env);
+}
+
+void Batch::observe_proprio(int env) {
+  const double* qpos = state_.qpos.row(env);
+  float* proprio = proprio_.row(env);
+  const auto opening = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
+  if (options_.joint_proprio) {
+    for (int i = 0; i < kArmJoints; ++i) proprio[i] = static_cast<float>(qpos[i]);
+    proprio[kArmJoints] = opening;
+    return;
+  }
+  const double* pos = state_.tcp_pos.row(env);
+  const double* quat = state_.tcp_quat.row(env);
+  const Eigen::Vector3d angles =
+      roll_pitch_yaw(Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
+  for (int i = 0; i < 3; ++i) {
+    proprio[i] = static_cast<float>(pos[i]);
+    proprio[3 + i] = static_cast<float>(angles[i]);
+  }
+  proprio[6] = opening;
 }
 
 void Batch::observe_objects(int env) {

@@ -89,7 +89,8 @@ enum class Policy {
   kZero,
   // Uniform over the action space.
   kRandom,
-  // Solves the task with privileged state; pd_ee_delta_pose only.
+  // Solves the task with privileged state; pd_ee_delta_pose, pd_joint_pos and pd_joint_delta_pos
+  // only.
   kOracle,
   // The oracle, but with the hidden quantity guessed.
   kBlind,
@@ -143,6 +144,9 @@ struct BatchOptions {
   ObsMode obs_mode = ObsMode::kState;
   // Objects modes: elapsed time in observations, as a share of the horizon.
   bool observe_time = false;
+  // Proprio has the arm's seven joint angles and the gripper's opening, instead of the TCP's pose
+  // and the opening.
+  bool joint_proprio = false;
   // The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
   // Meaning of actions.

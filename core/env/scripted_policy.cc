@@ -30,9 +30,11 @@ std::optional<Script> script_of(Policy policy) {
 void ScriptedPolicy::check() const {
   batch_.require_started("act");
   const ControlMode mode = batch_.options().control_mode;
-  if (script_of(policy_) && mode != ControlMode::kPdEeDeltaPose) {
-    throw Error(Error::kInvalidArgument, std::string(name_of(policy_)) + " with control mode " +
-                                             name_of(mode) + ", pd_ee_delta_pose needed");
+  if (script_of(policy_) && mode != ControlMode::kPdEeDeltaPose &&
+      !batch_.controller_->follows_pose_actions()) {
+    throw Error(Error::kInvalidArgument,
+                std::string(name_of(policy_)) + " with control mode " + name_of(mode) +
+                    ", pd_ee_delta_pose, pd_joint_pos or pd_joint_delta_pos needed");
   }
 }
 
@@ -51,6 +53,7 @@ void ScriptedPolicy::act_range(Range envs, float* actions) const {
   const int dim = batch_.action_dim();
   const std::optional<Script> script = script_of(policy_);
   const FloatRows all{actions, dim};
+  const Controller& controller = *batch_.controller_;
   if (script) run_script(envs, *script, all);
   for (int env = envs.begin; env < envs.end; ++env) {
     float* row = all.row(env);
@@ -59,6 +62,9 @@ void ScriptedPolicy::act_range(Range envs, float* actions) const {
     // Scripts act for rotation sign -1.
     if (script && batch_.options().rotation_sign == 1) {
       for (int i = 3; i < 6; ++i) row[i] = -row[i];
+    }
+    if (script && controller.follows_pose_actions()) {
+      controller.joint_action(batch_.state(), env, row, row);
     }
   }
 }

@@ -14,7 +14,8 @@ class ScriptedPolicy {
   ScriptedPolicy(Batch& batch, Policy policy) : batch_(batch), policy_(policy) {}
 
   // Writes actions for the next step, (num_envs, action_dim). Oracle, blind and sweep need
-  // pd_ee_delta_pose. Throws Error if they cannot act, the length is wrong or nothing was reset.
+  // pd_ee_delta_pose, pd_joint_pos or pd_joint_delta_pos. Throws Error if they cannot act, the
+  // length is wrong or nothing was reset.
   void act(std::span<float> actions) const;
   // The same for a range of environments, after check(), which throws the errors but for lengths.
   // actions: of all environments. Ranges may be on several threads.

@@ -19,8 +19,9 @@
 
 namespace engram {
 
-class Expert;    // core/env/expert.h
-struct Overlay;  // core/image/overlay.h
+class Expert;     // core/env/expert.h
+class Annotator;  // core/env/annotator.h
+struct Overlay;   // core/image/overlay.h
 
 // Rule by which an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
@@ -141,6 +142,8 @@ class Task {
   virtual void dense_reward(Range envs, FloatRows out) = 0;
   // Scripted policies, for use after bind.
   virtual const Expert& expert() const = 0;
+  // Words and labels of an episode, for data sets; null where a task has none. For use after bind.
+  virtual const Annotator* annotator() const { return nullptr; }
 
   // The value of elapsed from which on nothing shows the hidden draw any more.
   virtual int cue_end(int env) const = 0;

@@ -302,6 +302,23 @@ void Controller::hold_action(const State& state, int env, float* action) const {
   action[action_space_.dim() - 1] = static_cast<float>(gripper_action(qpos[kArmJoints]));
 }
 
+void Controller::joint_action(const State& state, int env, const float* pose_action,
+                              float* action) const {
+  const float gripper = pose_action[arm_dim(ControlMode::kPdEeDeltaPose)];
+  const ArmVector target = delta_pose_target(state, env, pose_action);
+  ArmVector joints = target;
+  if (mode_ == ControlMode::kPdJointDeltaPos) {
+    const ArmVector step = (target - measured_joints(state, env)) / kJointScale;
+    joints = step / std::max(step.cwiseAbs().maxCoeff(), 1.0);
+  }
+  for (int i = 0; i < kArmJoints; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    action[i] =
+        std::clamp(static_cast<float>(joints[i]), action_space_.low[at], action_space_.high[at]);
+  }
+  action[kArmJoints] = gripper;
+}
+
 int Controller::state_dim() const { return state_name() == nullptr ? 0 : 7; }
 
 const char* Controller::state_name() const {

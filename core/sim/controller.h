@@ -52,6 +52,14 @@ class Controller {
   // modes with absolute targets. `action` has action_space().dim() elements.
   void hold_action(const State& state, int env, float* action) const;
 
+  // True in the modes that joint_action() can write actions for.
+  bool follows_pose_actions() const {
+    return mode_ == ControlMode::kPdJointPos || mode_ == ControlMode::kPdJointDeltaPos;
+  }
+  // Writes the action that has the drive targets of an action of pd_ee_delta_pose, within
+  // action_space(). A longer step than it allows keeps its direction. The rows may be the same.
+  void joint_action(const State& state, int env, const float* pose_action, float* action) const;
+
   // The controller's part of the state observation: 0 or 7 values (target modes only).
   int state_dim() const;
   const char* state_name() const;

@@ -115,6 +115,7 @@ class EnvOptions(TypedDict, total=False):
     observe_time: bool
     rules: Rules
     render_shadows: bool
+    joint_proprio: bool
     terminate_on_failure: bool
     after_end: AfterEnd
     privileged: bool

@@ -72,6 +72,7 @@ void bind_options(nb::module_& module) {
   field("sleep", &engram_options::sleep);
   field("robot_init_qpos_noise", &engram_options::robot_init_qpos_noise);
   field("observe_time", &engram_options::observe_time);
+  field("joint_proprio", &engram_options::joint_proprio);
   field("lanes", &engram_options::lanes);
   field("rules", &engram_options::rules);
   field("image_width", &engram_options::image_width);

@@ -30,6 +30,7 @@ KINDS: dict[str, str | dict[str, int]] = {
     "chunk": "int",
     "obs_mode": OBS_MODE,
     "observe_time": "bool",
+    "joint_proprio": "bool",
     "reward_mode": REWARD_MODE,
     "control_mode": "text",
     "rotation_sign": "int",

@@ -139,6 +139,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         rules: Rule set of the task: the default of every task option; task_options win. "reference"
             or "original".
         render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
+        joint_proprio: Proprio has the arm's seven joint angles and the gripper's opening, instead
+            of the TCP's pose and the opening.
         terminate_on_failure: End of episodes at failure, where the task's rule has it; off, with
             terminate_on_success off as well: at the horizon only.
         after_end: Mode DISABLED and single environments: effect of a step on an environment whose
@@ -197,6 +199,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         observe_time: bool = False,
         rules: Rules = "reference",
         render_shadows: bool = False,
+        joint_proprio: bool = False,
         terminate_on_failure: bool = True,
         after_end: AfterEnd = "refuse",
         out: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
