@@ -12,6 +12,7 @@
 #include "protocol/evaluation/comparison.h"
 #include "protocol/evaluation/evaluation_run.h"
 #include "protocol/evaluation/result_tables.h"
+#include "protocol/evaluation/suites.h"
 
 struct engram_policy_reply {
   engram::PolicyReply* reply;
@@ -56,6 +57,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
     plain.action_dim = reply.action_dim();
     plain.seeds = request.seeds.empty() ? nullptr : request.seeds.data();
     plain.policy_seed = request.policy_seed;
+    plain.proprio_dim = request.proprio_dim;
     engram_policy_reply answer{&reply, {}};
     int status = 0;
     {
@@ -129,6 +131,14 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   engram::MakeOptions environment;
   environment.obs_mode = static_cast<engram::ObsMode>(options.obs_mode);
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
+  if (options.control_mode != nullptr) {
+    environment.control_mode =
+        engram::require_named<engram::ControlMode>("control mode", options.control_mode);
+  }
+  if (options.joint_proprio != 0 && options.joint_proprio != 1) {
+    refuse("joint_proprio: " + std::to_string(options.joint_proprio) + " given, 0 or 1 allowed");
+  }
+  environment.joint_proprio = options.joint_proprio != 0;
   environment.rules = engram::c::to_rules(options.rules);
   environment.task_options = engram::c::to_choices(options.task_options, options.num_task_options);
   if (options.constants != nullptr) {
@@ -233,6 +243,15 @@ engram_status engram_policy_fail(engram_policy_reply* reply, const char* message
     if (reply == nullptr || message == nullptr) refuse("engram_policy_fail: a null pointer given");
     reply->failure = message;
   });
+}
+
+const char* engram_suites_json() {
+  const char* text = nullptr;
+  guarded([&text] {
+    static const std::string all = engram::to_text(engram::suites_document());
+    text = all.c_str();
+  });
+  return text;
 }
 
 engram_status engram_evaluate(const engram_evaluation_options* options,

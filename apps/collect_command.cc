@@ -152,6 +152,8 @@ void add_collect_command(const Command& program) {
   add_renderer(command, options->images);
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
+  add_control_mode(command, plan.control_mode);
+  add_joint_proprio(command, plan.joint_proprio);
   add_num_envs(command, options->collection.num_envs);
   add_threads(command, options->collection.threads);
   command.add_option("--out", options->out, "Folder to hold data_npz/<ID>")

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "apps/task_choice.h"
+#include "core/env/scripted_policy.h"
+#include "protocol/evaluation/suites.h"
 
 namespace engram::apps {
 namespace {
@@ -21,6 +23,7 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--family", "tasks"},
     {"--canonical", "tasks"},
     {"--all", "tasks"},
+    {"--suite", "tasks"},
     {"--episodes", "n_episodes"},
     {"--seed", "start_seed"},
     {"--obs", "obs_mode"},
@@ -28,6 +31,8 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--policy", "policy"},
     {"--policy-name", "policy"},
     {"--policy-command", "policy_config"},
+    {"--control-mode", "control_mode"},
+    {"--joint-proprio", "joint_proprio"},
     {"--rules", "rules"},
     {"--option", "task_options"},
     {"--set", "constants"},
@@ -53,15 +58,32 @@ void resume_seal(const EvaluationSettings& now, const ResultFolder& folder,
   before.set_seal(*now.seal);
 }
 
+// The tasks of ids and filters, or of a suite, which may have its own number of episodes.
+std::vector<std::string> chosen_ids(const EvalOptions& options, int& episodes) {
+  if (options.suite.empty()) {
+    return ids_in_order(chosen_tasks(options.ids, options.filter, options.all));
+  }
+  if (!options.ids.empty() || options.all || options.filter.any()) {
+    throw Error(Error::kInvalidArgument,
+                "--suite and task ids, --split, --family, --canonical or --all given; one or the "
+                "other allowed");
+  }
+  const Suite& suite = require_suite("--suite", options.suite);
+  if (!options.given.contains("n_episodes")) episodes = suite.episodes;
+  std::vector<const RegistryEntry*> tasks;
+  for (const std::string_view id : suite.ids) tasks.push_back(&require_entry(id));
+  return ids_in_order(std::move(tasks));
+}
+
 }  // namespace
 
 EvaluationSettings settings_of(const EvalOptions& options) {
   EvaluationSettings settings;
-  settings.tasks = ids_in_order(chosen_tasks(options.ids, options.filter, options.all));
   const Protocol& protocol = options.protocol;
   settings.episodes = protocol.episodes;
+  settings.tasks = chosen_ids(options, settings.episodes);
   settings.start_seed = protocol.start_seed;
-  check_rounds(protocol.episodes, protocol.repeat);
+  check_rounds(settings.episodes, protocol.repeat);
   settings.repeat = protocol.repeat;
   settings.policy_seed = protocol.policy_seed;
   settings.latency = protocol.latency;
@@ -80,6 +102,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
     environment.obs_mode = ObsMode::kRgb;
   }
   settings.set_environment(environment);
+  if (!options.policy.given()) require_mode_of(protocol.policy, environment.control_mode);
   for (const std::string& id : settings.tasks) (void)make_task(id, settings.constants);
   return settings;
 }
@@ -150,6 +173,11 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   command.add_flag("--canonical", options.filter.canonical,
                    "The 90 tasks of the benchmark proper only");
   command.add_flag("--all", options.all, "All registered tasks that pass the filters");
+  command
+      .add_option("--suite", options.suite,
+                  "The tasks of a named list, with its number of episodes unless --episodes is "
+                  "given; mikasa5: five tasks x 100")
+      .type_name(suite_names());
   const Option policy = add_policy(command, options.protocol.policy, kPolicies);
   add_policy_command(command, policy, options.policy);
   add_int(command, "--episodes", options.protocol.episodes, 1, std::numeric_limits<int>::max(),
@@ -174,6 +202,8 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   add_num_envs(command, options.protocol.num_envs)
       .description("Episodes that a thread runs together");
   add_obs(command, options.protocol.environment, kObsModes);
+  add_control_mode(command, options.protocol.environment.control_mode);
+  add_joint_proprio(command, options.protocol.environment.joint_proprio);
   add_rules(command, options.protocol.environment.rules);
   add_constants(command, options.protocol.environment.constants);
   add_task_options(

@@ -17,6 +17,7 @@ struct EvalOptions {
   std::vector<std::string> ids;
   TaskFilter filter;
   bool all = false;
+  std::string suite;  // instead of them
   Protocol protocol;
   PolicyCommand policy;  // takes the place of the protocol's if it is given
   std::string out;

@@ -228,8 +228,16 @@ Option add_control_mode(const Command& command, ControlMode& mode) {
   all.reserve(kControlModes);
   for (int i = 0; i < kControlModes; ++i) all.push_back(static_cast<ControlMode>(i));
   return add_choice(command, "--control-mode", mode, named<ControlMode>(all),
-                    "Meaning of actions (oracle, blind and sweep: pd_ee_delta_pose)")
+                    "Meaning of actions (oracle, blind and sweep: pd_ee_delta_pose, pd_joint_pos, "
+                    "pd_joint_delta_pos)")
       .type_name("MODE");
+}
+
+Option add_joint_proprio(const Command& command, bool& joint_proprio) {
+  return command.add_flag(
+      "--joint-proprio", joint_proprio,
+      "Proprio: the arm's seven joint angles and the gripper's opening, instead of "
+      "the TCP's pose and the opening");
 }
 
 Option add_reward(const Command& command, RewardMode& mode) {
@@ -316,6 +324,7 @@ std::string renderer_name(const BatchOptions& options) {
 
 void add_env_options(const Command& command, MakeOptions& options) {
   add_control_mode(command, options.control_mode);
+  add_joint_proprio(command, options.joint_proprio);
   add_reward(command, options.reward_mode);
   add_auto_reset(command, options.auto_reset);
   add_int(

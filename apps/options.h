@@ -53,6 +53,7 @@ inline constexpr std::array kTaskPolicies = {Policy::kZero, Policy::kRandom, Pol
 // Options whose value is one of some names; their help lists the names.
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);
 Option add_control_mode(const Command& command, ControlMode& mode);
+Option add_joint_proprio(const Command& command, bool& joint_proprio);
 Option add_reward(const Command& command, RewardMode& mode);
 Option add_auto_reset(const Command& command, AutoReset& mode);
 Option add_rules(const Command& command, Rules& rules);

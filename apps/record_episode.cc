@@ -6,9 +6,7 @@ namespace engram::apps {
 namespace {
 
 PolicyProcessOptions process_of(const EpisodeOptions& options, const Batch& env) {
-  PolicyProcessOptions process = process_options(options.command, env.options(), env.num_envs());
-  process.action_dim = env.action_dim();
-  return process;
+  return process_options(options.command, env.options(), env.num_envs());
 }
 
 }  // namespace

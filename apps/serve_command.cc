@@ -31,6 +31,10 @@ void add_serve_command(const Command& program,
   add("--chunk", "K", "Actions of an answer; default: 1");
   add("--server-keys", "NAME|FILE.json", "Names of what clients send, as of eval");
   add("--rules", "reference|original", "Rules of the client's tasks; default: reference");
+  add("--control-mode", "MODE", "As of the client; default: pd_ee_delta_pose");
+  command.add_flag(
+      "--joint-proprio", [arguments] { arguments->emplace_back("--joint-proprio"); },
+      "As of the client");
   for (const char* name : {"--set", "--option"}) {
     command.add_repeatable(name, pass_on(name), "As of the client's tasks (repeatable)")
         .type_name("NAME=VALUE");

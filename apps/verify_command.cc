@@ -11,6 +11,7 @@
 #include "apps/progress.h"
 #include "apps/task_choice.h"
 #include "bench/bit_identity.h"
+#include "core/env/scripted_policy.h"
 #include "protocol/formats/document.h"
 
 namespace engram::apps {
@@ -23,7 +24,7 @@ struct VerifyOptions {
   TaskFilter filter;
   std::optional<ObsMode> obs_mode;  // empty: kObsModes
   bench::IdentityOptions identity;
-  ConstantTable constants;
+  MakeOptions env;  // control mode, proprio and constants
   bool json = false;
 };
 
@@ -47,7 +48,9 @@ std::vector<TaskCheck> check_all(const VerifyOptions& options) {
   Progress progress("verify", "env steps");
   bench::IdentityOptions identity = options.identity;
   identity.make_batch = [&options](InstructionSet set, const std::string& id, MakeOptions batch) {
-    batch.constants = options.constants;
+    batch.constants = options.env.constants;
+    batch.control_mode = options.env.control_mode;
+    batch.joint_proprio = options.env.joint_proprio;
     return bench::make_on(set, id, batch);
   };
   double done = 0;
@@ -95,6 +98,7 @@ std::string to_plain_text(const std::vector<TaskCheck>& rows) {
 }
 
 void run(const VerifyOptions& options) {
+  require_mode_of(Policy::kOracle, options.env.control_mode);
   const std::vector<TaskCheck> rows = check_all(options);
   DocumentList document;
   document.reserve(rows.size());
@@ -123,7 +127,9 @@ void add_verify_command(const Command& program) {
   add_int(command, "--steps", options->identity.steps, 1, kMaxSteps,
           "Control steps of each segment")
       .type_name("T");
-  add_constants(command, options->constants);
+  add_control_mode(command, options->env.control_mode);
+  add_joint_proprio(command, options->env.joint_proprio);
+  add_constants(command, options->env.constants);
   add_seed(command, options->identity.seed, "The first of 64 seeds");
   add_json(command, options->json);
   command.footer(fmt::format(

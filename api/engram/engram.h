@@ -536,6 +536,8 @@ void load_variants(const std::string& path);
 std::vector<std::string> task_ids();
 /// The same with family, split, memory type, horizon, instruction and sizes, as JSON.
 std::string_view list();
+/// Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
+std::string_view suites();
 /// Version of the library, "0.5.0".
 inline std::string_view version() { return engram_version(); }
 

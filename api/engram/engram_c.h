@@ -490,7 +490,7 @@ typedef struct engram_policy_request {
   const int32_t* steps;    /**< control steps taken so far */
   const uint8_t* first;    /**< 1: the episode's first request */
   const char* const* instructions;
-  const float* proprio; /**< (count, 7) */
+  const float* proprio; /**< (count, proprio_dim) */
   const uint8_t* rgb;   /**< (count, height, width, 6), or NULL without images */
   const float* state;   /**< (count, state_dim): state or objects, or NULL with images */
   int32_t height;
@@ -500,12 +500,14 @@ typedef struct engram_policy_request {
   int32_t action_dim;
   const uint64_t* seeds; /**< of the episodes, with tell_episodes; otherwise NULL */
   uint64_t policy_seed;  /**< of the policy's own random numbers */
+  int32_t proprio_dim;
 } engram_policy_request;
 
 typedef struct engram_policy_reply engram_policy_reply;
 
-/** Sets the actions of one row: shape (7), (K, 7) or (1, K, 7). They are queued and used one per
- * step; the episode is asked for again when its queue is empty. For use in the callback alone. */
+/** Sets the actions of one row: shape (action_dim), (K, action_dim) or (1, K, action_dim). They are
+ * queued and used one per step; the episode is asked for again when its queue is empty. For use in
+ * the callback alone. */
 ENGRAM_API engram_status engram_policy_set(engram_policy_reply* reply, int32_t row,
                                            const float* actions, const int64_t* shape,
                                            int32_t ndim);
@@ -550,6 +552,9 @@ typedef struct engram_evaluation_options {
   const char* latency;   /**< control steps from a request to its answer, such as "3", or
                             milliseconds, "120ms": the world goes on with the last action meanwhile;
                             default NULL: 0 */
+  const char* control_mode; /**< meaning of actions; default NULL: pd_ee_delta_pose */
+  int32_t joint_proprio;    /**< 1: proprio has the arm's seven joint angles and the gripper's
+                               opening; default 0 */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
@@ -561,6 +566,10 @@ ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* option
                                          engram_policy_callback policy, void* user,
                                          char** document);
 ENGRAM_API void engram_free_text(char* text);
+
+/** Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
+ * Valid for the life of the process. NULL, with a message, if there is no memory for it. */
+ENGRAM_API const char* engram_suites_json(void);
 
 /** Compares two results of evaluations episode by episode. a, b: folders of runs, JSON files of
  * results, or texts of such documents. allowed: `num_allowed` of "ids", "seeds", "version", "rules"

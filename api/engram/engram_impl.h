@@ -448,6 +448,8 @@ inline std::vector<std::string> task_ids() {
 
 inline std::string_view list() { return detail::checked(engram_list_json()); }
 
+inline std::string_view suites() { return detail::checked(engram_suites_json()); }
+
 }  // namespace v0
 }  // namespace engram
 

@@ -9,6 +9,7 @@
 #include "core/base/ieee_scope.h"
 #include "core/base/processors.h"
 #include "core/contact/contact_step.h"
+#include "core/env/proprio.h"
 #include "core/robot/few_robots.h"
 #include "core/scene/model_cache.h"
 
@@ -153,11 +154,10 @@ void Batch::add_outputs() {
   for (const Field& field : state_fields_) dim += field.width;
   observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation",
                                      observes_state(options_.obs_mode));
-  proprio_ = options_.joint_proprio
-                 ? outputs_.add<float>("proprio", kArmJoints + 1, "rad, m",
-                                       "joint angles of the arm, gripper opening")
-                 : outputs_.add<float>("proprio", 7, "m, rad",
-                                       "TCP position, roll, pitch, yaw, gripper opening");
+  const bool joints = options_.joint_proprio;
+  proprio_ = outputs_.add<float>("proprio", engram::proprio_dim(joints), joints ? "rad, m" : "m, rad",
+                                 joints ? "joint angles of the arm, gripper opening"
+                                        : "TCP position, roll, pitch, yaw, gripper opening");
   reward_ = outputs_.add<float>("reward");
   terminated_ = outputs_.add<std::uint8_t>("terminated");
   truncated_ = outputs_.add<std::uint8_t>("truncated");

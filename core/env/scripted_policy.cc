@@ -27,15 +27,18 @@ std::optional<Script> script_of(Policy policy) {
 
 }  // namespace
 
+void require_mode_of(Policy policy, ControlMode mode) {
+  const bool known = mode == ControlMode::kPdEeDeltaPose || mode == ControlMode::kPdJointPos ||
+                     mode == ControlMode::kPdJointDeltaPos;
+  if (known || !script_of(policy)) return;
+  throw Error(Error::kInvalidArgument,
+              std::string(name_of(policy)) + " with control mode " + name_of(mode) +
+                  ", pd_ee_delta_pose, pd_joint_pos or pd_joint_delta_pos needed");
+}
+
 void ScriptedPolicy::check() const {
   batch_.require_started("act");
-  const ControlMode mode = batch_.options().control_mode;
-  if (script_of(policy_) && mode != ControlMode::kPdEeDeltaPose &&
-      !batch_.controller_->follows_pose_actions()) {
-    throw Error(Error::kInvalidArgument,
-                std::string(name_of(policy_)) + " with control mode " + name_of(mode) +
-                    ", pd_ee_delta_pose, pd_joint_pos or pd_joint_delta_pos needed");
-  }
+  require_mode_of(policy_, batch_.options().control_mode);
 }
 
 void ScriptedPolicy::act(std::span<float> actions) const {

@@ -8,6 +8,10 @@
 
 namespace engram {
 
+// Throws Error if the policy is a script, and scripts have no actions for the mode: they have some
+// for pd_ee_delta_pose, pd_joint_pos and pd_joint_delta_pos.
+void require_mode_of(Policy policy, ControlMode mode);
+
 // Zero, random, or one of the task's scripts: oracle, blind, sweep.
 class ScriptedPolicy {
  public:

@@ -5,6 +5,7 @@
 
 #include "core/math/real_functions.h"
 #include "core/math/rotations.h"
+#include "core/sim/action_dim.h"
 
 namespace engram {
 namespace {
@@ -60,7 +61,7 @@ int arm_dim(ControlMode mode) {
 
 ActionSpace make_action_space(ControlMode mode, const double* joint_ranges) {
   ActionSpace space;
-  const auto dim = static_cast<std::size_t>(arm_dim(mode)) + 1;
+  const auto dim = static_cast<std::size_t>(action_dim(mode));
   space.low.assign(dim, -1.0F);
   space.high.assign(dim, 1.0F);
   const bool joints = mode == ControlMode::kPdJointPos || mode == ControlMode::kPdJointPosVel;
@@ -90,6 +91,8 @@ Pose read_pose(const double* row) {
 }
 
 }  // namespace
+
+int action_dim(ControlMode mode) { return arm_dim(mode) + 1; }
 
 double gripper_target(double action) {
   return kGripperMiddle + kGripperScale * std::clamp(action, -1.0, 1.0);

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/env/proprio.h"
 #include "core/env/queries.h"
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/unused_constants.h"
@@ -166,15 +167,6 @@ ConstantList describe_observation(const Batch& env) {
   return ranged.empty() ? describe_layout(env.state_fields()) : describe_layout(ranged);
 }
 
-// The seven values of proprioception.
-std::vector<Field> proprio_fields() {
-  return {{"tcp_position", 3, DType::kFloat32, "m", "world frame"},
-          {"roll", 1, DType::kFloat32, "rad", "about the fixed x axis, first"},
-          {"pitch", 1, DType::kFloat32, "rad", "about the fixed y axis, second"},
-          {"yaw", 1, DType::kFloat32, "rad", "about the fixed z axis, third"},
-          {"gripper_opening", 1, DType::kFloat32, "m", "sum of both fingers, 0 to 0.08"}};
-}
-
 ConstantList describe_outputs(const Batch& env) {
   ConstantList list;
   for (std::size_t i = 0; i < env.outputs().size(); ++i) {
@@ -303,28 +295,29 @@ ConstantTable describe_entry(const RegistryEntry& entry) {
 ConstantTable describe_task(const Batch& env) {
   const TaskInfo& info = env.info();
   ConstantTable description = describe_rules(info);
-  const ConstantTable rest = {{"action_dim", env.action_dim()},
-                              {"control_mode", name_of(env.options().control_mode)},
-                              {"action_spaces", describe_actions(env)},
-                              {"draws", describe_random_variables(Queries(env).random_variables())},
-                              {"drawn", describe_sampled_values(info)},
-                              {"rules", name_of(env.options().rules)},
-                              {"options", describe_options(env)},
-                              {"changeable", describe_changeable(info)},
-                              {"changed", changed_constants(info.constants)},
-                              {"warnings", list_of(unused_constants(info, env.options()))},
-                              {"phases", describe_phases(info)},
-                              {"state_dim", env.state_dim()},
-                              {"state_fields", describe_observation(env)},
-                              {"proprio", describe_layout(proprio_fields())},
-                              {"segmentation_names", list_of(env.images().segmentation_names)},
-                              {"task_cue_dim", info.task_cue_dim},
-                              {"oracle_dim", info.oracle_dim},
-                              {"outputs", describe_outputs(env)},
-                              {"success_reward", info.success_reward},
-                              {"reward_terms", names_of(info.reward_terms)},
-                              {"props", describe_props(env.physics_model())},
-                              {"constants", published_constants(info.constants)}};
+  const ConstantTable rest = {
+      {"action_dim", env.action_dim()},
+      {"control_mode", name_of(env.options().control_mode)},
+      {"action_spaces", describe_actions(env)},
+      {"draws", describe_random_variables(Queries(env).random_variables())},
+      {"drawn", describe_sampled_values(info)},
+      {"rules", name_of(env.options().rules)},
+      {"options", describe_options(env)},
+      {"changeable", describe_changeable(info)},
+      {"changed", changed_constants(info.constants)},
+      {"warnings", list_of(unused_constants(info, env.options()))},
+      {"phases", describe_phases(info)},
+      {"state_dim", env.state_dim()},
+      {"state_fields", describe_observation(env)},
+      {"proprio", describe_layout(proprio_fields(env.options().joint_proprio))},
+      {"segmentation_names", list_of(env.images().segmentation_names)},
+      {"task_cue_dim", info.task_cue_dim},
+      {"oracle_dim", info.oracle_dim},
+      {"outputs", describe_outputs(env)},
+      {"success_reward", info.success_reward},
+      {"reward_terms", names_of(info.reward_terms)},
+      {"props", describe_props(env.physics_model())},
+      {"constants", published_constants(info.constants)}};
   description.insert(description.end(), rest.begin(), rest.end());
   return description;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/env/scripted_policy.h"
 #include "protocol/batch/variants.h"
 #include "protocol/datasets/npz.h"
 #include "protocol/formats/document_checksum.h"
@@ -41,12 +42,12 @@ std::string text_of(const Document& document, std::string_view key) {
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
 DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
-  const MakeOptions options = demonstration_options();
   return {{"version", version()},
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
           {"rules", name_of(plan.rules)},
-          {"control_mode", name_of(options.control_mode)},
+          {"control_mode", name_of(plan.control_mode)},
+          {"joint_proprio", plan.joint_proprio},
           {"reward_mode", "normalized_dense"},
           {"variant", variant_document(entry, plan.constants)}};
 }
@@ -57,10 +58,11 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
                                          const CollectionPlan& plan)
     : entry_(entry),
       plan_(plan),
-      rule_(collection_rule(entry)),
+      rule_(collection_rule(entry, plan.control_mode)),
       path_(root / "data_npz" / entry.id),
       next_(plan.start_seed) {
-  (void)make_task(entry.id, plan.constants);  // before there is a folder
+  require_mode_of(Policy::kOracle, plan.control_mode);  // before there is a folder
+  (void)make_task(entry.id, plan.constants);
   const std::uint64_t seeds = end_seed() - plan.start_seed;
   if (plan.start_seed > kMaxDemonstrationSeed - seeds) {
     throw Error(Error::kInvalidArgument,

@@ -20,6 +20,8 @@ struct CollectionPlan {
   std::uint64_t start_seed = 0;
   std::string renderer = "cpu";
   Rules rules = Rules::kReference;
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  bool joint_proprio = false;
   ConstantTable constants = {};  // of all tasks, instead of their own
 };
 

@@ -26,12 +26,13 @@ void append(std::vector<T>& to, std::span<const T> values) {
 
 }  // namespace
 
-CollectionRule collection_rule(const RegistryEntry& entry) {
+CollectionRule collection_rule(const RegistryEntry& entry, ControlMode mode) {
   const bool planned = std::find(kPlannedFamilies.begin(), kPlannedFamilies.end(), entry.family) !=
                            kPlannedFamilies.end() ||
                        entry.base.find("-Long-") != std::string_view::npos;
   if (planned) return {.batch = 1, .min_steps = 0};
-  return {.batch = entry.family == "ShellGamePick" ? 1 : 10, .min_steps = 10};
+  const bool alone = entry.family == "ShellGamePick" || mode == ControlMode::kPdJointDeltaPos;
+  return {.batch = alone ? 1 : 10, .min_steps = 10};
 }
 
 MakeOptions demonstration_options() {
@@ -58,7 +59,10 @@ void DemonstrationRecorder::start(const Batch& env, int index) {
 }
 
 void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<float> action) {
-  for (float& component : action) component = std::clamp(component, -1.0F, 1.0F);
+  const ActionSpace& space = env.action_space();
+  for (std::size_t i = 0; i < action.size(); ++i) {
+    action[i] = std::clamp(action[i], space.low[i], space.high[i]);
+  }
   append(rgb_, row_of(env.images().rgb, env, index));
   append(proprio_, row_of(env.proprio(), env, index));
   append(actions_, std::span<const float>(action));

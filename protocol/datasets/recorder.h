@@ -20,7 +20,9 @@ struct CollectionRule {
   int min_steps = 0;  // shorter episodes are dropped
 };
 
-CollectionRule collection_rule(const RegistryEntry& entry);
+// In pd_joint_delta_pos, whose joints are too slow for some episodes, each counts for itself.
+CollectionRule collection_rule(const RegistryEntry& entry,
+                               ControlMode mode = ControlMode::kPdEeDeltaPose);
 
 // Options of the environments for recording and replay: the
 // library's defaults with images, episodes ending at success and then left alone.
@@ -48,7 +50,7 @@ class DemonstrationRecorder {
  public:
   // After the environment's reset.
   void start(const Batch& env, int index);
-  // Before a step: limits the environment's action to [-1, 1] and keeps it with the observation.
+  // Before a step: limits the environment's action to its space and keeps it with the observation.
   void before_step(const Batch& env, int index, std::span<float> action);
   // After it.
   void after_step(const Batch& env, int index);

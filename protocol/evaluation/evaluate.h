@@ -39,7 +39,7 @@ struct Protocol {
   bool tell_episodes = false;  // requests to `external` have numbers and seeds of episodes
   std::string number_key;      // of the opaque numbers that they have otherwise
   bool samples = false;        // pictures of each task's first episode
-  MakeOptions environment;     // only obs_mode, image_options, rules and task_options are used
+  MakeOptions environment;     // without num_envs, threads and auto_reset
 
   // Episodes of a task, all rounds together.
   int all_episodes() const { return episodes * repeat; }

@@ -151,6 +151,7 @@ void ChunkedPolicy::request() {
   request.height = env_.options().images.height;
   request.width = env_.options().images.width;
   request.state_dim = state_.empty() ? 0 : env_.state_dim();
+  request.proprio_dim = env_.proprio_dim();
   request.max_slots = env_.num_envs();
   request.policy_seed = options_.policy_seed;
   request.context = &context_;

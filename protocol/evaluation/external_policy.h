@@ -28,12 +28,13 @@ struct PolicyRequest {
   std::span<const std::int32_t> steps;     // control steps taken so far
   std::span<const std::uint8_t> first;     // 1: the first request of this episode
   std::span<const std::string> instructions;
-  std::span<const float> proprio;     // (count, 7)
+  std::span<const float> proprio;     // (count, proprio_dim)
   std::span<const std::uint8_t> rgb;  // (count, height, width, 6); empty unless asked for
   std::span<const float> state;       // (count, state_dim); empty unless asked for
   int height = 0;
   int width = 0;
   int state_dim = 0;
+  int proprio_dim = 0;
   int max_slots = 0;
   std::uint64_t policy_seed = 0;  // of the policy's own random numbers, the same in all rows
   // A policy that waits for something must give up when context->stopped().

@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "core/env/proprio.h"
+#include "core/sim/action_dim.h"
 #include "protocol/formats/printable.h"
 
 namespace engram {
@@ -94,8 +96,8 @@ void PolicyProcess::handshake() {
   body.put(static_cast<std::uint32_t>(rgb ? images.height : 0));
   body.put(static_cast<std::uint32_t>(rgb ? images.width : 0));
   body.put(static_cast<std::uint32_t>(rgb ? 3 * images.cameras.size() : 0));
-  body.put(std::uint32_t{7});  // proprio
-  body.put(static_cast<std::uint32_t>(options_.action_dim));
+  body.put(static_cast<std::uint32_t>(proprio_dim(options_.environment.joint_proprio)));
+  body.put(static_cast<std::uint32_t>(action_dim(options_.environment.control_mode)));
   body.put(static_cast<std::uint32_t>(options_.max_slots));
   request_ = "the greeting";
   send_message(Message::kHello, body.bytes());

@@ -18,9 +18,8 @@ struct PolicyProcessOptions {
   std::string command;                         // for /bin/sh
   std::string server = {};                     // for which the command speaks, if it does
   std::chrono::milliseconds timeout{300'000};  // for every answer, its request included
-  BatchOptions environment;                    // obs_mode and images count
+  BatchOptions environment;                    // observations and control mode count
   int max_slots = 1;                           // episodes under way at the same time, at most
-  int action_dim = 7;                          // numbers of an action
 };
 
 // Writing to a process that has ended raises SIGPIPE: programs that use this class ignore that

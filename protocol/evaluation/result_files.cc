@@ -34,6 +34,7 @@ constexpr const char* kSampleFolder = "samples";
 // Keys that only some runs have.
 constexpr const char* kSealed = "sealed";
 constexpr const char* kTellEpisodes = "tell_episodes";
+constexpr const char* kJointProprio = "joint_proprio";
 constexpr const char* kRepeat = "repeat";
 constexpr const char* kPolicySeed = "policy_seed";
 constexpr const char* kLatency = "latency_steps";
@@ -63,9 +64,9 @@ std::string local_time() {
 }
 
 // Keys of a task document with the settings: the same in all documents of a run.
-constexpr const char* kProtocolKeys[] = {"start_seed",  "n_episodes", "control_mode", "obs_mode",
-                                         "version",     "rules",      "model",        kSealed,
-                                         kTellEpisodes, kRepeat,      kPolicySeed,    kLatency};
+constexpr const char* kProtocolKeys[] = {
+    "start_seed", "n_episodes",  "control_mode", "obs_mode",  "version", "rules",      "model",
+    kSealed,      kTellEpisodes, kRepeat,        kPolicySeed, kLatency,  kJointProprio};
 
 Document value_or_null(const Document& document, std::string_view key) {
   const Document* value = find(document, key);
@@ -171,6 +172,7 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
     }
   }
   if (settings.tell_episodes) keys.emplace_back(kTellEpisodes, true);
+  if (settings.joint_proprio) keys.emplace_back(kJointProprio, true);
   if (settings.repeat > 1 || settings.policy_seed != 0) {
     keys.emplace_back(kRepeat, settings.repeat);
     keys.emplace_back(kPolicySeed, settings.policy_seed);
@@ -208,7 +210,7 @@ Document task_document(const TaskResult& result, const EvaluationSettings& setti
                          {"sr", result.success_rate()},
                          {"mean_return", result.mean_return()},
                          {"benchmark_commit", nullptr},
-                         {"control_mode", name_of(ControlMode::kPdEeDeltaPose)},
+                         {"control_mode", name_of(settings.control_mode)},
                          {"obs_mode", name_of(settings.obs_mode)},
                          {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
                          {"action_chunk_size", result.chunk_size},

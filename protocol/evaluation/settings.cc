@@ -56,6 +56,9 @@ EvaluationSettings read(const Document& document) {
   read_seeds(document, settings);
   settings.obs_mode = require_named<ObsMode>("observation mode", text(part(document, "obs_mode")));
   settings.renderer = text(part(document, "renderer"));
+  settings.control_mode =
+      require_named<ControlMode>("control mode", text(part(document, "control_mode")));
+  settings.joint_proprio = truth(part(document, "joint_proprio"));
   settings.policy = text(part(document, "policy"));
   settings.policy_config = part(document, "policy_config");
   if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
@@ -92,6 +95,8 @@ void require_this_version(const Document& document, const std::filesystem::path&
 void EvaluationSettings::set_environment(const MakeOptions& environment) {
   obs_mode = environment.obs_mode;
   renderer = obs_mode == ObsMode::kRgb ? environment.image_options.renderer : "none";
+  control_mode = environment.control_mode;
+  joint_proprio = environment.joint_proprio;
   rules = environment.rules;
   task_options.clear();
   for (const TaskOptionValue& choice : environment.task_options) {
@@ -120,6 +125,8 @@ Document EvaluationSettings::document() const {
                          {"tell_episodes", tell_episodes},
                          {"obs_mode", name_of(obs_mode)},
                          {"renderer", renderer},
+                         {"control_mode", name_of(control_mode)},
+                         {"joint_proprio", joint_proprio},
                          {"policy", policy},
                          {"policy_config", policy_config},
                          {"rules", name_of(rules)},
@@ -209,6 +216,8 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   if (environment.obs_mode == ObsMode::kRgb) {
     environment.image_options.renderer = settings.renderer;
   }
+  environment.control_mode = settings.control_mode;
+  environment.joint_proprio = settings.joint_proprio;
   environment.rules = settings.rules;
   for (const auto& [name, value] : settings.task_options) {
     environment.task_options.push_back({name, value});

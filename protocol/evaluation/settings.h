@@ -20,8 +20,10 @@ struct EvaluationSettings {
   std::uint64_t start_seed = kBenchmarkSeed;
   ObsMode obs_mode = ObsMode::kRgb;
   std::string renderer = "none";  // of rgb observations
-  std::string policy;             // "oracle", or the name of an external one
-  Document policy_config;         // further description in the results
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  bool joint_proprio = false;
+  std::string policy;      // "oracle", or the name of an external one
+  Document policy_config;  // further description in the results
   Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
   ConstantTable constants;     // of all tasks, instead of their own
@@ -39,7 +41,7 @@ struct EvaluationSettings {
   // True if documents tell the seeds.
   bool tells_seeds() const { return !seal || opened; }
 
-  // Takes over the observations, the renderer, the rules, the task options and the constants.
+  // Takes over observations, renderer, control mode, rules, task options and constants.
   void set_environment(const MakeOptions& environment);
 
   Document document() const;

@@ -29,7 +29,7 @@ from engram.errors import (
     UnavailableError,
     UnknownIdError,
 )
-from engram.evaluation import compare, evaluate, report
+from engram.evaluation import compare, evaluate, report, suites
 from engram.factory import make, make_vec
 from engram.gym_registration import load_variants, register
 from engram.tasks import describe
@@ -60,6 +60,7 @@ __all__ = [
     "make_vec",
     "register",
     "report",
+    "suites",
 ]
 
 __version__: str = _core.version()

@@ -28,9 +28,9 @@ from engram.errors import Error, InvalidArgumentError
 from engram.tasks import describe
 
 if TYPE_CHECKING:
-    from engram.typing import Renderer, Rules
+    from engram.typing import ControlMode, Renderer, Rules
 
-__all__ = ["compare", "evaluate", "report"]
+__all__ = ["compare", "evaluate", "report", "suites"]
 
 Policy = Callable[[dict[str, Any]], Any]
 Results = str | os.PathLike[str] | Mapping[str, Any]
@@ -51,7 +51,8 @@ def _with_servers(function: Callable[P, Result]) -> Callable[P, Result]:
 
         if not is_url(given):
             return function(*args, **kwargs)
-        with contextlib.closing(ServerPolicy(given)) as server:
+        dim = _action_dim(args[1] if len(args) > 1 else kwargs.get("ids"), kwargs)
+        with contextlib.closing(ServerPolicy(given, action_dim=dim)) as server:
             kwargs.setdefault("config", server.config)
             kwargs.update({} if args else {"policy": server})
             return function(*((server, *args[1:]) if args else ()), **kwargs)  # type: ignore[arg-type]
@@ -62,14 +63,17 @@ def _with_servers(function: Callable[P, Result]) -> Callable[P, Result]:
 @_with_servers
 def evaluate(
     policy: Policy | str,
-    ids: str | Iterable[str],
+    ids: str | Iterable[str] | None = None,
     *,
-    episodes: int = 50,
+    suite: str | None = None,
+    episodes: int | None = None,
     seed: int = 4242424242,
     num_envs: int = 8,
     threads: int = 0,
     obs: Literal["rgb", "state", "objects"] = "rgb",
     renderer: Renderer = "cpu",
+    control_mode: ControlMode = "pd_ee_delta_pose",
+    joint_proprio: bool = False,
     rules: Rules = "reference",
     task_options: Mapping[str, float] | None = None,
     constants: Mapping[str, Any] | None = None,
@@ -91,7 +95,8 @@ def evaluate(
     * ``rgb`` (N, 128, 128, 6) uint8, base camera before wrist camera; with ``obs="rgb"`` only
     * ``state`` (N, state_dim) float32: the row of ``obs="state"`` or ``obs="objects"``, recorded
       in the results
-    * ``proprio`` (N, 7) float32, ``instruction`` N strings, ``env_id``
+    * ``proprio`` (N, 7) float32, or with ``joint_proprio`` (N, 8): seven joint angles (rad) and
+      the gripper's opening (m); ``instruction`` N strings, ``env_id``
     * ``episode``, ``step`` (N,): opaque number of the episode, control steps so far. The number is
       the same in every run and fit to seed random numbers. With ``tell_episodes`` it counts from 0,
       and ``seed`` (N,) is there
@@ -102,11 +107,14 @@ def evaluate(
     Or ``policy`` is the address of a policy server, such as "openpi://localhost:8000?replan=8"
     (docs/policy_servers.md), with the server's options as its query.
 
-    The arrays are copies. The policy returns an array of shape (N, 7) or (N, K, 7), or a sequence
-    of N arrays of shape (7), (K, 7) or (1, K, 7). The K actions are used one per step before the
+    The arrays are copies. The policy returns an array of shape (N, A) or (N, K, A), or a sequence
+    of N arrays of shape (A), (K, A) or (1, K, A), where A is 7, or what ``control_mode`` has
+    (docs/control_modes.md). The K actions are used one per step before the
     policy is called for the episode again. It is called from several threads, by one at a time;
     ``threads=1, num_envs=50`` makes one large batch.
 
+    ``ids``: one id or several, 50 ``episodes`` each unless told otherwise. Or ``suite``: the ids
+    and episodes of a list in :func:`engram.suites`, such as "mikasa5".
     ``rules`` ("reference" or "original"), ``task_options``, ``constants``: those of the
     environments.
     ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an
@@ -130,7 +138,7 @@ def evaluate(
     def act(observation: dict[str, Any]) -> list[np.ndarray]:
         return _chunks(call(observation), len(observation["instruction"]))
 
-    tasks = _ids(ids)
+    tasks, episodes = _tasks(ids, suite, episodes)
     if rules == "original":
         # Warns of constants without effect. The evaluation refuses bad arguments in its own words.
         with contextlib.suppress(Error):
@@ -158,6 +166,8 @@ def evaluate(
         repeat=integer("repeat", repeat),
         policy_seed=seed_value("policy_seed", policy_seed),
         latency=latency if isinstance(latency, str) else str(integer("latency", latency)),
+        control_mode=text("control_mode", control_mode),
+        joint_proprio=boolean("joint_proprio", joint_proprio),
     )
     return json.loads(document)
 
@@ -192,6 +202,32 @@ def _source(what: str, results: Any) -> str:
         except (TypeError, ValueError, RecursionError):
             raise InvalidArgumentError(f"{what}: no results of an evaluation given") from None
     return path(what, results)
+
+
+def suites() -> dict[str, dict[str, Any]]:
+    """Named lists of tasks that results are published on: {name: {"ids", "episodes", "seed"}}."""
+    return json.loads(_core.suites_json())
+
+
+def _tasks(ids: Any, suite: Any, episodes: int | None) -> tuple[list[str], int]:
+    """The tasks and the number of episodes."""
+    if suite is None:
+        if ids is None:
+            raise InvalidArgumentError("ids: None given, an id, a list of them or a suite needed")
+        return _ids(ids), 50 if episodes is None else episodes
+    if ids is not None:
+        raise InvalidArgumentError("ids, suite: one of them allowed")
+    found = suites().get(text("suite", suite))
+    if found is None:
+        raise InvalidArgumentError(f"suite: {suite!r} given, {', '.join(suites())} allowed")
+    return found["ids"], found["episodes"] if episodes is None else episodes
+
+
+def _action_dim(ids: Any, options: Mapping[str, Any]) -> int:
+    """Numbers of an action in the control mode that the options ask for."""
+    mode = options.get("control_mode", "pd_ee_delta_pose")
+    tasks, _ = _tasks(ids, options.get("suite"), None)
+    return describe(tasks[0], control_mode=mode)["action_dim"] if tasks else 7
 
 
 def _ids(ids: Any) -> list[str]:

@@ -71,7 +71,8 @@ class Session {
       nb::list instructions;
       for (std::size_t i = 0; i < count; ++i) instructions.append(request.instructions[i]);
       observation["instruction"] = instructions;
-      observation["proprio"] = array(request.proprio, {count, 7});
+      observation["proprio"] =
+          array(request.proprio, {count, static_cast<std::size_t>(request.proprio_dim)});
       observation["rgb"] = array(request.rgb, {count, static_cast<std::size_t>(request.height),
                                                static_cast<std::size_t>(request.width), 6});
       observation["state"] =
@@ -116,7 +117,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      const NamedValue& task_options, const std::string& constants,
                      bool tell_episodes, const std::optional<std::string>& seed_file,
                      nb::object progress, int repeat, std::uint64_t policy_seed,
-                     const std::string& latency) {
+                     const std::string& latency, const std::string& control_mode,
+                     bool joint_proprio) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
   for (const std::string& id : ids) names.push_back(c_text(id));
@@ -146,6 +148,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.repeat = repeat;
   options.policy_seed = policy_seed;
   options.latency = c_text(latency);
+  options.control_mode = c_text(control_mode);
+  options.joint_proprio = joint_proprio ? 1 : 0;
   char* document = nullptr;
   engram_status status = ENGRAM_OK;
   without_lock([&] { status = engram_evaluate(&options, &Session::act, &session, &document); });
@@ -189,7 +193,13 @@ void bind_evaluate(nb::module_& module) {
   module.def("evaluate", &evaluate, "policy"_a, "ids"_a, "episodes"_a, "seed"_a, "num_envs"_a,
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
              "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
-             "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a);
+             "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a,
+             "control_mode"_a, "joint_proprio"_a);
+  module.def("suites_json", [] {
+    const char* text = engram_suites_json();
+    if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());
+    return std::string(text);
+  });
   module.def("compare", &compare, "a"_a, "b"_a, "allow"_a);
   module.def("report", &report, "results"_a, "format"_a);
 }

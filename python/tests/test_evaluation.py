@@ -1,7 +1,9 @@
 """engram.evaluate: what a policy sees, what it may answer, and how it fails."""
 
+import contextlib
 import hashlib
 import json
+import re
 
 import numpy as np
 import pytest
@@ -242,3 +244,51 @@ def test_latency():
     for bad in ("soon", -1, 2.5, True):
         with pytest.raises(engram.InvalidArgumentError, match="latency"):
             engram.evaluate(policy, ID, latency=bad)
+
+
+def test_joint_space():
+    """Actions and proprio of joints; the oracle of another batch solves the episodes."""
+    twin = engram.make(ID, control_mode="pd_joint_pos", joint_proprio=True, obs_mode="state")
+    seen = set()
+
+    def policy(observation):
+        seen.add((observation["proprio"].shape, observation["state"].shape))
+        if observation["first"][0]:
+            twin.reset(seed=int(observation["seed"][0]))
+        action = twin.act("oracle")
+        _, _, _, _, info = twin.step(action)
+        seen.add(info["proprio"].shape)
+        return action[None]
+
+    with contextlib.closing(twin):
+        result = engram.evaluate(
+            policy, ID, episodes=3, num_envs=1, threads=1, obs="state", tell_episodes=True,
+            control_mode="pd_joint_pos", joint_proprio=True,
+        )  # fmt: skip
+    task = result["tasks"][0]
+    assert task["successes"] == [True] * 3
+    assert (task["control_mode"], task["joint_proprio"]) == ("pd_joint_pos", True)
+    assert {shape for shape in seen if len(shape) == 1} == {(8,)}
+    assert {shape[0] for shape in seen if len(shape) == 2} == {(1, 8)}
+    with pytest.raises(engram.UnknownIdError, match="no control mode named 'pd'"):
+        engram.evaluate(policy, ID, control_mode="pd")
+
+
+def test_a_suite():
+    assert engram.suites()["mikasa5"]["episodes"] == 100
+    asked = []
+
+    def still(observation):
+        asked.append(observation["env_id"])
+        return np.zeros((len(observation["instruction"]), 30, 7))
+
+    result = engram.evaluate(still, suite="mikasa5", episodes=1, obs="state")
+    assert {task["env_id"] for task in result["tasks"]} == set(engram.suites()["mikasa5"]["ids"])
+    assert set(asked) == set(engram.suites()["mikasa5"]["ids"])
+    for wrong, words in (
+        ({"suite": "mikasa6"}, "suite: 'mikasa6' given, mikasa5 allowed"),
+        ({"suite": "mikasa5", "ids": ID}, "ids, suite: one of them allowed"),
+        ({}, "ids: None given"),
+    ):
+        with pytest.raises(engram.InvalidArgumentError, match=re.escape(words)):
+            engram.evaluate(still, **wrong)

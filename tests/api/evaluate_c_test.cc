@@ -60,6 +60,45 @@ TEST_CASE("C API: an empty text is no name and no folder", "[evaluation]") {
   CHECK(call.requests == 0);
 }
 
+TEST_CASE("C API: an evaluation has a control mode and a proprio", "[evaluation]") {
+  const auto dims = [](void* user, const engram_policy_request* request,
+                       engram_policy_reply* reply) {
+    auto& seen = *static_cast<std::pair<int, int>*>(user);
+    seen = {request->proprio_dim, request->action_dim};
+    const std::vector<float> zeros(static_cast<std::size_t>(request->action_dim), 0.0F);
+    const int64_t shape[] = {request->action_dim};
+    for (int32_t row = 0; row < request->count; ++row) {
+      engram_policy_set(reply, row, zeros.data(), shape, 1);
+    }
+    return 0;
+  };
+  engram_evaluation_options options = options_of(1);
+  std::pair<int, int> seen;
+  char* text = nullptr;
+  REQUIRE(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_OK);
+  engram_free_text(text);
+  CHECK(seen == std::pair(7, 7));
+  options.control_mode = "pd_joint_delta_pos";
+  options.joint_proprio = 1;
+  REQUIRE(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_OK);
+  CHECK(Json::parse(text)["tasks"][0]["control_mode"] == "pd_joint_delta_pos");
+  engram_free_text(text);
+  CHECK(seen == std::pair(8, 8));
+  options.control_mode = "pd";
+  CHECK(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_UNKNOWN_ID);
+  options.control_mode = nullptr;
+  options.joint_proprio = 2;
+  CHECK(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("joint_proprio: 2 given, 0 or 1 allowed"));
+}
+
+TEST_CASE("C API: suites are named lists of tasks", "[evaluation]") {
+  const Json suites = Json::parse(engram_suites_json());
+  CHECK(suites["mikasa5"]["ids"].size() == 5);
+  CHECK(suites["mikasa5"]["episodes"] == 100);
+  CHECK(suites["mikasa5"]["seed"] == 4242424242);
+}
+
 TEST_CASE("C API: a callback is evaluated", "[evaluation]") {
   const engram_evaluation_options options = options_of(3);
   Call call;

@@ -407,8 +407,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         Args:
             policy: "oracle" solves the task with privileged state, "blind" is the oracle that must
                 guess what the cue showed, "sweep" does the best that can be done without memory
-                (all three in pd_ee_delta_pose only), "random" is uniform over the action space,
-                "zero".
+                (all three in pd_ee_delta_pose, pd_joint_pos and pd_joint_delta_pos), "random" is
+                uniform over the action space, "zero".
             out: float32 (N, action_dim) to write to, instead of a new array.
         """
         number = one_of("policy", policy, POLICY)

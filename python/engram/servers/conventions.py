@@ -101,7 +101,8 @@ def state_of(layout: str, proprio: Array) -> Array:
         need = "joint angles" if layout == "joints8" else "the TCP's pose"
         raise InvalidArgumentError(
             f"state {layout}: {need} needed, and policies get {given} here; "
-            + ("joints8 allowed" if joints else "tcp7, libero8, libero_rpy8 or oxe8 allowed")
+            + ("joints8 allowed" if joints else "tcp7, libero8, libero_rpy8 or oxe8 allowed, ")
+            + ("" if joints else "or joint_proprio (--joint-proprio)")
         )
     return LAYOUTS[layout](np.asarray(proprio, np.float32)).astype(np.float32)
 

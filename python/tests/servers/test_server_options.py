@@ -154,7 +154,7 @@ def test_files_of_keys_that_are_refused(content, message, tmp_path):
     assert message in str(caught.value)
 
 
-def test_joints_are_refused_until_policies_get_them():
+def test_joints_need_joint_proprio():
     with openpi_server(lambda _: np.zeros((1, 7))) as url:
         policy = ServerPolicy(url, keys="droid")
         with pytest.raises(engram.InvalidArgumentError, match="joint angles needed, and policies"):

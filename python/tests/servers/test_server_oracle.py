@@ -69,6 +69,35 @@ def test_chunks_of_which_a_part_is_used(protocol, own):
             assert without_name(result) == json.dumps(expected)
 
 
+@pytest.mark.parametrize(
+    ("protocol", "keys", "mode"),
+    [
+        ("openpi", "droid", "pd_joint_pos"),
+        ("gr00t", "mikasa", "pd_joint_delta_pos"),
+        ("act", "mikasa", "pd_joint_pos"),
+    ],
+)
+def test_joint_space(protocol, keys, mode):
+    """Actions of 8 and states of 8."""
+    joints = ("--control-mode", mode, "--joint-proprio")
+    words = ("eval", *TASKS, "--episodes", "3", "--obs", "rgb", *joints)
+    own = results_of(*words, "--policy", "oracle")
+    assert {task["control_mode"] for task in own["tasks"]} == {mode}
+    served = ("--policy", "oracle", "--protocol", protocol, "--server-keys", keys)
+    with engram_serve(*served, *joints) as url:
+        server = ("--policy-server", url, "--tell-episodes", "--server-keys", keys)
+        through = results_of(*words, *server, "--server-state", "joints8")
+    assert without_name(through) == without_name(own)
+
+
+def test_a_client_with_another_proprio_is_told():
+    words = ("eval", TASK, "--episodes", "1", "--joint-proprio", "--server-state", "joints8")
+    with engram_serve("--policy", "oracle") as url:
+        done = run_engram(*words, "--policy-server", url, "--tell-episodes")
+    assert done.returncode == 1
+    assert "proprio of 8 numbers given, 7 needed; engram serve needs --joint-proprio" in done.stderr
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_all_tasks(protocol):

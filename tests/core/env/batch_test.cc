@@ -48,6 +48,22 @@ TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
   CHECK(proprio[6] == Approx(0.08));
 }
 
+TEST_CASE("joint_proprio shows the arm's angles and the gripper's opening", "[batch]") {
+  BatchOptions options;
+  options.joint_proprio = true;
+  const auto env = make_env("RememberColor3-VLA-v0", options);
+  env->reset();
+  CHECK(env->proprio_dim() == 8);
+  for (int step = 0; step < 3; ++step) {
+    const auto proprio = env->proprio();
+    REQUIRE(proprio.size() == 8);
+    const double* qpos = env->state().qpos.row(0);
+    for (std::size_t i = 0; i < 7; ++i) CHECK(proprio[i] == static_cast<float>(qpos[i]));
+    CHECK(proprio[7] == static_cast<float>(qpos[7] + qpos[8]));
+    env->step(std::vector<float>{0.5F, 0.5F, -0.5F, 0, 0, 0, -1});
+  }
+}
+
 TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[batch]") {
   for (const int sign : {-1, 1}) {
     BatchOptions options;

@@ -69,6 +69,38 @@ constexpr ControlMode kAllModes[] = {
     ControlMode::kPdJointDeltaPosVel,
 };
 
+TEST_CASE("A joint action has the drive targets of a pose action", "[controller]") {
+  const std::vector<float> pose_action = {0.3F, -0.2F, 0.1F, 0.2F, 0.1F, -0.3F, -0.5F};
+  const Fixture pose(ControlMode::kPdEeDeltaPose);
+  const DriveTarget expected = pose.drive(pose_action);
+  for (const ControlMode mode : {ControlMode::kPdJointPos, ControlMode::kPdJointDeltaPos}) {
+    INFO(name_of(mode));
+    const Fixture joints(mode);
+    REQUIRE(joints.controller.follows_pose_actions());
+    std::vector<float> action(8);
+    std::copy(pose_action.begin(), pose_action.end(), action.begin());
+    joints.controller.joint_action(joints.state, 0, action.data(), action.data());  // in place
+    const DriveTarget found = joints.drive(action);
+    for (std::size_t i = 0; i < kRobotJoints; ++i) {
+      CHECK(std::abs(found.qpos[i] - expected.qpos[i]) < 1e-6);
+    }
+  }
+  CHECK_FALSE(pose.controller.follows_pose_actions());
+}
+
+TEST_CASE("A joint action that is longer than its range keeps its direction", "[controller]") {
+  const std::vector<float> pose_action = {1, -1, 1, 0, 0, 0, 1};
+  const Fixture pose(ControlMode::kPdEeDeltaPose);
+  const Fixture joints(ControlMode::kPdJointDeltaPos);
+  const ArmVector wanted = pose.change(pose_action);
+  REQUIRE(wanted.cwiseAbs().maxCoeff() > 0.11);
+  std::vector<float> action(8);
+  joints.controller.joint_action(joints.state, 0, pose_action.data(), action.data());
+  const ArmVector found = joints.change(action);
+  CHECK(std::abs(found.cwiseAbs().maxCoeff() - 0.1) < 1e-6);
+  CHECK(found.normalized().dot(wanted.normalized()) > 1 - 1e-9);
+}
+
 TEST_CASE("Control modes have the published names and sizes", "[controller]") {
   const std::pair<const char*, int> table[] = {{"pd_joint_delta_pos", 8},
                                                {"pd_joint_pos", 8},

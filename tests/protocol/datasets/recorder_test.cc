@@ -39,22 +39,30 @@ TEST_CASE("Demonstrations: rules of the families", "[demonstrations]") {
 }
 
 TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations]") {
-  for (const char* id :
-       {"RememberColor3-VLA-v0", "ShellGamePush-VLA-v0", "RotateStrictPos-VLA-v0"}) {
-    INFO(id);
+  const std::pair<const char*, ControlMode> cases[] = {
+      {"RememberColor3-VLA-v0", ControlMode::kPdEeDeltaPose},
+      {"ShellGamePush-VLA-v0", ControlMode::kPdEeDeltaPose},
+      {"RotateStrictPos-VLA-v0", ControlMode::kPdEeDeltaPose},
+      {"ShellGamePush-VLA-v0", ControlMode::kPdJointPos},
+      {"RotateStrictPos-VLA-v0", ControlMode::kPdJointDeltaPos}};
+  for (const auto& [id, mode] : cases) {
+    INFO(id << " " << name_of(mode));
+    const std::size_t dim = mode == ControlMode::kPdEeDeltaPose ? 7 : 8;
     constexpr std::uint64_t kSeed = 4'242'424'242'424;
     MakeOptions options = demonstration_options();
     options.num_envs = 2;
     options.threads = 1;
+    options.control_mode = mode;
+    options.joint_proprio = dim == 8;
     const auto env = make(id, options);
     const std::vector<std::uint64_t> seeds = {kSeed - 1, kSeed};
     env->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
     DemonstrationRecorder recorder;
     recorder.start(*env, 1);
-    std::vector<float> actions(14);
+    std::vector<float> actions(2 * dim);
     while ((env->terminated()[1] | env->truncated()[1]) == 0) {
       ScriptedPolicy(*env, Policy::kOracle).act(actions);
-      recorder.before_step(*env, 1, std::span(actions).subspan(7));
+      recorder.before_step(*env, 1, std::span(actions).subspan(dim));
       env->step(actions);
       recorder.after_step(*env, 1);
     }
@@ -71,30 +79,38 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
     CHECK(file.scalar<std::int32_t>("episode_length", NpyType::kInt32) == steps);
     CHECK(file.scalar<bool>("success_once", NpyType::kBool));
     const std::int64_t frames[] = {steps, 128, 128, 6};
-    const std::int64_t sevens[] = {steps, 7};
+    const std::int64_t rows[] = {steps, static_cast<std::int64_t>(dim)};
     const std::int64_t singles[] = {steps};
     const auto rgb = file.read("rgb", NpyType::kUint8, frames);
-    const auto proprio = file.read("proprio", NpyType::kFloat32, sevens);
-    const auto stored = file.read("action", NpyType::kFloat32, sevens);
+    const auto proprio = file.read("proprio", NpyType::kFloat32, rows);
+    const auto stored = file.read("action", NpyType::kFloat32, rows);
     const auto reward = file.read("reward", NpyType::kFloat32, singles);
     const auto success = file.read("success", NpyType::kInt32, singles);
     CHECK(success == file.read("done", NpyType::kInt32, singles));
 
     // A fresh environment of the library's defaults has the same observations.
-    const auto again =
-        make(id, {.num_envs = 1, .seed = kSeed, .threads = 1, .obs_mode = ObsMode::kRgb});
+    MakeOptions fresh;
+    fresh.seed = kSeed;
+    fresh.threads = 1;
+    fresh.obs_mode = ObsMode::kRgb;
+    fresh.control_mode = mode;
+    fresh.joint_proprio = dim == 8;
+    const auto again = make(id, fresh);
     again->reset();
     bool equal = true;
     double sum = 0;
-    std::vector<float> action(7);
+    std::vector<float> action(dim);
     for (std::size_t t = 0; t < static_cast<std::size_t>(steps); ++t) {
       const auto same = [t](const auto& shown, const std::vector<std::byte>& all) {
         const auto bytes = std::as_bytes(shown);
         return std::memcmp(bytes.data(), all.data() + t * bytes.size(), bytes.size()) == 0;
       };
       equal = equal && same(again->images().rgb, rgb) && same(again->proprio(), proprio);
-      std::memcpy(action.data(), stored.data() + t * 28, 28);
-      CHECK(std::all_of(action.begin(), action.end(), [](float a) { return a >= -1 && a <= 1; }));
+      std::memcpy(action.data(), stored.data() + t * 4 * dim, 4 * dim);
+      const ActionSpace& space = again->action_space();
+      for (std::size_t i = 0; i < dim; ++i) {
+        CHECK((action[i] >= space.low[i] && action[i] <= space.high[i]));
+      }
       again->step(action);
       equal = equal && same(again->reward(), reward);
       CHECK((again->success()[0] != 0) == (t + 1 == static_cast<std::size_t>(steps)));

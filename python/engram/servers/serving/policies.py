@@ -20,6 +20,7 @@ from engram.factory import make
 Array = npt.NDArray[Any]
 
 SCRIPTED = ("oracle", "sweep", "blind", "random", "zero")
+_TCP = 7  # numbers of proprio with the TCP's pose
 _TWINS = 256
 
 
@@ -32,7 +33,7 @@ class Request:
     """What a client has sent: frames, oldest first, without names of keys.
 
     session: number of the connection or session; first: its episode has just begun.
-    rgb: (T, H, W, 6), proprio: (T, 7), row: (T, W), each None if it was not sent.
+    rgb: (T, H, W, 6), proprio: (T, 7 or 8), row: (T, W), each None if it was not sent.
     told: what ``--tell-episodes`` tells.
     """
 
@@ -48,7 +49,7 @@ class Request:
 class ServedPolicy(abc.ABC):
     @abc.abstractmethod
     def answer(self, request: Request) -> Array:
-        """Actions (K, 7). Raises Error with a sentence for the client."""
+        """Actions (K, dim). Raises Error with a sentence for the client."""
 
 
 # --- engram's own policies ---
@@ -81,12 +82,17 @@ class _Twin:
         """Refuses a client whose episode took another course."""
         here = self._proprio[step]
         if proprio.shape != here.shape:
-            raise RequestError(f"engram: proprio of shape {proprio.shape} given, (7) needed")
+            raise RequestError(
+                f"engram: proprio of {proprio.size} numbers given, {here.size} needed; "
+                "engram serve needs --joint-proprio where the client has it"
+            )
         if not np.array_equal(here, proprio):
             far = float(np.abs(here[:3] - proprio[:3]).max())
+            tcp = here.size == _TCP
+            where = f"TCP {1000 * far:.1f} mm away" if tcp else f"a joint {far:.4f} rad"
             raise RequestError(
                 f"step {step}: the client's robot is elsewhere than this policy has moved it "
-                f"(TCP {1000 * far:.1f} mm away); its actions are not executed as they are sent"
+                f"({where}); its actions are not executed as they are sent"
             )
 
     def close(self) -> None:

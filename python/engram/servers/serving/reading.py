@@ -88,7 +88,7 @@ class Reader:
         proprio: Array | None = None
         parts = [_frames(state, name, 1) for name in keys.state]
         known = [part for part in parts if part is not None]
-        if keys.layout == "tcp7" and known and len(known) == len(parts):
+        if keys.layout in ("tcp7", "joints8") and known and len(known) == len(parts):
             proprio = np.concatenate(known, -1)
         request = Request(
             session,
