@@ -121,13 +121,7 @@ void add_compare_command(const Command& program) {
       .add_repeatable(
           "--allow",
           [options](const std::string& name) {
-            const auto allowed = find_named<AllowedDifference>(name);
-            if (!allowed) {
-              throw Error(Error::kInvalidArgument,
-                          fmt::format("--allow: '{}' given, {} allowed", name,
-                                      join(names_of(AllowedDifference()))));
-            }
-            options->allowed.insert(*allowed);
+            options->allowed.insert(require_option<AllowedDifference>("--allow", name));
           },
           "Compares results that differ in ids, seeds (what both have is compared), version, rules "
           "or constants (repeatable)")

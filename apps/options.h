@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "apps/command_line.h"
+#include "core/base/join.h"
+#include "core/base/names.h"
 #include "protocol/batch/make.h"
 
 namespace engram::apps {
@@ -53,6 +55,14 @@ inline constexpr std::array kTaskPolicies = {Policy::kZero, Policy::kRandom, Pol
 // Options whose value is one of some names; their help lists the names.
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);
 Option add_control_mode(const Command& command, ControlMode& mode);
+// The value of that name, given to an option. Throws Error that lists the names.
+template <class Enum>
+Enum require_option(const char* option, const std::string& name) {
+  if (const std::optional<Enum> found = find_named<Enum>(name)) return *found;
+  throw Error(Error::kInvalidArgument, std::string(option) + ": '" + name + "' given, " +
+                                           join(names_of(Enum())) + " allowed");
+}
+
 Option add_joint_proprio(const Command& command, bool& joint_proprio);
 Option add_reward(const Command& command, RewardMode& mode);
 Option add_auto_reset(const Command& command, AutoReset& mode);

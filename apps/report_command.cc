@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "apps/options.h"
 #include "apps/output.h"
 #include "protocol/evaluation/result_set.h"
 #include "protocol/evaluation/result_tables.h"
@@ -31,13 +32,7 @@ void add_report_command(const Command& program) {
       .add_option(
           "--format",
           [options](const std::string& name) {
-            const auto format = find_named<TableFormat>(name);
-            if (!format) {
-              throw Error(Error::kInvalidArgument,
-                          fmt::format("--format: '{}' given, {} allowed", name,
-                                      join(names_of(TableFormat()))));
-            }
-            options->format = *format;
+            options->format = require_option<TableFormat>("--format", name);
           },
           "Markdown, LaTeX (booktabs), CSV of tasks or of episodes, or an entry of vla-eval's "
           "leaderboard")

@@ -228,7 +228,7 @@ void BatchGroup::act(Policy policy, std::span<float> actions) {
 
 // --- arrays of users ---
 
-std::span<const OutputTarget> BatchGroup::checked(std::span<const OutputTarget> targets) const {
+void BatchGroup::check_targets(std::span<const OutputTarget> targets) const {
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const OutputTarget& target = targets[i];
     const OutputArray* const array = find_array(outputs(), target.name);
@@ -250,7 +250,6 @@ std::span<const OutputTarget> BatchGroup::checked(std::span<const OutputTarget> 
       }
     }
   }
-  return targets;
 }
 
 void BatchGroup::write_to(std::span<const OutputTarget> first,
@@ -259,8 +258,8 @@ void BatchGroup::write_to(std::span<const OutputTarget> first,
     throw Error(Error::kBadState,
                 "arrays for outputs given after the first reset; give them before");
   }
-  checked(first);
-  checked(second);
+  check_targets(first);
+  check_targets(second);
   for (const OutputTarget& target : second) {
     const bool paired = std::ranges::any_of(
         first, [&target](const OutputTarget& one) { return one.name == target.name; });

@@ -85,7 +85,7 @@ class BatchGroup {
     Range envs;
   };
 
-  std::span<const OutputTarget> checked(std::span<const OutputTarget> targets) const;
+  void check_targets(std::span<const OutputTarget> targets) const;
   void add_targets(std::span<const OutputTarget> targets, std::size_t turn);
   void attach();
   void take_turn();

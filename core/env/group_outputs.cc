@@ -42,7 +42,10 @@ GroupOutputs::GroupOutputs(const std::vector<GroupPart>& parts, bool common)
   for (const GroupPart& part : parts_) {
     num_envs_ += part.batch->num_envs();
     rows.push_back(engram::row_fields(*part.batch));
-    sources_.push_back({output_arrays(*part.batch), final_output_arrays(*part.batch), rows.back()});
+    Source& source = sources_.emplace_back();
+    source.now = output_arrays(*part.batch);
+    source.finals = final_output_arrays(*part.batch);
+    source.row = rows.back();
   }
   layout_ = RowLayout(rows);
   any_cue_ =

@@ -10,6 +10,7 @@
 #include "protocol/batch/variants.h"
 #include "protocol/datasets/npz.h"
 #include "protocol/formats/document_checksum.h"
+#include "protocol/formats/document_values.h"
 #include "protocol/formats/files.h"
 
 namespace engram {
@@ -138,8 +139,7 @@ void DemonstrationFolder::check_metadata() const {
          "the data files");
   }
   for (const auto& [key, value] : provenance(entry_, plan_)) {
-    const Document* entry = find(*before, key);
-    const Document found = entry != nullptr ? *entry : Document();
+    const Document found = value_or_null(*before, key);
     if (found == value) continue;
     throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
                                              " " + to_line(found) + ", " + to_line(value) +

@@ -7,6 +7,7 @@
 #include "protocol/evaluation/episode_digests.h"
 #include "protocol/evaluation/statistics.h"
 #include "protocol/evaluation/success_rates.h"
+#include "protocol/formats/document_values.h"
 
 namespace engram {
 namespace {
@@ -14,11 +15,6 @@ namespace {
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
 
 const std::string& id_of(const Document& task) { return text(part(task, "env_id")); }
-
-Document value_or_null(const Document& document, const char* key) {
-  const Document* value = find(document, key);
-  return value == nullptr ? Document() : *value;
-}
 
 // --- episodes that pair ---
 

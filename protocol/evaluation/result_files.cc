@@ -17,6 +17,7 @@
 #include "protocol/evaluation/success_rates.h"
 #include "protocol/formats/chained_hash.h"
 #include "protocol/formats/document_checksum.h"
+#include "protocol/formats/document_values.h"
 #include "protocol/formats/files.h"
 
 namespace engram {
@@ -67,11 +68,6 @@ std::string local_time() {
 constexpr const char* kProtocolKeys[] = {
     "start_seed", "n_episodes",  "control_mode", "obs_mode",  "version", "rules",      "model",
     kSealed,      kTellEpisodes, kRepeat,        kPolicySeed, kLatency,  kJointProprio};
-
-Document value_or_null(const Document& document, std::string_view key) {
-  const Document* value = find(document, key);
-  return value == nullptr ? Document() : *value;
-}
 
 template <class T>
 DocumentList to_list(const std::vector<T>& values) {

@@ -232,7 +232,7 @@ class _Draft:
     has_time: bool
     prompt: str
     env_id: str
-    told: dict[str, Any] | None
+    episode: dict[str, Any] | None
 
     def finished(self, size: tuple[int, int] | None) -> Question:
         keys = self.keys
@@ -249,7 +249,7 @@ class _Draft:
             whole = state_of(keys.layout, self._over_time([f.proprio for f in self.frames]))
             for name, (start, stop) in keys.state.items():
                 state[name] = whole[..., start:stop]
-        return Question(pictures, state, self.prompt, self.has_time, self.env_id, self.told)
+        return Question(pictures, state, self.prompt, self.has_time, self.env_id, self.episode)
 
     def _over_time(self, values: list[Any]) -> Array:
         return np.stack(values) if self.has_time else values[-1]

@@ -38,7 +38,7 @@ def api_key() -> str | None:
 class Question:
     """What a server is asked: pictures and state by name, with a time axis if there is a history.
 
-    told: env_id, seed, step and proprio of the episode, for servers that may know it.
+    episode: env_id, seed, step and proprio of the episode, for servers that may know it.
     """
 
     pictures: Mapping[str, Array]
@@ -46,11 +46,11 @@ class Question:
     prompt: str
     has_time: bool
     env_id: str
-    told: Mapping[str, Any] | None
+    episode: Mapping[str, Any] | None
 
     @property
     def extras(self) -> dict[str, Any]:
-        return {} if self.told is None else {"engram": dict(self.told)}
+        return {} if self.episode is None else {"engram": dict(self.episode)}
 
 
 class Connection(abc.ABC):

@@ -34,7 +34,7 @@ class Request:
 
     session: number of the connection or session; first: its episode has just begun.
     rgb: (T, H, W, 6), proprio: (T, 7 or 8), row: (T, W), each None if it was not sent.
-    told: what ``--tell-episodes`` tells.
+    episode: what ``--tell-episodes`` tells.
     """
 
     session: int
@@ -43,7 +43,7 @@ class Request:
     proprio: Array | None
     row: Array | None
     prompt: str
-    told: Mapping[str, Any] | None
+    episode: Mapping[str, Any] | None
 
 
 class ServedPolicy(abc.ABC):
@@ -128,22 +128,24 @@ class ScriptedPolicy(ServedPolicy):
         self._twins: collections.OrderedDict[tuple[str, int], _Twin] = collections.OrderedDict()
 
     def answer(self, request: Request) -> Array:
-        told = request.told
-        if told is None:
+        episode = request.episode
+        if episode is None:
             raise RequestError(
                 f"{self._name} needs env_id, seed and step of the episode under the key 'engram'; "
                 "--tell-episodes (tell_episodes=True) sends them"
             )
         try:
-            env_id, seed, step = str(told["env_id"]), int(told["seed"]), int(told["step"])
+            env_id, seed, step = str(episode["env_id"]), int(episode["seed"]), int(episode["step"])
         except (KeyError, TypeError, ValueError):
-            raise RequestError(f"engram: {told!r:.100} given; env_id, seed, step needed") from None
+            raise RequestError(
+                f"engram: {episode!r:.100} given; env_id, seed, step needed"
+            ) from None
         if not 0 <= step < 1_000_000:
             raise RequestError(f"engram: step {step} given, 0 or more needed")
         twin = self._twin(env_id, seed)
         chunk = twin.chunk(step, self._chunk)
-        if told.get("proprio") is not None:
-            twin.require_same(step, np.asarray(told["proprio"], np.float32))
+        if episode.get("proprio") is not None:
+            twin.require_same(step, np.asarray(episode["proprio"], np.float32))
         return chunk
 
     def _twin(self, env_id: str, seed: int) -> _Twin:
@@ -188,12 +190,12 @@ class CallablePolicy(ServedPolicy):
         def row(values: Array | None) -> Array | None:
             return None if values is None else values[frame : frame + 1]
 
-        told = request.told or {}
+        episode = request.episode or {}
         return {
-            "env_id": str(told.get("env_id", "")),
+            "env_id": str(episode.get("env_id", "")),
             "worker": 0,
             "slot": np.array([request.session], np.int32),
-            "episode": np.array([told.get("episode", 0)], np.int32),
+            "episode": np.array([episode.get("episode", 0)], np.int32),
             "step": np.array([step], np.int32),
             "first": np.array([first], np.uint8),
             "instruction": [request.prompt],

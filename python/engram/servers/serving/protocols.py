@@ -48,8 +48,8 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
                     await socket.send(pack_openpi({"reset_finished": True}))
                     continue
                 prompt = request.get(reader.keys.prompt)
-                told = request.get("engram")
-                actions = reader.answer(session, request, request, prompt, told)
+                episode = request.get("engram")
+                actions = reader.answer(session, request, request, prompt, episode)
             except Exception as error:
                 await socket.send(_sentence(error))
                 await socket.close(1011, "the last message has the reason")
@@ -157,8 +157,8 @@ async def serve_act(reader: Reader, host: str, port: int, ready: Any) -> None:
             if not isinstance(body, dict):
                 raise CodecError("a request that is no object")
             session = reader.sessions.of(body.get("session_id"))
-            told = body.get("engram")
-            actions = reader.answer(session, body, body, body.get(reader.keys.prompt), told)
+            episode = body.get("engram")
+            actions = reader.answer(session, body, body, body.get(reader.keys.prompt), episode)
         except Exception as error:
             return _json({"error": _sentence(error)})
         return _json(actions[0] if len(actions) == 1 else list(actions))

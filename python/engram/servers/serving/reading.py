@@ -75,7 +75,7 @@ class Reader:
         pictures: Mapping[str, Any],
         state: Mapping[str, Any],
         prompt: Any,
-        told: Any,
+        episode: Any,
     ) -> Array:
         """Actions (K, 7) in the convention of the keys."""
         keys = self.keys
@@ -97,7 +97,7 @@ class Reader:
             proprio,
             _frames(state, keys.row, 1),
             prompt if isinstance(prompt, str) else "",
-            told if isinstance(told, Mapping) else None,
+            episode if isinstance(episode, Mapping) else None,
         )
         actions = from_engram(keys.convention, self.policy.answer(request))
         return np.ascontiguousarray(actions, np.float32)
