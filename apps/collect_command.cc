@@ -32,6 +32,7 @@ struct CollectOptions {
   std::string out = ".";
   CollectionOptions collection{.plan = {}, .out = {}};
   bool estimate = false;
+  bool stream = false;
   bool json = false;
 };
 
@@ -107,6 +108,30 @@ Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks
   return folders;
 }
 
+// A block of a stream: its length, 8 bytes, little-endian, and the bytes.
+void print_block(std::span<const std::byte> bytes) {
+  ByteWriter length;
+  length.put(static_cast<std::uint64_t>(bytes.size()));
+  print_bytes(length.bytes());
+  print_bytes(bytes);
+}
+
+// Data files, an empty block, and metadata.json.
+void stream(Ranks& ranks, std::span<const RegistryEntry* const> tasks, CollectOptions& options) {
+  if (tasks.size() != 1 || options.json || !ranks.is_single()) {
+    throw Error(
+        Error::kInvalidArgument,
+        "--stream with several tasks or processes, or --json; one task and one process needed");
+  }
+  options.collection.sink = print_block;
+  CollectionTiming timing;
+  const Folders folders = collect_all(ranks, {tasks.begin(), tasks.end()}, options, timing);
+  print_block({});
+  const std::string metadata = to_text(folders.front()->metadata());
+  print_block(std::as_bytes(std::span(metadata)));
+  require_complete(folders, options.collection.plan);
+}
+
 void run(Ranks& ranks, CollectOptions& options) {
   const std::vector<const RegistryEntry*> tasks =
       chosen_tasks(options.ids, options.filter, options.all);
@@ -117,6 +142,10 @@ void run(Ranks& ranks, CollectOptions& options) {
     const Interruption interruption;
     const CollectEstimate estimate = estimate_collection(tasks, options.collection, interruption);
     print(options.json ? to_text(estimate.document()) : estimate.text());
+    return;
+  }
+  if (options.stream) {
+    stream(ranks, tasks, options);
     return;
   }
   CollectionTiming timing;
@@ -163,6 +192,9 @@ void add_collect_command(const Command& program) {
       "--estimate", options->estimate,
       "Plays the first attempts of each task only, says how large the files will be and "
       "how long they take, and writes nothing");
+  command.add_flag("--stream", options->stream,
+                   "Writes the data files of one task to standard output, not compressed, for "
+                   "programs that convert them (docs/datasets.md), and nothing into --out");
   add_json(command, options->json);
   command.footer(
       "Keeps episodes that succeed, up to their first success. After an interruption, the same "

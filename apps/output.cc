@@ -37,7 +37,12 @@ void guard_standard_streams() {
 }
 
 void print(std::string_view text) {
-  if (const int error = write_text(STDOUT_FILENO, printable(text, true)); error != 0) {
+  const std::string shown = printable(text, true);
+  print_bytes(std::as_bytes(std::span(shown)));
+}
+
+void print_bytes(std::span<const std::byte> bytes) {
+  if (const int error = write_all(STDOUT_FILENO, bytes); error != 0) {
     fail("standard output cannot be written", error);
   }
 }

@@ -1,6 +1,8 @@
 // Output of the command: standard streams and text tables.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +15,8 @@ void guard_standard_streams();
 
 // Writes to standard output, control characters as JSON writes them. Throws Error if that fails.
 void print(std::string_view text);
+// The same as they are.
+void print_bytes(std::span<const std::byte> bytes);
 // Write the text to standard error as one line, likewise.
 void print_error(std::string_view text);
 void print_warning(std::string_view text);

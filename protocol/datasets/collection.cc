@@ -17,6 +17,7 @@ struct EpisodeRecorder {
   const Batch& env;
   std::vector<DemonstrationRecorder> recorders;  // one per environment
   std::vector<Demonstration> demonstrations;     // one per episode
+  NpzCompression compression;
 
   void start(int slot, int /*episode*/) { recorder_of(slot).start(env, slot); }
   void before_step(int slot, std::span<float> action) {
@@ -24,7 +25,7 @@ struct EpisodeRecorder {
   }
   void after_step(int slot) { recorder_of(slot).after_step(env, slot); }
   void finish(int slot, int episode) {
-    demonstrations[static_cast<std::size_t>(episode)] = recorder_of(slot).finish();
+    demonstrations[static_cast<std::size_t>(episode)] = recorder_of(slot).finish(compression);
   }
   DemonstrationRecorder& recorder_of(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
 };
@@ -118,7 +119,9 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
   Folders folders;
   if (ranks.is_root()) {
     for (const RegistryEntry* task : tasks) {
-      folders.push_back(std::make_unique<DemonstrationFolder>(options.out, *task, options.plan));
+      folders.push_back(
+          options.sink ? std::make_unique<DemonstrationFolder>(options.sink, *task, options.plan)
+                       : std::make_unique<DemonstrationFolder>(options.out, *task, options.plan));
     }
   }
   MakeOptions env_options = demonstration_options();
@@ -135,7 +138,8 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
     EpisodeRecorder recorder{
         env, std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs())),
-        std::vector<Demonstration>(static_cast<std::size_t>(item.count))};
+        std::vector<Demonstration>(static_cast<std::size_t>(item.count)),
+        options.sink ? NpzCompression::kStored : NpzCompression::kDeflated};
     const ScriptedPolicy oracle(env, Policy::kOracle);
     const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
     if (!play_episodes(env, item.first_seed, item.count, context, act, recorder)) {

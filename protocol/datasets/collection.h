@@ -15,7 +15,9 @@ namespace engram {
 struct CollectionOptions {
   CollectionPlan plan;        // of every task
   std::filesystem::path out;  // holds data_npz/<id>
-  int num_envs = 10;          // environments that a thread steps together, at most
+  // Takes the demonstrations, not compressed, instead of a folder; of one task only.
+  DemonstrationSink sink = {};
+  int num_envs = 10;  // environments that a thread steps together, at most
   int threads = 0;
 };
 

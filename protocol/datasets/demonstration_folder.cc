@@ -62,22 +62,40 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
       rule_(collection_rule(entry, plan.control_mode)),
       path_(root / "data_npz" / entry.id),
       next_(plan.start_seed) {
-  require_mode_of(Policy::kOracle, plan.control_mode);  // before there is a folder
-  (void)make_task(entry.id, plan.constants);
-  const std::uint64_t seeds = end_seed() - plan.start_seed;
-  if (plan.start_seed > kMaxDemonstrationSeed - seeds) {
-    throw Error(Error::kInvalidArgument,
-                "seed " + std::to_string(plan.start_seed) + ": seeds up to " +
-                    std::to_string(kMaxDemonstrationSeed) + " allowed, and " +
-                    std::to_string(seeds) + " are planned");
-  }
+  check_plan();  // before there is a folder
   require_writable_folder(path_);
   lock_ = std::make_unique<FolderLock>(path_);
   const int files = count_files();
   check_metadata();
   for (int i = 0; i < files; ++i) kept_.push_back(read(i));
   if (!kept_.empty()) next_ = static_cast<std::uint64_t>(kept_.back().seed) + 1;
-  lock_->folder().write_file(kMetadata, to_text(metadata()));
+  write_metadata();
+}
+
+DemonstrationFolder::DemonstrationFolder(DemonstrationSink sink, const RegistryEntry& entry,
+                                         const CollectionPlan& plan)
+    : entry_(entry),
+      plan_(plan),
+      rule_(collection_rule(entry, plan.control_mode)),
+      sink_(std::move(sink)),
+      next_(plan.start_seed) {
+  check_plan();
+}
+
+void DemonstrationFolder::check_plan() const {
+  require_mode_of(Policy::kOracle, plan_.control_mode);
+  (void)make_task(entry_.id, plan_.constants);
+  const std::uint64_t seeds = end_seed() - plan_.start_seed;
+  if (plan_.start_seed > kMaxDemonstrationSeed - seeds) {
+    throw Error(Error::kInvalidArgument,
+                "seed " + std::to_string(plan_.start_seed) + ": seeds up to " +
+                    std::to_string(kMaxDemonstrationSeed) + " allowed, and " +
+                    std::to_string(seeds) + " are planned");
+  }
+}
+
+void DemonstrationFolder::write_metadata() const {
+  if (lock_) lock_->folder().write_file(kMetadata, to_text(metadata()));
 }
 
 fs::path DemonstrationFolder::file(int index) const {
@@ -185,7 +203,7 @@ void DemonstrationFolder::accept(std::uint64_t seed, Demonstration demonstration
   const int before = episodes();
   while (!finished() && decide_attempt()) {
   }
-  if (episodes() != before) lock_->folder().write_file(kMetadata, to_text(metadata()));
+  if (episodes() != before) write_metadata();
 }
 
 // Keeps or drops the attempt that comes next; returns false if its episodes are not all there yet.
@@ -210,10 +228,14 @@ bool DemonstrationFolder::decide_attempt() {
 }
 
 void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstration) {
-  lock_->folder().write_file(file(episodes()).filename(), demonstration.file);
+  if (sink_) {
+    sink_(demonstration.file);
+  } else {
+    lock_->folder().write_file(file(episodes()).filename(), demonstration.file);
+  }
   kept_.push_back(
       {static_cast<std::int64_t>(seed), demonstration.length, demonstration.reward_sum});
-  lock_->folder().write_file(kMetadata, to_text(metadata()));
+  write_metadata();
 }
 
 int DemonstrationFolder::waiting() const {

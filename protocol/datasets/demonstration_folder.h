@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -25,6 +26,9 @@ struct CollectionPlan {
   ConstantTable constants = {};  // of all tasks, instead of their own
 };
 
+// Takes the content of a data file, in place of a folder.
+using DemonstrationSink = std::function<void(std::span<const std::byte> file)>;
+
 // Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the
 // files do not depend on which thread played a seed, or when. Every file appears at once and
 // complete: after any interruption the folder can be opened again with the same plan.
@@ -34,6 +38,9 @@ class DemonstrationFolder {
   // another run, or holds damaged files or numbers with gaps; kInvalidArgument if what it holds was
   // collected with another plan.
   DemonstrationFolder(const std::filesystem::path& root, const RegistryEntry& entry,
+                      const CollectionPlan& plan);
+  // Without a folder: passes the content of each file to `sink`, in their order.
+  DemonstrationFolder(DemonstrationSink sink, const RegistryEntry& entry,
                       const CollectionPlan& plan);
 
   const RegistryEntry& entry() const { return entry_; }
@@ -80,12 +87,15 @@ class DemonstrationFolder {
   Kept read(int index) const;
   bool decide_attempt();
   void keep(std::uint64_t seed, const Demonstration& demonstration);
+  void check_plan() const;
+  void write_metadata() const;
 
   const RegistryEntry& entry_;
   CollectionPlan plan_;
   CollectionRule rule_;
   std::filesystem::path path_;
-  std::unique_ptr<FolderLock> lock_;
+  std::unique_ptr<FolderLock> lock_;  // null with a sink
+  DemonstrationSink sink_;
   std::vector<Kept> kept_;
   std::uint64_t next_ = 0;
   std::map<std::uint64_t, Demonstration> waiting_;  // for seeds before them

@@ -90,7 +90,8 @@ void require(bool ok, zip_t* archive) {
   if (!ok) fail_to_write(zip_strerror(archive));
 }
 
-void add_member(zip_t* archive, const NpyArray& array, std::string& header) {
+void add_member(zip_t* archive, const NpyArray& array, std::string& header,
+                NpzCompression compression) {
   const std::array<zip_buffer_fragment_t, 2> fragments = {
       {{reinterpret_cast<zip_uint8_t*>(header.data()), header.size()},
        {const_cast<zip_uint8_t*>(reinterpret_cast<const zip_uint8_t*>(array.data.data())),
@@ -103,7 +104,10 @@ void add_member(zip_t* archive, const NpyArray& array, std::string& header) {
   require(index >= 0, archive);
   (void)source.release();  // the archive's now
   const auto member = static_cast<zip_uint64_t>(index);
-  require(zip_set_file_compression(archive, member, ZIP_CM_DEFLATE, kDeflateLevel) == 0, archive);
+  const bool deflated = compression == NpzCompression::kDeflated;
+  require(zip_set_file_compression(archive, member, deflated ? ZIP_CM_DEFLATE : ZIP_CM_STORE,
+                                   deflated ? kDeflateLevel : 0) == 0,
+          archive);
   require(zip_file_set_dostime(archive, member, 0, kDosDate, 0) == 0, archive);
 }
 
@@ -167,7 +171,7 @@ std::u32string code_points(std::string_view text) {
   return out;
 }
 
-std::vector<std::byte> npz_bytes(std::span<const NpyArray> arrays) {
+std::vector<std::byte> npz_bytes(std::span<const NpyArray> arrays, NpzCompression compression) {
   zip_error_t error;
   zip_error_init(&error);
   Source source(zip_source_buffer_create(nullptr, 0, 0, &error));
@@ -179,7 +183,7 @@ std::vector<std::byte> npz_bytes(std::span<const NpyArray> arrays) {
   headers.reserve(arrays.size());
   try {
     for (const NpyArray& array : arrays) {
-      add_member(archive, array, headers.emplace_back(npy_header(array)));
+      add_member(archive, array, headers.emplace_back(npy_header(array)), compression);
     }
     require(zip_close(archive) == 0, archive);
   } catch (...) {

@@ -36,9 +36,12 @@ std::span<const std::byte> bytes_of(const T& value) {
 // UTF-8 as code points, which is what kText holds; a malformed byte becomes U+FFFD.
 std::u32string code_points(std::string_view text);
 
-// The bytes of a file with these arrays (one at least), deflated. The same arrays give the same
-// bytes, at any time and on any machine.
-std::vector<std::byte> npz_bytes(std::span<const NpyArray> arrays);
+enum class NpzCompression { kStored, kDeflated };
+
+// The bytes of a file with these arrays (one at least). The same arrays give the same bytes, at any
+// time and on any machine.
+std::vector<std::byte> npz_bytes(std::span<const NpyArray> arrays,
+                                 NpzCompression compression = NpzCompression::kDeflated);
 
 // Reads the arrays of a file that npz_bytes wrote, except texts. Throws Error (kIo) if it is not
 // one or is damaged.

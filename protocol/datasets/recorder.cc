@@ -6,7 +6,6 @@
 
 #include "core/env/queries.h"
 #include "protocol/batch/rows.h"
-#include "protocol/datasets/npz.h"
 
 namespace engram {
 namespace {
@@ -77,7 +76,7 @@ void DemonstrationRecorder::after_step(const Batch& env, int index) {
   dones_.push_back(success || ended ? 1 : 0);
 }
 
-Demonstration DemonstrationRecorder::finish() const {
+Demonstration DemonstrationRecorder::finish(NpzCompression compression) const {
   Demonstration demonstration;
   const auto steps = static_cast<std::int64_t>(successes_.size());
   const auto length = static_cast<std::int32_t>(steps);
@@ -103,7 +102,7 @@ Demonstration DemonstrationRecorder::finish() const {
       {"episode_seed", NpyType::kInt64, {}, bytes_of(seed_)},
   };
   demonstration.reward_sum = std::accumulate(rewards_.begin(), rewards_.end(), 0.0);
-  demonstration.file = npz_bytes(arrays);
+  demonstration.file = npz_bytes(arrays, compression);
   return demonstration;
 }
 

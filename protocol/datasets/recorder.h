@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/batch/make.h"
+#include "protocol/datasets/npz.h"
 #include "protocol/formats/bytes.h"
 
 namespace engram {
@@ -55,7 +56,7 @@ class DemonstrationRecorder {
   // After it.
   void after_step(const Batch& env, int index);
   // The result, once the episode has ended.
-  Demonstration finish() const;
+  Demonstration finish(NpzCompression compression = NpzCompression::kDeflated) const;
 
  private:
   std::int64_t seed_ = 0;

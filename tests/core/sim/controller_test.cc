@@ -70,7 +70,7 @@ constexpr ControlMode kAllModes[] = {
 };
 
 TEST_CASE("A joint action has the drive targets of a pose action", "[controller]") {
-  const std::vector<float> pose_action = {0.3F, -0.2F, 0.1F, 0.2F, 0.1F, -0.3F, -0.5F};
+  const std::vector<float> pose_action = {0.1F, -0.1F, 0.05F, 0.2F, 0.1F, -0.3F, -0.5F};
   const Fixture pose(ControlMode::kPdEeDeltaPose);
   const DriveTarget expected = pose.drive(pose_action);
   for (const ControlMode mode : {ControlMode::kPdJointPos, ControlMode::kPdJointDeltaPos}) {
