@@ -14,7 +14,8 @@ from pathlib import Path
 from engram.datasets import checks, tf_example
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
 from engram.datasets.folders import new_folder
-from engram.datasets.work import in_order, png
+from engram.datasets.spaces import Spaces
+from engram.datasets.work import in_order, pngs
 
 NAME = "mikasa_dataset"
 VERSION = "1.0.0"
@@ -50,7 +51,7 @@ def convert(
                     payload_bytes += len(record)
                     done += 1
                     progress(done, len(folder))
-        _write_json(path / "features.json", _features())
+        _write_json(path / "features.json", _features(folder.spaces))
         _write_json(path / "dataset_info.json", _dataset_info(lengths, payload_bytes))
         (path / "metadata.json").write_bytes(folder.metadata_bytes)
     return Path(root).joinpath(*place)
@@ -69,8 +70,8 @@ def serialize(episode: Episode, env_id: str) -> bytes:
     last = [0] * (steps - 1) + [1]
     return tf_example.serialize_example(
         {
-            "steps/observation/image": [png(image) for image in episode.image],
-            "steps/observation/wrist_image": [png(image) for image in episode.wrist_image],
+            "steps/observation/image": pngs(episode.image),
+            "steps/observation/wrist_image": pngs(episode.wrist_image),
             "steps/observation/proprio": episode.proprio.ravel().tolist(),
             "steps/action": episode.action.ravel().tolist(),
             "steps/reward": episode.reward.tolist(),
@@ -134,14 +135,14 @@ def _dict(**features: dict) -> dict:
     return _class("features_dict.FeaturesDict") | {"featuresDict": {"features": features}}
 
 
-def _features() -> dict:
+def _features(spaces: Spaces) -> dict:
     steps = _dict(
         observation=_dict(
             image=_image(),
             wrist_image=_image(),
-            proprio=_tensor("float32", checks.PROPRIO_DIM),
+            proprio=_tensor("float32", len(spaces.proprio_names)),
         ),
-        action=_tensor("float32", checks.ACTION_DIM),
+        action=_tensor("float32", len(spaces.action_names)),
         reward=_tensor("float32"),
         discount=_tensor("float32"),
         is_first=_tensor("bool"),
