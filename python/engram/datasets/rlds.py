@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from engram.datasets import checks, tf_example
+from engram.datasets import card, checks, tf_example
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
 from engram.datasets.folders import new_folder
 from engram.datasets.spaces import Spaces
@@ -39,7 +39,14 @@ def convert(
     lengths = _shard_lengths(folder)
     place = ("data_rlds", folder.env_id, VERSION)
     with new_folder(root, *place) as path:
-        records = in_order(lambda i: serialize(folder[i], folder.env_id), range(len(folder)), jobs)
+        instructions: set[str] = set()
+
+        def record_of(index: int) -> bytes:
+            episode = folder[index]
+            instructions.add(episode.language_instruction)
+            return serialize(episode, folder.env_id)
+
+        records = in_order(record_of, range(len(folder)), jobs)
         payload_bytes = 0
         done = 0
         for shard, length in enumerate(lengths):
@@ -54,6 +61,7 @@ def convert(
         _write_json(path / "features.json", _features(folder.spaces))
         _write_json(path / "dataset_info.json", _dataset_info(lengths, payload_bytes))
         (path / "metadata.json").write_bytes(folder.metadata_bytes)
+        (path / "README.md").write_text(_card(folder, sorted(instructions)))
     return Path(root).joinpath(*place)
 
 
@@ -83,6 +91,31 @@ def serialize(episode: Episode, env_id: str) -> bytes:
             "episode_metadata/env_id": [env_id.encode()],
             "episode_metadata/episode_seed": [episode.episode_seed],
         }
+    )
+
+
+def _card(folder: DemonstrationFolder, instructions: list[str]) -> str:
+    spaces = folder.spaces
+    return card.text(
+        folder,
+        instructions,
+        card.Card(
+            layout="RLDS",
+            command=["rlds", "data", folder.env_id],
+            tags=("RLDS", "engram", "mikasa-robo-vla"),
+            data_files=None,
+            facts={"pictures": "PNG (lossless) of 128 x 128, base and wrist camera"},
+            notes=[
+                f"`steps/observation/proprio`, before the action: {', '.join(spaces.proprio_names)}"
+                + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
+                f"`steps/action`: {', '.join(spaces.action_names)}.",
+            ],
+            use="import tensorflow_datasets as tfds\n\n"
+            'builder = tfds.builder_from_directory("FOLDER")\n'
+            f'for episode in builder.as_dataset(split="{SPLIT}"):\n'
+            '    for step in episode["steps"]:\n'
+            '        step["observation"]["image"], step["action"]',
+        ),
     )
 
 

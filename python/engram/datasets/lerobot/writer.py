@@ -14,7 +14,7 @@ import engram
 from engram.datasets import frame_stats
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
 from engram.datasets.folders import new_folder
-from engram.datasets.lerobot import gr00t, layout, v21, v30
+from engram.datasets.lerobot import gr00t, layout, readme, v21, v30
 from engram.datasets.lerobot.choice import smaller_frames
 from engram.datasets.lerobot.videos import video_info
 from engram.datasets.lerobot_options import Options
@@ -35,9 +35,9 @@ def convert(
     those of ``Options``. progress is called with the episodes done and all of them. Raises
     DatasetError, and leaves everything as it was, if an episode is damaged or the encoder fails.
     """
-    chosen = Options(**options)
-    if chosen.frames == "auto":
-        chosen = dataclasses.replace(chosen, frames=smaller_frames(folder, chosen))
+    asked = chosen = Options(**options)
+    if asked.frames == "auto":
+        chosen = dataclasses.replace(asked, frames=smaller_frames(folder, asked))
     place = (layout.FOLDER, folder.env_id)
     with new_folder(root, *place) as path:
         with _Writer(path, folder.spaces, chosen) as writer:
@@ -46,6 +46,7 @@ def convert(
                 progress(done, len(folder))
         writer.write_meta()
         layout.write_json(path / layout.SOURCE, _source(folder, chosen))
+        (path / "README.md").write_text(readme.text(folder, chosen, asked, list(writer.tasks)))
         (path / "source_rlds_metadata.json").write_bytes(folder.metadata_bytes)
     return Path(root).joinpath(*place)
 
