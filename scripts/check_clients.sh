@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests engram with released packages that pin what the other clients have newer, each in a virtual
-# environment of its own under build/clients: check_clients.sh [tianshou|rllib|pufferlib|sheeprl]...,
-# default all.
+# environment of its own under build/clients:
+# check_clients.sh [tianshou|rllib|pufferlib|sheeprl|lerobot_v21]..., default all.
 # Needs what scripts/python_env.sh made: uv, and engram's wheel.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -11,14 +11,19 @@ declare -A packages=(
   [rllib]="ray[rllib] torch"
   [pufferlib]="pufferlib-core torch gymnasium>=1"
   [sheeprl]="sheeprl"
+  # What the reader of data sets needs of the last LeRobot for version 2.1, whose own list is long.
+  [lerobot_v21]="torch==2.7.1 torchvision==0.22.1 datasets==3.6.0 huggingface-hub==0.36.2 av==15.1.0
+    jsonlines==4.0.0 numpy==2.2.6 packaging pandas pillow protobuf pyarrow google-crc32c"
 )
+declare -A without_dependencies=([lerobot_v21]="lerobot==0.3.3")
+names=(tianshou rllib pufferlib sheeprl lerobot_v21)
 for name in "$@"; do
   if [ -z "${packages[$name]:-}" ]; then
-    echo "unknown client '$name'; allowed: tianshou, rllib, pufferlib, sheeprl" >&2
+    echo "unknown client '$name'; allowed: ${names[*]}" >&2
     exit 2
   fi
 done
-if [ $# -eq 0 ]; then set -- tianshou rllib pufferlib sheeprl; fi
+if [ $# -eq 0 ]; then set -- "${names[@]}"; fi
 uv=build/python-env/bin/uv
 [ -x $uv ] || scripts/python_env.sh
 
@@ -28,6 +33,9 @@ for name in "$@"; do
   [ -x "$folder/bin/python" ] || python3 -m venv "$folder"
   # shellcheck disable=SC2086
   $uv pip install --quiet --python "$folder/bin/python" pytest ${packages[$name]}
+  if [ -n "${without_dependencies[$name]:-}" ]; then
+    $uv pip install --quiet --python "$folder/bin/python" --no-deps "${without_dependencies[$name]}"
+  fi
   $uv pip uninstall --quiet --python "$folder/bin/python" engram  # its name before 0.5.0
   $uv pip install --quiet --python "$folder/bin/python" --reinstall-package engram-sim \
     build/wheels/engram_sim-*.whl

@@ -302,6 +302,8 @@ def test_leftovers_are_removed_unless_a_process_still_writes(root):
         ["lerobot", "--fps", "0"],
         ["lerobot", "--fps", "-5"],
         ["lerobot", "--fps", "nan"],
+        ["lerobot", "--modality", "gr00t"],
+        ["lerobot", "--modality", "gr00t", "--version", "2.1", "--images"],
         ["lerobot", "--codec", ""],
         ["lerobot", "--codec", "no-such-codec"],
         ["lerobot", "--codec", "aac"],

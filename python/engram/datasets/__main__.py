@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import sys
 import time
 from pathlib import Path
 
 from engram._distribution import install_command
-from engram.datasets import checks
+from engram.datasets import checks, lerobot_options
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import find_folders
+from engram.datasets.spaces import ANGLES
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -58,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
         return command
 
     rlds = add("rlds", "Writes OUT/data_rlds/<id>/1.0.0, for tensorflow_datasets", _rlds)
-    lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset v3", _lerobot)
+    lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset", _lerobot)
     for command in (rlds, lerobot):
         command.add_argument("--out", type=_folder, help="default: FOLDER")
     rlds.add_argument(
@@ -67,18 +69,7 @@ def _parser() -> argparse.ArgumentParser:
         default=0,
         help="threads; 0: one per core (default)",
     )
-    lerobot.add_argument(
-        "--fps",
-        type=_whole(1, checks.MAX_FPS),
-        default=10,
-        help="nominal frames per second, default 10",
-    )
-    lerobot.add_argument(
-        "--images", action="store_true", help="frames as PNG instead of videos: lossless"
-    )
-    lerobot.add_argument(
-        "--codec", default="libsvtav1", help="encoder of videos, default libsvtav1"
-    )
+    _add_lerobot_options(lerobot)
 
     replay = add(
         "replay", "Plays stored actions in fresh environments and compares what they show", _replay
@@ -90,6 +81,49 @@ def _parser() -> argparse.ArgumentParser:
         help="only the first so many of each task",
     )
     return parser
+
+
+def _add_lerobot_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--version",
+        choices=lerobot_options.VERSIONS,
+        default="3.0",
+        help="of the format: 3.0 (default), or 2.1 for lerobot 0.3, openpi and GR00T",
+    )
+    command.add_argument(
+        "--fps",
+        type=_whole(1, checks.MAX_FPS),
+        default=lerobot_options.FPS,
+        help=f"nominal frames per second, default {lerobot_options.FPS}",
+    )
+    frames = command.add_mutually_exclusive_group()
+    frames.add_argument(
+        "--frames",
+        choices=lerobot_options.FRAMES,
+        default="videos",
+        help="videos (default), images (PNG, lossless), or auto: images where a few episodes "
+        "take up no more of them",
+    )
+    frames.add_argument(
+        "--images", action="store_const", const="images", dest="frames", help="--frames images"
+    )
+    command.add_argument(
+        "--codec",
+        help="encoder of videos; default: "
+        + ", ".join(f"{codec} for {version}" for version, codec in lerobot_options.CODECS.items()),
+    )
+    command.add_argument(
+        "--angles",
+        choices=ANGLES,
+        default=ANGLES[0],
+        help="of the TCP in observation.state: continuous (default), or with the benchmark's jumps "
+        "between -pi and pi",
+    )
+    command.add_argument(
+        "--modality",
+        choices=lerobot_options.MODALITIES,
+        help="gr00t: meta/modality.json and an annotation column, with --version 2.1",
+    )
 
 
 def _folder(text: str) -> Path:
@@ -120,18 +154,13 @@ def _rlds(folder, options) -> dict:
     return _result(folder, path, "rlds")
 
 
-def _lerobot(folder, options) -> dict:
+def _lerobot(folder, given) -> dict:
     from engram.datasets import lerobot
 
+    names = [field.name for field in dataclasses.fields(lerobot_options.Options)]
+    chosen = {name: getattr(given, name) for name in names}
     with _Progress(folder) as progress:
-        path = lerobot.convert(
-            folder,
-            options.out or options.folder,
-            options.fps,
-            not options.images,
-            options.codec,
-            progress,
-        )
+        path = lerobot.convert(folder, given.out or given.folder, progress, **chosen)
     return _result(folder, path, "lerobot")
 
 

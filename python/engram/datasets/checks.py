@@ -17,8 +17,6 @@ MAX_FPS = 1000
 MAX_JOBS = 1024
 CAMERA_SHAPE = (128, 128, 3)
 PICTURE_SHAPE = (128, 128, 6)  # base camera, wrist camera
-PROPRIO_DIM = 7
-ACTION_DIM = 7
 _LONGEST_TEXT = 10_000
 _LONGEST_MESSAGE = 600
 _ID = re.compile(r"[A-Za-z0-9._-]+-v[0-9]+")
@@ -95,11 +93,11 @@ def instruction(what: str, value: Any) -> str:
     return value
 
 
-def actions(what: str, values: np.ndarray) -> None:
-    """The values, which must be what environments take."""
-    finite(what, values)
-    if np.abs(values).max() > 1:
-        raise DatasetError(f"{what}: {np.abs(values).max()} given; numbers in [-1, 1] needed")
+def within_one(what: str, values: np.ndarray) -> None:
+    """The values, which must be from -1 to 1."""
+    largest = np.abs(values).max(initial=0)
+    if largest > 1:
+        raise DatasetError(f"{what}: {largest} given; numbers in [-1, 1] needed")
 
 
 def finite(what: str, values: np.ndarray) -> None:

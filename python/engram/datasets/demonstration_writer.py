@@ -14,7 +14,8 @@ from engram._io import documents
 from engram._io.files import open_folder, remove_leftovers, write_file
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
-from engram.datasets.episodes import FIELDS, DemonstrationFolder, Episode
+from engram.datasets.episodes import BENCHMARK, FIELDS, DemonstrationFolder, Episode
+from engram.datasets.spaces import Spaces
 
 _TIME = (1980, 1, 1, 0, 0, 0)  # fixed, for reproducible files
 _LEVEL = 1
@@ -22,22 +23,30 @@ _METADATA = "metadata.json"
 
 
 def append_episode(
-    out: Path, env_id: str, episode: Episode, *, player: str, version: str
+    out: Path,
+    env_id: str,
+    episode: Episode,
+    *,
+    player: str,
+    version: str,
+    spaces: Spaces = BENCHMARK,
 ) -> tuple[Path, int]:
     """Appends an episode to <out>/data_npz/<env_id>; returns its file and the number of episodes.
 
     Raises:
-        DatasetError: The folder holds other files, or demonstrations of another player or version.
+        DatasetError: The episode is not of these spaces, or the folder holds other files, or
+            demonstrations of another player, version, control mode or proprio.
     """
     checks.env_id("id", env_id)  # it becomes the name of a folder
+    _check_widths(episode, spaces)
     folder = out / "data_npz" / env_id
     try:
         with open_folder(out, "data_npz", env_id, lock=True) as descriptor:
             remove_leftovers(descriptor)
-            metadata = _metadata(folder, env_id, player, version)
+            metadata = _metadata(folder, env_id, player, version, spaces)
             number = metadata["num_episodes"]
             name = f"train_data_{number}.npz"
-            _drop_unlisted(folder, descriptor, name)
+            _drop_unlisted(folder, descriptor, name, spaces)
             metadata["num_episodes"] = number + 1
             metadata["episode_lengths"].append(len(episode))
             metadata["success_once"].append(True)
@@ -55,10 +64,17 @@ def append_episode(
     return folder / name, number + 1
 
 
+def _check_widths(episode: Episode, spaces: Spaces) -> None:
+    for name, names in (("action", spaces.action_names), ("proprio", spaces.proprio_names)):
+        width = getattr(episode, name).shape[-1]
+        if width != len(names):
+            raise DatasetError(f"{name}: {width} numbers given; {len(names)} needed for {spaces}")
+
+
 def _npz(episode: Episode) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
-        for name, (dtype, _) in FIELDS.items():
+        for name, dtype in FIELDS.items():
             member = zipfile.ZipInfo(f"{name}.npy", _TIME)
             member.compress_type = zipfile.ZIP_DEFLATED
             array = np.asarray(getattr(episode, name), dtype, order="C")
@@ -68,24 +84,26 @@ def _npz(episode: Episode) -> bytes:
     return out.getvalue()
 
 
-def _drop_unlisted(folder: Path, descriptor: int, name: str) -> None:
+def _drop_unlisted(folder: Path, descriptor: int, name: str, spaces: Spaces) -> None:
     """Removes the episode of a process that was killed before it could list it."""
     file = folder / name
     if not os.path.lexists(file):
         return
     if file.is_symlink() or not file.is_file():
         raise DatasetError(f"'{file}' is a link, or no file; move it away, or use another --out")
-    Episode.load(file)  # or it is something else, which stays
+    Episode.load(file, spaces)  # or it is something else, which stays
     os.unlink(name, dir_fd=descriptor)
 
 
-def _metadata(folder: Path, env_id: str, player: str, version: str) -> dict[str, Any]:
+def _metadata(
+    folder: Path, env_id: str, player: str, version: str, spaces: Spaces
+) -> dict[str, Any]:
     """The folder's metadata, or those of an empty one."""
     if not os.path.lexists(folder / _METADATA):
         # A first episode may have been written, but not listed.
         if {path.name for path in folder.iterdir()} - {"train_data_0.npz"}:
             raise DatasetError(f"'{folder}' holds other files; another --out allowed")
-        return _new_metadata(env_id, player, version)
+        return _new_metadata(env_id, player, version, spaces)
     found = DemonstrationFolder(folder)
     origin = found.metadata.get("engram", {})
     if found.env_id != env_id or origin.get("player") != player:
@@ -97,10 +115,15 @@ def _metadata(folder: Path, env_id: str, player: str, version: str) -> dict[str,
             f"'{folder}' holds demonstrations of version {origin.get('version')}, this is "
             f"{version}; another --out allowed"
         )
+    if found.spaces != spaces:
+        raise DatasetError(
+            f"'{folder}' holds demonstrations of {found.spaces}, this is one of {spaces}; another "
+            "--out allowed"
+        )
     return found.metadata
 
 
-def _new_metadata(env_id: str, player: str, version: str) -> dict[str, Any]:
+def _new_metadata(env_id: str, player: str, version: str, spaces: Spaces) -> dict[str, Any]:
     return {
         "env_id": env_id,
         "num_episodes": 0,
@@ -116,7 +139,8 @@ def _new_metadata(env_id: str, player: str, version: str) -> dict[str, Any]:
             "start_seed": None,
             "renderer": "cpu",
             "rules": "reference",
-            "control_mode": "pd_ee_delta_pose",
+            "control_mode": spaces.control_mode,
+            "joint_proprio": spaces.joint_proprio,
             "reward_mode": "normalized_dense",
             "variant": None,
             "attempts": 0,

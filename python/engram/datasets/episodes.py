@@ -19,8 +19,10 @@ import engram
 from engram._io import documents
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError, reading
+from engram.datasets.spaces import Spaces
 
 _LARGEST_METADATA = 256 << 20  # bytes
+BENCHMARK = Spaces()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,8 +30,8 @@ class Episode:
     """One demonstration of T steps, from the first observation to the first success."""
 
     rgb: np.ndarray  # (T, H, W, 6) uint8: base camera, wrist camera; before the action
-    proprio: np.ndarray  # (T, 7) float32; before the action
-    action: np.ndarray  # (T, 7) float32 in [-1, 1]
+    proprio: np.ndarray  # (T, 7 or 8) float32; before the action
+    action: np.ndarray  # (T, n) float32, n by the control mode
     reward: np.ndarray  # (T,) float32; after the action
     success: np.ndarray  # (T,) int32; after the action
     done: np.ndarray  # (T,) int32; after the action
@@ -52,46 +54,60 @@ class Episode:
         return self.rgb[..., 3:]
 
     @classmethod
-    def load(cls, path: Path | str) -> Episode:
+    def load(cls, path: Path | str, spaces: Spaces = BENCHMARK) -> Episode:
         """Reads one file; raises DatasetError if it is damaged or no demonstration."""
         with reading(path), zipfile.ZipFile(path) as archive:
             steps = _length(archive)
-            values: dict[str, Any] = {name: _array(archive, name, steps) for name in FIELDS}
+            values: dict[str, Any] = {
+                name: _array(archive, name, _shape(name, steps, spaces), spaces) for name in FIELDS
+            }
             for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
                 values[name] = values[name].item()
             episode = cls(**values)
-            _check_values(episode)
+            _check_values(episode, spaces)
             return episode
 
 
-# Types and shapes; the first size of what has several is the number of steps.
-FIELDS: dict[str, tuple[type | None, tuple[int, ...]]] = {
-    "rgb": (np.uint8, (-1, *checks.PICTURE_SHAPE)),
-    "proprio": (np.float32, (-1, checks.PROPRIO_DIM)),
-    "action": (np.float32, (-1, checks.ACTION_DIM)),
-    "reward": (np.float32, (-1,)),
-    "success": (np.int32, (-1,)),
-    "done": (np.int32, (-1,)),
-    "language_instruction": (None, ()),
-    "success_once": (np.bool_, ()),
-    "episode_length": (np.int32, ()),
-    "episode_seed": (np.int64, ()),
+# Types; None: a text.
+FIELDS: dict[str, type | None] = {
+    "rgb": np.uint8,
+    "proprio": np.float32,
+    "action": np.float32,
+    "reward": np.float32,
+    "success": np.int32,
+    "done": np.int32,
+    "language_instruction": None,
+    "success_once": np.bool_,
+    "episode_length": np.int32,
+    "episode_seed": np.int64,
 }
 _LARGEST_TEXT = 1 << 16  # bytes
 
 
+def _shape(name: str, steps: int, spaces: Spaces) -> tuple[int, ...]:
+    if name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
+        return ()
+    rows: dict[str, tuple[int, ...]] = {
+        "rgb": checks.PICTURE_SHAPE,
+        "proprio": (len(spaces.proprio_names),),
+        "action": (len(spaces.action_names),),
+    }
+    return (steps, *rows.get(name, ()))
+
+
 def _length(archive: zipfile.ZipFile) -> int:
-    value = _array(archive, "episode_length", 0).item()
+    value = _array(archive, "episode_length", (), BENCHMARK).item()
     return checks.whole_number("episode_length", value, 1, checks.MAX_STEPS)
 
 
-def _array(archive: zipfile.ZipFile, name: str, steps: int) -> np.ndarray:
+def _array(
+    archive: zipfile.ZipFile, name: str, expected: tuple[int, ...], spaces: Spaces
+) -> np.ndarray:
     """One array, read if its header has the required type and shape."""
     member = archive.getinfo(f"{name}.npy")
     if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise DatasetError(f"{name} is neither stored nor deflated")
-    kind, shape = FIELDS[name]
-    expected = tuple(steps if size < 0 else size for size in shape)
+    kind = FIELDS[name]
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
         readers = {
@@ -106,6 +122,7 @@ def _array(archive: zipfile.ZipFile, name: str, steps: int) -> np.ndarray:
         needed = "a text" if kind is None else np.dtype(kind)
         raise DatasetError(
             f"{name} is {dtype} of shape {found}, {needed} of shape {expected} expected"
+            + (f" in a set of {spaces}" if name in ("action", "proprio") else "")
         )
     with archive.open(member) as file:
         array = np.lib.format.read_array(file, allow_pickle=False)
@@ -113,9 +130,9 @@ def _array(archive: zipfile.ZipFile, name: str, steps: int) -> np.ndarray:
     return array
 
 
-def _check_values(episode: Episode) -> None:
+def _check_values(episode: Episode, spaces: Spaces) -> None:
     """Refuses what no demonstration holds, and what converters and environments cannot take."""
-    checks.actions("action", episode.action)
+    spaces.check_actions("action", episode.action)
     checks.finite("proprio", episode.proprio)
     checks.finite("reward", episode.reward)
     for name in ("success", "done"):
@@ -137,6 +154,7 @@ class DemonstrationFolder(Sequence):
         self.metadata_bytes = _read(self.metadata_path)
         with reading(self.metadata_path):
             self.metadata = _metadata(self.metadata_bytes)
+            self.spaces = Spaces.of_metadata(self.metadata)
         self.env_id: str = self.metadata["env_id"]
         count: int = self.metadata["num_episodes"]
         self.files: list[Path] = []
@@ -159,7 +177,7 @@ class DemonstrationFolder(Sequence):
         return map(self._load, range(len(self)))
 
     def _load(self, index: int) -> Episode:
-        episode = Episode.load(self.files[index])
+        episode = Episode.load(self.files[index], self.spaces)
         for name, value in (("length", len(episode)), ("seed", episode.episode_seed)):
             listed = self.metadata[f"episode_{name}s"][index]
             if value != listed:

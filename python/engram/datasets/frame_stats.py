@@ -1,11 +1,17 @@
-"""Statistics by which LeRobot's policies normalise: per episode, and of a whole data set."""
+"""Statistics by which LeRobot's policies normalise: per episode, and of a whole data set.
+
+Policies divide by a standard deviation or by the distance of two bounds. Of numbers that hardly
+change these are tiny, and a little noise would be a huge input; so they have a floor.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
+_PAIRS = (("min", "max"), ("q01", "q99"), ("q10", "q90"))  # each within the one before it
 _MAX_IMAGES = 100  # of an episode, evenly spread
+FLOOR = 0.01  # of standard deviations, in m, rad, or shares of an action's range
 
 
 def of_values(values: np.ndarray) -> dict[str, np.ndarray]:
@@ -19,6 +25,22 @@ def of_values(values: np.ndarray) -> dict[str, np.ndarray]:
         "count": np.array([len(values)]),
     }
     return stats | {name: np.quantile(table, q, axis=0) for name, q in _QUANTILES.items()}
+
+
+def floored(stats: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The statistics with a standard deviation of FLOOR and bounds 2 FLOOR apart, or more.
+
+    Of two bounds that are closer, the next wider ones take the place; the widest move apart.
+    """
+    result = stats | {"std": np.maximum(stats["std"], FLOOR)}
+    middle = (stats["min"] + stats["max"]) / 2
+    wider = middle - FLOOR, middle + FLOOR
+    for names in _PAIRS:
+        low, high = (stats[name] for name in names)
+        near = high - low < 2 * FLOOR
+        wider = np.where(near, wider[0], low), np.where(near, wider[1], high)
+        result |= dict(zip(names, wider))
+    return result
 
 
 def of_images(images: np.ndarray) -> dict[str, np.ndarray]:

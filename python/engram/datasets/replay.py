@@ -1,7 +1,7 @@
 """Plays stored actions in fresh environments and compares what they show with what is stored.
 
 An episode is determined by its task, its seed and its actions: `engram.make(id, obs_mode="rgb")`,
-with the rules of the metadata, `reset(seed=seed)`, then one `step` per action.
+with the options of the metadata, `reset(seed=seed)`, then one `step` per action.
 """
 
 from __future__ import annotations
@@ -10,13 +10,15 @@ import contextlib
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import DemonstrationFolder, no_progress
-from engram.datasets.stored import READERS, StoredEpisode
+from engram.datasets.readers import READERS
+from engram.datasets.stored import StoredEpisode
 
 
 def differences(env, episode: StoredEpisode) -> list[str]:
@@ -38,7 +40,8 @@ def differences(env, episode: StoredEpisode) -> list[str]:
         found["language_instruction"] = "language_instruction"
     for step, action in enumerate(episode.action):
         check("rgb", step, observation["rgb"], episode.rgb)
-        check("proprio", step, observation["proprio"], episode.proprio)
+        proprio = episode.spaces.proprio(observation["proprio"], episode.angles)
+        check("proprio", step, proprio, episode.proprio)
         observation, reward, _, _, info = env.step(action)
         check("reward", step, reward, episode.reward)
         check("success", step, info["success"], episode.success)
@@ -93,9 +96,16 @@ def _environment(folder: DemonstrationFolder):
     import engram
 
     made_how = folder.metadata.get("engram", {})
+    options: dict[str, Any] = {"control_mode": folder.spaces.control_mode}
+    if folder.spaces.joint_proprio:
+        options["joint_proprio"] = True
+    variant = made_how.get("variant")
+    if isinstance(variant, dict):
+        options["constants"] = variant.get("constants")
     return engram.make(
         folder.env_id,
         obs_mode="rgb",
         renderer=made_how.get("renderer", "cpu"),
         rules=made_how.get("rules", "reference"),
+        **options,
     )

@@ -11,10 +11,11 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from engram.datasets import checks, tf_example
+from engram.datasets import card, checks, tf_example
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
 from engram.datasets.folders import new_folder
-from engram.datasets.work import in_order, png
+from engram.datasets.spaces import Spaces
+from engram.datasets.work import in_order, pngs
 
 NAME = "mikasa_dataset"
 VERSION = "1.0.0"
@@ -38,7 +39,14 @@ def convert(
     lengths = _shard_lengths(folder)
     place = ("data_rlds", folder.env_id, VERSION)
     with new_folder(root, *place) as path:
-        records = in_order(lambda i: serialize(folder[i], folder.env_id), range(len(folder)), jobs)
+        instructions: set[str] = set()
+
+        def record_of(index: int) -> bytes:
+            episode = folder[index]
+            instructions.add(episode.language_instruction)
+            return serialize(episode, folder.env_id)
+
+        records = in_order(record_of, range(len(folder)), jobs)
         payload_bytes = 0
         done = 0
         for shard, length in enumerate(lengths):
@@ -50,9 +58,10 @@ def convert(
                     payload_bytes += len(record)
                     done += 1
                     progress(done, len(folder))
-        _write_json(path / "features.json", _features())
+        _write_json(path / "features.json", _features(folder.spaces))
         _write_json(path / "dataset_info.json", _dataset_info(lengths, payload_bytes))
         (path / "metadata.json").write_bytes(folder.metadata_bytes)
+        (path / "README.md").write_text(_card(folder, sorted(instructions)))
     return Path(root).joinpath(*place)
 
 
@@ -69,8 +78,8 @@ def serialize(episode: Episode, env_id: str) -> bytes:
     last = [0] * (steps - 1) + [1]
     return tf_example.serialize_example(
         {
-            "steps/observation/image": [png(image) for image in episode.image],
-            "steps/observation/wrist_image": [png(image) for image in episode.wrist_image],
+            "steps/observation/image": pngs(episode.image),
+            "steps/observation/wrist_image": pngs(episode.wrist_image),
             "steps/observation/proprio": episode.proprio.ravel().tolist(),
             "steps/action": episode.action.ravel().tolist(),
             "steps/reward": episode.reward.tolist(),
@@ -82,6 +91,31 @@ def serialize(episode: Episode, env_id: str) -> bytes:
             "episode_metadata/env_id": [env_id.encode()],
             "episode_metadata/episode_seed": [episode.episode_seed],
         }
+    )
+
+
+def _card(folder: DemonstrationFolder, instructions: list[str]) -> str:
+    spaces = folder.spaces
+    return card.text(
+        folder,
+        instructions,
+        card.Card(
+            layout="RLDS",
+            command=["rlds", "data", folder.env_id],
+            tags=("RLDS", "engram", "mikasa-robo-vla"),
+            data_files=None,
+            facts={"pictures": "PNG (lossless) of 128 x 128, base and wrist camera"},
+            notes=[
+                f"`steps/observation/proprio`, before the action: {', '.join(spaces.proprio_names)}"
+                + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
+                f"`steps/action`: {', '.join(spaces.action_names)}.",
+            ],
+            use="import tensorflow_datasets as tfds\n\n"
+            'builder = tfds.builder_from_directory("FOLDER")\n'
+            f'for episode in builder.as_dataset(split="{SPLIT}"):\n'
+            '    for step in episode["steps"]:\n'
+            '        step["observation"]["image"], step["action"]',
+        ),
     )
 
 
@@ -134,14 +168,14 @@ def _dict(**features: dict) -> dict:
     return _class("features_dict.FeaturesDict") | {"featuresDict": {"features": features}}
 
 
-def _features() -> dict:
+def _features(spaces: Spaces) -> dict:
     steps = _dict(
         observation=_dict(
             image=_image(),
             wrist_image=_image(),
-            proprio=_tensor("float32", checks.PROPRIO_DIM),
+            proprio=_tensor("float32", len(spaces.proprio_names)),
         ),
-        action=_tensor("float32", checks.ACTION_DIM),
+        action=_tensor("float32", len(spaces.action_names)),
         reward=_tensor("float32"),
         discount=_tensor("float32"),
         is_first=_tensor("bool"),

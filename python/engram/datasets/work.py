@@ -42,3 +42,15 @@ def png(image: np.ndarray) -> bytes:
     out = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(image)).save(out, "PNG", compress_level=1)
     return out.getvalue()
+
+
+def pngs(images: np.ndarray) -> list[bytes]:
+    """PNG files of images, (T, H, W, 3) bytes; equal ones, of which waiting makes many, once."""
+    made: dict[bytes, bytes] = {}
+    files = []
+    for image in images:
+        pixels = image.tobytes()
+        if pixels not in made:
+            made[pixels] = png(image)
+        files.append(made[pixels])
+    return files

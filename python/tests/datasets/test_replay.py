@@ -24,6 +24,18 @@ def test_actions_played_again_show_the_same(demonstrations, format_name, capsys)
         assert result["steps"] > 2 * 9
 
 
+@pytest.mark.parametrize("angles", ["continuous", "benchmark"])
+@pytest.mark.parametrize("version", ["3.0", "2.1"])
+def test_lerobot_sets_of_images_show_the_same(demonstrations, version, angles, tmp_path, capsys):
+    (tmp_path / "data_npz").symlink_to(demonstrations / "data_npz")
+    words = [str(tmp_path), IDS[-1]]
+    options = ["--images", "--version", version, "--angles", angles]
+    assert main(["lerobot", *words, *options]) == 0
+    assert main(["replay", *words, "--format", "lerobot", "--json"]) == 0
+    (result,) = json.loads(capsys.readouterr().out)
+    assert (result["equal"], result["episodes"]) == (True, EPISODES)
+
+
 # The lamp game draws what goes where unless the original's rules fix it.
 def test_replay_follows_the_rules_of_the_data(tmp_path, capsys):
     task = "ShellGameColorLampTouch-VLA-v0"
@@ -31,6 +43,14 @@ def test_replay_follows_the_rules_of_the_data(tmp_path, capsys):
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     metadata = json.loads((tmp_path / "data_npz" / task / "metadata.json").read_text())
     assert metadata["engram"]["rules"] == "original"
+    assert main(["replay", str(tmp_path), "--json"]) == 0
+    (result,) = json.loads(capsys.readouterr().out)
+    assert result["equal"], result
+
+
+def test_replay_follows_changed_constants(tmp_path, capsys):
+    command = [*COMMAND, "collect", IDS[0], "--episodes=2", "--set", "CUE_PHASE_STEPS=4"]
+    subprocess.run([*command, "--out", tmp_path], check=True, stdout=subprocess.DEVNULL)
     assert main(["replay", str(tmp_path), "--json"]) == 0
     (result,) = json.loads(capsys.readouterr().out)
     assert result["equal"], result

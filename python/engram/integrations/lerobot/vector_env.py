@@ -9,7 +9,9 @@ from gymnasium import spaces
 from gymnasium.vector import VectorWrapper
 from gymnasium.vector.utils import batch_space
 
+from engram.datasets.spaces import ANGLES, CONTROL_MODE, Spaces
 from engram.envs.vector_env import VectorEnv
+from engram.errors import InvalidArgumentError
 
 CAMERAS = ("top", "wrist")
 
@@ -23,16 +25,24 @@ class LeRobotEnv(VectorWrapper):
     Args:
         id: Task, such as "RememberColor3-VLA-v0".
         num_envs: Number of environments.
+        angles: Of the TCP in agent_pos: "continuous", as data sets have them that
+            `python -m engram.datasets lerobot` writes, or as the "benchmark" has them.
         **options: Those of ``VectorEnv``, except obs_mode, autoreset_mode and copy.
     """
 
-    def __init__(self, id: str, num_envs: int, **options: Any) -> None:
+    def __init__(self, id: str, num_envs: int, *, angles: str = ANGLES[0], **options: Any) -> None:
+        if angles not in ANGLES:
+            raise InvalidArgumentError(f"angles: {angles!r} given, {', '.join(ANGLES)} allowed")
         # LeRobot's own environments reset in the same step, and its rollout keeps the arrays.
         batch = VectorEnv(
             id, num_envs, obs_mode="rgb", autoreset_mode="SAME_STEP", copy=True, **options
         )
         super().__init__(batch)
         self.batch = batch
+        self._angles = angles
+        self._spaces = Spaces(
+            options.get("control_mode", CONTROL_MODE), bool(options.get("joint_proprio", False))
+        )
         single: Any = batch.single_observation_space
         image = spaces.Box(0, 255, (*single["rgb"].shape[:2], 3), np.uint8)
         self.single_observation_space = spaces.Dict(
@@ -72,7 +82,8 @@ class LeRobotEnv(VectorWrapper):
     def _renamed(self, obs: dict[str, np.ndarray]) -> dict[str, Any]:
         rgb = obs["rgb"]
         pixels = {camera: rgb[..., 3 * i : 3 * i + 3] for i, camera in enumerate(CAMERAS)}
-        return {"pixels": pixels, "agent_pos": obs["proprio"]}
+        state = self._spaces.proprio(obs["proprio"], self._angles)
+        return {"pixels": pixels, "agent_pos": state}
 
 
 def make_env(

@@ -23,6 +23,7 @@ from lerobot.scripts.lerobot_eval import eval_policy_all, rollout
 
 import engram
 import engram.integrations.lerobot
+from engram.datasets.spaces import continuous
 
 SEED = 4242424242
 
@@ -117,14 +118,26 @@ def test_several_tasks_of_other_sizes():
     close_envs(made)
 
 
+def test_the_control_mode_sets_the_features():
+    config = make_env_config("engram", task=TASK, control_mode="pd_joint_delta_pos")
+    assert env_to_policy_features(config)["action"].shape == (8,)
+    made = make_env(config, n_envs=2)
+    assert made[TASK][0].single_action_space.shape == (8,)
+    close_envs(made)
+    with pytest.raises(engram.InvalidArgumentError, match="angles: 'degrees' given"):
+        engram.integrations.lerobot.LeRobotEnv(TASK, 1, angles="degrees")
+
+
 def test_environments_are_complete(envs, recwarn):
     check_env_attributes_and_types(envs[TASK][0])
     assert not recwarn.list
 
 
-@pytest.mark.parametrize("id", [TASK, ENDING_TASK])
-def test_a_rollout_equals_that_of_engram(id):
-    config = make_env_config("engram", task=id)
+@pytest.mark.parametrize(
+    ("id", "angles"), [(TASK, "continuous"), (ENDING_TASK, "continuous"), (TASK, "benchmark")]
+)
+def test_a_rollout_equals_that_of_engram(id, angles):
+    config = make_env_config("engram", task=id, angles=angles)
     env = make_env(config, n_envs=3)[id][0]
     policy = Player("oracle")
     policy.batch = env.unwrapped
@@ -145,7 +158,8 @@ def test_a_rollout_equals_that_of_engram(id):
         np.testing.assert_array_equal(top[:, step], pictures[:, :3])
         seen = policy.seen[step]
         np.testing.assert_array_equal(seen["observation.images.wrist"], pictures[:, 3:])
-        np.testing.assert_array_equal(seen["observation.state"], obs["proprio"])
+        state = continuous(obs["proprio"]) if angles == "continuous" else obs["proprio"]
+        np.testing.assert_array_equal(seen["observation.state"], state)
         assert seen["task"] == [batch.envs[i].language_instruction for i in range(3)]
         obs = batch.step(batch.act("oracle"))[0]
     batch.close()

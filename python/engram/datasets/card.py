@@ -1,0 +1,153 @@
+"""Cards of data sets: the README.md that hubs show, with what the set is and how it was made."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from engram.datasets.checks import printable
+from engram.datasets.episodes import DemonstrationFolder
+
+_LICENCE = "apache-2.0"  # engram's, of what it makes
+_MOST_INSTRUCTIONS = 20
+
+
+@dataclasses.dataclass(frozen=True)
+class Card:
+    """What a converter says about its folder.
+
+    Attributes:
+        layout: The format, such as "LeRobotDataset v3.0".
+        command: The converter's, after `python -m engram.datasets`.
+        tags: For hubs.
+        data_files: Of hubs' viewers, as a pattern; None if they read none of them.
+        facts: Further rows of the table.
+        notes: Paragraphs about states, actions and statistics.
+        use: Python that reads it.
+    """
+
+    layout: str
+    command: Sequence[str]
+    tags: Sequence[str]
+    data_files: str | None
+    facts: Mapping[str, str]
+    notes: Sequence[str]
+    use: str
+
+
+def text(folder: DemonstrationFolder, instructions: Sequence[str], card: Card) -> str:
+    """The README.md of a converted folder."""
+    origin = folder.metadata.get("engram", {})
+    lines = [
+        *_front_matter(card),
+        f"# Demonstrations of {folder.env_id}",
+        "",
+        f"{card.layout} of a robot arm on a table, simulated by engram. Every episode solves the "
+        "task, and ends when it is solved.",
+        "",
+        "| | |",
+        "| --- | --- |",
+        *(f"| {name} | {_cell(value)} |" for name, value in _facts(folder, card.facts).items()),
+        "",
+        "## Instructions",
+        "",
+        *(f"* {_cell(one)}" for one in instructions[:_MOST_INSTRUCTIONS]),
+    ]
+    if len(instructions) > _MOST_INSTRUCTIONS:
+        lines.append(f"* and {len(instructions) - _MOST_INSTRUCTIONS} more")
+    lines += ["", "## Numbers", ""]
+    for note in card.notes:
+        lines += [note, ""]
+    lines += ["## How it was made", "", *_origin(origin), "", "```sh"]
+    if not _is_recorded(origin):
+        lines.append(collect_command(folder))
+    lines += [shlex.join(["python", "-m", "engram.datasets", *card.command]), "```", ""]
+    lines += [
+        "An episode is determined by the task, its seed and its actions: "
+        "`python -m engram.datasets replay` plays them again and compares every number."
+    ]
+    lines += ["", "## Use", "", "```python", card.use.strip(), "```", ""]
+    return "\n".join(lines)
+
+
+def _front_matter(card: Card) -> list[str]:
+    lines = [
+        "---",
+        f"license: {_LICENCE}",
+        "task_categories:",
+        "- robotics",
+        "tags:",
+        *(f"- {tag}" for tag in card.tags),
+    ]
+    if card.data_files:
+        lines += ["configs:", "- config_name: default", f"  data_files: {card.data_files}"]
+    return [*lines, "---", ""]
+
+
+def _facts(folder: DemonstrationFolder, further: Mapping[str, str]) -> dict[str, str]:
+    lengths = folder.metadata["episode_lengths"]
+    seeds = folder.metadata["episode_seeds"]
+    origin = folder.metadata.get("engram", {})
+    facts = {
+        "episodes": f"{len(lengths):,}",
+        "frames": f"{sum(lengths):,}",
+        "frames per episode": f"{min(lengths)} to {max(lengths)}, "
+        f"{sum(lengths) / len(lengths):.1f} on average",
+        "seeds": f"{min(seeds)} to {max(seeds)}",
+        "control mode": folder.spaces.control_mode,
+        **further,
+    }
+    for name in ("attempts", "rules", "renderer"):
+        if name in origin:
+            facts[name] = str(origin[name])
+    if origin.get("variant") is not None:
+        facts["changed constants"] = f"`{json.dumps(origin['variant'])}`"
+    facts["licence"] = _LICENCE
+    if "version" in origin:
+        facts["version of engram"] = str(origin["version"])
+    return facts
+
+
+def _is_recorded(origin: Mapping[str, Any]) -> bool:
+    """True if no command can make the demonstrations again."""
+    return not origin or origin.get("player") is not None
+
+
+def _origin(origin: Mapping[str, Any]) -> list[str]:
+    if not origin:
+        return ["The original benchmark's own scripts collected it. It was converted by:"]
+    if _is_recorded(origin):
+        return [f"It was played with {_cell(str(origin['player']))}, and converted by:"]
+    return ["The task's scripted oracle, which knows what is hidden, acted."]
+
+
+def collect_command(folder: DemonstrationFolder) -> str:
+    """The command that makes the demonstrations again."""
+    origin = folder.metadata.get("engram", {})
+    words = ["engram", "collect", folder.env_id, "--episodes", str(len(folder))]
+    if origin.get("start_seed"):
+        words += ["--seed", str(origin["start_seed"])]
+    for option, name, usual in (
+        ("--rules", "rules", "reference"),
+        ("--renderer", "renderer", "cpu"),
+        ("--control-mode", "control_mode", "pd_ee_delta_pose"),
+    ):
+        if origin.get(name, usual) != usual:
+            words += [option, str(origin[name])]
+    if folder.spaces.joint_proprio:
+        words.append("--joint-proprio")
+    if origin.get("labels") is not None:
+        words.append("--labels")
+    variant = origin.get("variant")
+    constants = variant.get("constants") if isinstance(variant, dict) else None
+    for name, value in constants.items() if isinstance(constants, dict) else ():
+        words += ["--set", f"{name}={json.dumps(value)}"]
+    return printable(shlex.join([*words, "--out", "data"]))
+
+
+def _cell(value: str) -> str:
+    """A foreign text in a line of Markdown."""
+    return printable(value).replace("|", "\\|").replace("<", "&lt;")

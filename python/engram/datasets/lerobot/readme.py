@@ -1,0 +1,91 @@
+"""The card of a LeRobotDataset."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from engram.datasets import card, frame_stats
+from engram.datasets.episodes import DemonstrationFolder
+from engram.datasets.lerobot import layout
+from engram.datasets.lerobot_options import FRAMES, Options
+from engram.datasets.spaces import ANGLES, Spaces
+
+_READERS = {"3.0": "lerobot 0.4 and newer", "2.1": "lerobot 0.3"}
+
+
+def text(
+    folder: DemonstrationFolder, chosen: Options, asked: Options, instructions: Sequence[str]
+) -> str:
+    """README.md; asked: the options as they were given, of which `chosen` were made."""
+    frames = f"videos ({chosen.encoder}, 4:2:0, lossy)"
+    if chosen.frames != FRAMES[0]:
+        frames = "PNG images (lossless)"
+    facts = {
+        "frames per second": f"{chosen.fps}, nominal; the robot is controlled at 20 Hz",
+        "pictures": f"{frames} of 128 x 128, base and wrist camera",
+        "read by": _READERS[chosen.version] + (", Isaac-GR00T" if chosen.modality else ""),
+    }
+    return card.text(
+        folder,
+        instructions,
+        card.Card(
+            layout=f"LeRobotDataset v{chosen.version}",
+            command=_command(folder, asked),
+            tags=("LeRobot", "engram", "mikasa-robo-vla"),
+            data_files="data/*/*.parquet",
+            facts=facts,
+            notes=_notes(folder.spaces, chosen),
+            use=_use(folder.env_id, chosen),
+        ),
+    )
+
+
+def _command(folder: DemonstrationFolder, asked: Options) -> list[str]:
+    """The arguments that differ from the usual ones."""
+    words = ["lerobot", "data", folder.env_id]
+    for field in dataclasses.fields(Options):
+        value = getattr(asked, field.name)
+        if value != field.default:
+            words += [f"--{field.name}", str(value)]
+    return words
+
+
+def _notes(spaces: Spaces, options: Options) -> list[str]:
+    notes = [
+        f"`{layout.STATE}`, before the action: {', '.join(spaces.proprio_names)}. "
+        + ("Joint angles in rad" if spaces.joint_proprio else "Position in m, angles in rad")
+        + ", the gripper's opening in m.",
+        f"`{layout.ACTION}`: {', '.join(spaces.action_names)}, of the control mode "
+        f"`{spaces.control_mode}`; gripper from -1 (closed) to 1 (open).",
+        f"Statistics have floors: standard deviations of state and action are at least "
+        f"{frame_stats.FLOOR:g}, and the distances of min and max, q01 and q99, q10 and q90 at "
+        f"least {2 * frame_stats.FLOOR:g}. Otherwise numbers that hardly change would be huge "
+        "inputs after normalisation.",
+    ]
+    if not spaces.joint_proprio:
+        notes.insert(1, _ANGLES[options.angles])
+    return notes
+
+
+_ANGLES = {
+    ANGLES[0]: "Angles are continuous: roll is from 0 to 2 pi, yaw from -3/4 pi to 5/4 pi, where "
+    "the benchmark's jump between -pi and pi (roll does so all the time, because the hand points "
+    "down). A policy that is trained on them needs the same when it acts: `lerobot-eval` with "
+    "engram's environment gives it; elsewhere, add 2 pi to a roll below 0 and to a yaw below "
+    "-3/4 pi.",
+    ANGLES[1]: "Angles are the benchmark's own, from -pi to pi. Roll jumps between the two, "
+    "because the hand points down.",
+}
+
+
+def _use(env_id: str, options: Options) -> str:
+    lines = [
+        "from lerobot.datasets.lerobot_dataset import LeRobotDataset",
+        "",
+        f'data = LeRobotDataset("local/{env_id}", root="FOLDER")',
+        f'data[0]["{layout.TOP}"], data[0]["{layout.STATE}"], data[0]["action"], data[0]["task"]',
+    ]
+    if options.modality:
+        lines.append("# Isaac-GR00T: --dataset-path FOLDER; its parts are in meta/modality.json")
+    return "\n".join(lines)

@@ -1,0 +1,85 @@
+"""Video files of LeRobotDataset, through FFmpeg."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import av
+import numpy as np
+
+from engram.datasets.checks import DatasetError
+
+
+class VideoFile:
+    """One MP4 file, which grows by frames."""
+
+    def __init__(self, target: Path | BinaryIO, size: tuple[int, int], fps: int, codec: str):
+        self.fps = fps
+        self.codec = codec
+        self.frames = 0
+        self.bytes = 0  # of what the encoder has given so far
+        with _encoding(codec):
+            if isinstance(target, Path):
+                target.parent.mkdir(parents=True, exist_ok=True)
+                self.container: Any = av.open(str(target), "w")
+            else:
+                self.container = av.open(target, "w", format="mp4")
+            # A key frame at every other frame, so that any frame is found quickly.
+            options = {"g": "2", "crf": "30"}
+            if codec == "libsvtav1":
+                options["preset"] = "12"
+                os.environ.setdefault("SVT_LOG", "1")  # errors only
+            self.stream: Any = self.container.add_stream(codec, rate=fps, options=options)
+            self.stream.pix_fmt = "yuv420p"
+            self.stream.height, self.stream.width = size
+
+    def add(self, images: np.ndarray) -> None:
+        """Appends frames, (T, H, W, 3) bytes."""
+        with _encoding(self.codec):
+            for image in images:
+                frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")
+                frame.pts = self.frames
+                frame.time_base = Fraction(1, self.fps)
+                self._mux(self.container, self.stream.encode(frame))
+                self.frames += 1
+
+    def close(self) -> None:
+        if self.container is not None:
+            container, self.container = self.container, None  # closed once, even if that fails
+            with _encoding(self.codec), container:
+                self._mux(container, self.stream.encode())
+
+    def _mux(self, container: Any, packets: Any) -> None:
+        for packet in packets:
+            self.bytes += packet.size
+            container.mux(packet)
+
+
+def video_info(path: Path, fps: int, codec: str) -> dict[str, Any]:
+    """Properties of a file, for info.json."""
+    with _encoding(codec), av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        return {
+            "video.height": stream.height,
+            "video.width": stream.width,
+            "video.codec": stream.codec.canonical_name,
+            "video.pix_fmt": stream.pix_fmt,
+            "video.is_depth_map": False,
+            "video.fps": fps,
+            "video.channels": 3,
+            "has_audio": False,
+        }
+
+
+@contextlib.contextmanager
+def _encoding(codec: str) -> Iterator[None]:
+    """Tells what FFmpeg refuses: an encoder that it lacks, or that takes no such pictures."""
+    try:
+        yield
+    except (av.FFmpegError, ValueError, TypeError, AttributeError) as error:
+        raise DatasetError(f"codec: {codec!r} given; FFmpeg says: {error}") from error

@@ -1,0 +1,158 @@
+"""Writes demonstrations as a LeRobotDataset of either version."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import engram
+from engram.datasets import frame_stats
+from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
+from engram.datasets.folders import new_folder
+from engram.datasets.lerobot import gr00t, layout, readme, v21, v30
+from engram.datasets.lerobot.choice import smaller_frames
+from engram.datasets.lerobot.videos import video_info
+from engram.datasets.lerobot_options import Options
+from engram.datasets.spaces import Spaces
+
+_FILES = {"3.0": v30.Files, "2.1": v21.Files}
+
+
+def convert(
+    folder: DemonstrationFolder,
+    root: Path | str,
+    progress: Callable[[int, int], None] = no_progress,
+    **options: Any,
+) -> Path:
+    """Writes <root>/data_lerobot/<id> and returns its path.
+
+    The folder appears when it is complete; one that was written here before is replaced. options:
+    those of ``Options``. progress is called with the episodes done and all of them. Raises
+    DatasetError, and leaves everything as it was, if an episode is damaged or the encoder fails.
+    """
+    asked = chosen = Options(**options)
+    if asked.frames == "auto":
+        chosen = dataclasses.replace(asked, frames=smaller_frames(folder, asked))
+    place = (layout.FOLDER, folder.env_id)
+    with new_folder(root, *place) as path:
+        with _Writer(path, folder.spaces, chosen) as writer:
+            for done, episode in enumerate(folder, 1):
+                writer.add(episode)
+                progress(done, len(folder))
+        writer.write_meta()
+        layout.write_json(path / layout.SOURCE, _source(folder, chosen))
+        (path / "README.md").write_text(readme.text(folder, chosen, asked, list(writer.tasks)))
+        (path / "source_rlds_metadata.json").write_bytes(folder.metadata_bytes)
+    return Path(root).joinpath(*place)
+
+
+def _source(folder: DemonstrationFolder, options: Options) -> dict[str, Any]:
+    """How the folder was written, for engram's own reader and for people."""
+    return {
+        "version": engram.__version__,
+        "env_id": folder.env_id,
+        **dataclasses.asdict(folder.spaces),
+        "options": dataclasses.asdict(options) | {"codec": options.encoder},
+    }
+
+
+class _Writer:
+    """A data set that grows by episodes."""
+
+    def __init__(self, root: Path, spaces: Spaces, options: Options):
+        self.root = root
+        self.spaces = spaces
+        self.options = options
+        self.tasks: dict[str, int] = {}
+        self.rows: list[dict[str, Any]] = []
+        self.stats: list[dict[str, dict[str, np.ndarray]]] = []
+        self.frames = 0
+        self.files: v21.Files | v30.Files = _FILES[options.version](root, options)
+
+    def __enter__(self) -> _Writer:
+        return self
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        # The first error is reported.
+        with contextlib.suppress(Exception) if kind else contextlib.nullcontext():
+            self.files.close()
+
+    def add(self, episode: Episode) -> None:
+        task = self.tasks.setdefault(episode.language_instruction, len(self.tasks))
+        columns = self._columns(episode, task)
+        images = dict(zip(layout.CAMERAS, (episode.image, episode.wrist_image)))
+        row = {
+            "episode_index": len(self.rows),
+            "tasks": [episode.language_instruction],
+            "length": len(episode),
+            "episode_seed": episode.episode_seed,
+        }
+        stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
+        row |= self.files.add(
+            row | {"first_frame": self.frames}, layout.table(columns, stored), filmed
+        )
+        self.rows.append(row)
+        self.stats.append(_stats(columns, images))
+        self.frames += len(episode)
+
+    def _columns(self, episode: Episode, task: int) -> dict[str, np.ndarray]:
+        steps = len(episode)
+        frames = np.arange(steps)
+        columns = {
+            layout.STATE: self.spaces.proprio(episode.proprio, self.options.angles),
+            layout.ACTION: episode.action,
+            "timestamp": (frames / self.options.fps).astype(np.float32),
+            "frame_index": frames,
+            "episode_index": np.full(steps, len(self.rows)),
+            "index": self.frames + frames,
+            "task_index": np.full(steps, task),
+        }
+        if self.options.modality:
+            columns[gr00t.ANNOTATION] = columns["task_index"]
+        return columns
+
+    def write_meta(self) -> None:
+        meta = self.root / "meta"
+        meta.mkdir(exist_ok=True)
+        self.files.write_meta(list(self.tasks), self.rows, self.stats)
+        layout.write_json(meta / "stats.json", frame_stats.combined(self.stats))
+        layout.write_json(meta / "info.json", self._info())
+        if self.options.modality:
+            layout.write_json(meta / "modality.json", gr00t.modality(self.spaces))
+
+    def _info(self) -> dict[str, Any]:
+        infos = {}
+        if self.options.frames == "videos":
+            infos = {
+                key: video_info(self.files.video_path(key), self.options.fps, self.options.encoder)
+                for key in layout.CAMERAS
+            }
+        features = layout.features(self.spaces, infos)
+        if self.options.modality:
+            features[gr00t.ANNOTATION] = {"dtype": "int64", "shape": [1], "names": None}
+        return {
+            "codebase_version": f"v{self.options.version}",
+            "robot_type": layout.ROBOT_TYPE,
+            "total_episodes": len(self.rows),
+            "total_frames": self.frames,
+            "total_tasks": len(self.tasks),
+            "chunks_size": layout.FILES_PER_CHUNK,
+            "fps": self.options.fps,
+            "splits": {"train": f"0:{len(self.rows)}"},
+            **self.files.info(len(self.rows)),
+            "features": features,
+        }
+
+
+def _stats(
+    columns: dict[str, np.ndarray], images: dict[str, np.ndarray]
+) -> dict[str, dict[str, np.ndarray]]:
+    stats = {key: frame_stats.of_values(values) for key, values in columns.items()}
+    for key in (layout.STATE, layout.ACTION):
+        stats[key] = frame_stats.floored(stats[key])
+    return stats | {key: frame_stats.of_images(values) for key, values in images.items()}

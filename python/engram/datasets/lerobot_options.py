@@ -1,0 +1,61 @@
+"""Choices of a LeRobotDataset."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from engram.datasets import checks
+from engram.datasets.checks import DatasetError
+from engram.datasets.spaces import ANGLES
+
+CODECS = {"3.0": "libsvtav1", "2.1": "libx264"}  # by version; trainers of 2.1 decode H.264
+VERSIONS = tuple(CODECS)
+FRAMES = ("videos", "images", "auto")
+MODALITIES = ("gr00t",)
+FPS = 10  # nominal, as in the published data; the robot is controlled at 20 Hz
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """What a LeRobotDataset is like.
+
+    Attributes:
+        version: Of the format, "3.0" or "2.1".
+        fps: Nominal frames per second.
+        frames: "videos", "images" (PNG, lossless) or "auto": images where they are no larger.
+        codec: An encoder of FFmpeg for videos; None: the usual one of the version.
+        angles: "continuous", or as the "benchmark" has them.
+        modality: "gr00t" adds what Isaac-GR00T reads, to version 2.1.
+    """
+
+    version: str = "3.0"
+    fps: int = FPS
+    frames: str = "videos"
+    codec: str | None = None
+    angles: str = ANGLES[0]
+    modality: str | None = None
+
+    def __post_init__(self) -> None:
+        _one_of("version", self.version, VERSIONS)
+        checks.whole_number("fps", self.fps, 1, checks.MAX_FPS)
+        _one_of("frames", self.frames, FRAMES)
+        _one_of("angles", self.angles, ANGLES)
+        if self.modality is None:
+            return
+        _one_of("modality", self.modality, MODALITIES)
+        for name, needed in (("version", "2.1"), ("frames", "videos")):
+            given = getattr(self, name)
+            if given != needed:
+                raise DatasetError(
+                    f"{name}: {given!r} given with modality {self.modality}; {needed!r} needed"
+                )
+
+    @property
+    def encoder(self) -> str:
+        return CODECS[self.version] if self.codec is None else self.codec
+
+
+def _one_of(what: str, value: Any, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise DatasetError(f"{what}: {checks.short(value)} given; {', '.join(allowed)} allowed")

@@ -1,0 +1,75 @@
+"""Readers of episodes in every format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from engram.datasets import checks
+from engram.datasets.checks import DatasetError, reading
+from engram.datasets.episodes import DemonstrationFolder
+from engram.datasets.spaces import Spaces
+from engram.datasets.stored import StoredEpisode, pictures
+
+
+def _from_npz(folder: DemonstrationFolder, _: Path) -> Iterator[StoredEpisode]:
+    for episode in folder:
+        yield StoredEpisode(
+            folder.spaces,
+            episode.episode_seed,
+            episode.action,
+            episode.proprio,
+            episode.language_instruction,
+            episode.rgb,
+            episode.reward,
+            episode.success,
+        )
+
+
+def _floats(values: list[float], *shape: int) -> np.ndarray:
+    return np.array(values, np.float32).reshape(shape)
+
+
+def _from_rlds(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpisode]:
+    from engram.datasets import rlds, tf_example
+
+    path = root / "data_rlds" / folder.env_id / rlds.VERSION
+    shards = sorted(path.glob(f"{rlds.NAME}-{rlds.SPLIT}.tfrecord-*"))
+    if not shards:
+        raise DatasetError(f"'{path}' holds no records")
+    for shard in shards:
+        with reading(shard), open(shard, "rb") as file:
+            for record in tf_example.read_records(file):
+                yield _rlds_episode(tf_example.parse_example(record), folder.spaces)
+
+
+def _rlds_episode(fields: dict[str, list], spaces: Spaces) -> StoredEpisode:
+    cameras = [fields[f"steps/observation/{name}"] for name in ("image", "wrist_image")]
+    action = _floats(fields["steps/action"], -1, len(spaces.action_names))
+    if any(len(files) != len(action) for files in cameras):
+        raise DatasetError(f"pictures of {[len(c) for c in cameras]} and {len(action)} steps")
+    checks.whole_number("steps", len(action), 1, checks.MAX_STEPS)
+    return StoredEpisode(
+        spaces,
+        fields["episode_metadata/episode_seed"][0],
+        action,
+        _floats(fields["steps/observation/proprio"], -1, len(spaces.proprio_names)),
+        fields["steps/language_instruction"][0].decode(),
+        np.concatenate([pictures(files) for files in cameras], axis=-1),
+        _floats(fields["steps/reward"], -1),
+    )
+
+
+def _from_lerobot(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpisode]:
+    from engram.datasets.lerobot import reader
+
+    return reader.read(folder, root)
+
+
+READERS: dict[str, Callable[[DemonstrationFolder, Path], Iterator[StoredEpisode]]] = {
+    "npz": _from_npz,
+    "rlds": _from_rlds,
+    "lerobot": _from_lerobot,
+}

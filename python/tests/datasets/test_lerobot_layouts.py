@@ -1,0 +1,104 @@
+"""Files of LeRobot data sets, as their documents describe them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+from demonstrations import COMMAND, IDS
+
+pytest.importorskip("pyarrow")
+pytest.importorskip("av")
+
+import pyarrow.parquet as pq
+
+from engram.datasets import find_folders, lerobot
+from engram.datasets.__main__ import main
+from engram.datasets.lerobot import gr00t
+from engram.datasets.spaces import Spaces
+
+LONG = "RememberColor5-Long-VLA-v0"  # 360 steps, of which most are waiting
+
+
+def lines(path) -> list[dict]:
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+@pytest.mark.parametrize("frames", ["videos", "images"])
+def test_version_2_1_has_a_file_per_episode_and_camera(demonstrations, folder, frames, tmp_path):
+    path = lerobot.convert(folder, tmp_path, version="2.1", frames=frames)
+    info = json.loads((path / "meta" / "info.json").read_text())
+    count = len(folder)
+    assert (info["total_episodes"], info["total_chunks"]) == (count, 1)
+    episodes = lines(path / "meta" / "episodes.jsonl")
+    assert [row["length"] for row in episodes] == folder.metadata["episode_lengths"]
+    tasks = {row["task_index"]: row["task"] for row in lines(path / "meta" / "tasks.jsonl")}
+    stats = lines(path / "meta" / "episodes_stats.jsonl")
+    assert [row["episode_index"] for row in stats] == list(range(count))
+    for number, episode in enumerate(folder):
+        place = {"episode_chunk": 0, "episode_index": number}
+        table = pq.read_table(path / info["data_path"].format(**place))
+        assert table.num_rows == len(episode)
+        assert {tasks[i] for i in table.column("task_index").to_pylist()} == set(
+            episodes[number]["tasks"]
+        )
+        for key in ("observation.images.top", "observation.images.wrist"):
+            assert (key in table.column_names) == (frames == "images")
+            if frames == "videos":
+                place["video_key"] = key
+                assert (path / info["video_path"].format(**place)).stat().st_size > 1000
+    assert info["total_videos"] == (2 * count if frames == "videos" else 0)
+
+
+@pytest.mark.parametrize(
+    ("spaces", "state", "action", "relative"),
+    [
+        (
+            Spaces(),
+            {"position": (0, 3), "rotation": (3, 6), "gripper": (6, 7)},
+            {"position": (0, 3), "rotation": (3, 6), "gripper": (6, 7)},
+            {"position", "rotation"},
+        ),
+        (
+            Spaces("pd_joint_pos", True),
+            {"joint_position": (0, 7), "gripper": (7, 8)},
+            {"joint_position": (0, 7), "gripper": (7, 8)},
+            set(),
+        ),
+        (
+            Spaces("pd_joint_pos_vel", True),
+            {"joint_position": (0, 7), "gripper": (7, 8)},
+            {"joint_position": (0, 7), "joint_velocity": (7, 14), "gripper": (14, 15)},
+            {"joint_velocity"},
+        ),
+    ],
+)
+def test_modalities_are_slices_by_name(spaces, state, action, relative):
+    document = gr00t.modality(spaces)
+    for group, expected in (("state", state), ("action", action)):
+        found = {name: (part["start"], part["end"]) for name, part in document[group].items()}
+        assert found == expected
+    told = {name for name, part in document["action"].items() if not part.get("absolute", True)}
+    assert told == relative
+
+
+def test_pictures_that_stay_the_same_are_stored_once(tmp_path, capsys):
+    command = [*COMMAND, "collect", LONG, IDS[3], "--episodes=1", "--out", tmp_path]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    sizes = {}
+    for frames in ("videos", "images", "auto"):
+        assert main(["lerobot", str(tmp_path), "--frames", frames]) == 0
+        for folder in find_folders(tmp_path):
+            path = tmp_path / "data_lerobot" / folder.env_id
+            files = [file for file in path.rglob("*") if file.suffix in (".mp4", ".parquet")]
+            sizes[folder.env_id, frames] = sum(file.stat().st_size for file in files)
+    for id in (LONG, IDS[3]):
+        assert sizes[id, "auto"] == min(sizes[id, "videos"], sizes[id, "images"])
+    # One waits, the other one moves all the time.
+    assert sizes[LONG, "images"] < sizes[LONG, "videos"]
+    assert sizes[IDS[3], "images"] > sizes[IDS[3], "videos"]
+    (folder,) = find_folders(tmp_path, [LONG])
+    distinct = len(np.unique(folder[0].rgb[..., :3].reshape(len(folder[0]), -1), axis=0))
+    assert distinct < len(folder[0]) / 2

@@ -1,0 +1,88 @@
+"""Statistics and angles of states, as trainers normalise by them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engram.datasets.frame_stats import FLOOR, combined, floored, of_values
+from engram.datasets.spaces import continuous
+
+BOUNDS = (("min", "max"), ("q01", "q99"), ("q10", "q90"))
+
+
+def columns(steps: int = 200) -> np.ndarray:
+    """Numbers that never change, hardly, seldom and often."""
+    rng = np.random.default_rng(1)
+    seldom = np.ones(steps)
+    seldom[0] = -1
+    return np.stack(
+        [
+            np.full(steps, 0.04),
+            0.04 + 1e-7 * rng.normal(size=steps),
+            seldom,
+            rng.uniform(-1, 1, steps),
+        ],
+        axis=1,
+    ).astype(np.float32)
+
+
+def normalized(values: np.ndarray, stats: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """As LeRobot's normaliser does: by mean and deviation, and by each pair of bounds."""
+    result = {"std": (values - stats["mean"]) / (stats["std"] + 1e-8)}
+    for low, high in BOUNDS:
+        distance = stats[high] - stats[low]
+        result[low] = 2 * (values - stats[low]) / np.where(distance == 0, 1e-8, distance) - 1
+    return result
+
+
+def test_a_little_noise_is_no_huge_input():
+    values = columns()
+    disturbed = values + 1e-4
+    raw = normalized(disturbed, of_values(values))
+    assert min(np.abs(raw[name]).max() for name in raw) > 500  # what the floor is for
+    for name, inputs in normalized(disturbed, floored(of_values(values))).items():
+        assert np.abs(inputs[:, :2]).max() < 0.1, name
+        assert np.abs(inputs[:, 3]).max() < 2, name
+
+
+def test_bounds_stay_in_order_and_wide_columns_as_they_are():
+    raw, stats = of_values(columns()), floored(of_values(columns()))
+    order = ["min", "q01", "q10", "q50", "q90", "q99", "max"]
+    for low, high in zip(order, order[1:]):
+        assert (stats[low] <= stats[high]).all(), (low, high)
+    for low, high in BOUNDS:
+        assert (stats[high] - stats[low] >= 2 * FLOOR * (1 - 1e-9)).all()
+    assert (stats["std"] >= FLOOR).all()
+    for name, values in raw.items():
+        np.testing.assert_array_equal(stats[name][..., -1], values[..., -1])
+    assert (stats["q01"][2], stats["q10"][2]) == (-1, -1)  # a gripper that closes once
+
+
+def test_the_floor_outlives_the_combination_of_episodes():
+    episodes = [{"state": floored(of_values(columns(steps)))} for steps in (3, 50, 200)]
+    stats = combined(episodes)["state"]
+    assert min(stats["std"]) >= FLOOR * (1 - 1e-9)
+    for low, high in BOUNDS:
+        assert min(np.subtract(stats[high], stats[low])) >= 2 * FLOOR * (1 - 1e-9)
+
+
+def test_angles_do_not_jump():
+    turn = np.linspace(-0.1, 0.1, 41)
+    poses = np.zeros((41, 7), np.float32)
+    poses[:, 3] = (np.pi + turn + np.pi) % (2 * np.pi) - np.pi  # of a hand that points down
+    poses[:, 5] = (3.1 + turn + np.pi) % (2 * np.pi) - np.pi  # and is turned by half a turn
+    assert np.abs(np.diff(poses, axis=0)).max() > 6
+    assert np.abs(np.diff(continuous(poses), axis=0)).max() < 0.006
+    others = [0, 1, 2, 4, 6]
+    np.testing.assert_array_equal(continuous(poses)[:, others], poses[:, others])
+
+
+@pytest.mark.parametrize("shape", [(7,), (5, 7), (2, 5, 7)])
+def test_a_frame_alone_gives_the_same(shape):
+    poses = np.random.default_rng(2).uniform(-np.pi, np.pi, shape).astype(np.float32)
+    changed = continuous(poses)
+    assert changed.dtype == np.float32
+    alone = [continuous(pose) for pose in poses.reshape(-1, 7)]
+    np.testing.assert_array_equal(changed.reshape(-1, 7), alone)
+    np.testing.assert_allclose(np.exp(1j * changed), np.exp(1j * poses), atol=1e-6)
