@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -13,7 +14,9 @@
 #include "apps/options.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "apps/python_module.h"
 #include "apps/task_choice.h"
+#include "core/env/scripted_policy.h"
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/collection_report.h"
 #include "protocol/formats/document.h"
@@ -23,6 +26,11 @@ namespace engram::apps {
 namespace {
 
 constexpr const char* kReport = "collect_report.html";
+constexpr const char* kLerobot = "lerobot";
+
+// Options that are passed on to the streams that a LeRobotDataset is made of.
+constexpr const char* kPassedOn[] = {"--max-attempts", "--seed",     "--renderer", "--set",
+                                     "--rules",        "--num-envs", "--threads"};
 
 struct CollectOptions {
   std::vector<std::string> ids;
@@ -33,6 +41,9 @@ struct CollectOptions {
   CollectionOptions collection{.plan = {}, .out = {}};
   bool estimate = false;
   bool stream = false;
+  std::string format = "npz";
+  std::vector<std::string> lerobot;  // its options, as words
+  std::vector<std::string> passed;   // options that a stream has too, as words
   bool json = false;
 };
 
@@ -132,9 +143,33 @@ void stream(Ranks& ranks, std::span<const RegistryEntry* const> tasks, CollectOp
   require_complete(folders, options.collection.plan);
 }
 
+std::string this_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
+
+// The program of Python that collects into a LeRobotDataset, by streams of this one.
+[[noreturn]] void collect_lerobot(const std::vector<const RegistryEntry*>& tasks,
+                                  const CollectOptions& options) {
+  if (options.stream || options.estimate) {
+    throw Error(Error::kInvalidArgument,
+                "--format lerobot with --stream or --estimate; one of them allowed");
+  }
+  require_mode_of(Policy::kOracle, options.collection.plan.control_mode);
+  std::vector<std::string> words = python_words("engram.datasets", "--format lerobot");
+  words.insert(words.end(), {"collect", "--command", this_program(), "--out", options.out});
+  words.insert(words.end(), options.lerobot.begin(), options.lerobot.end());
+  const CollectionPlan& plan = options.collection.plan;
+  words.push_back(fmt::format("--episodes={}", plan.episodes));
+  words.push_back(fmt::format("--control-mode={}", name_of(plan.control_mode)));
+  if (plan.joint_proprio) words.emplace_back("--joint-proprio");
+  if (options.json) words.emplace_back("--json");
+  for (const std::string& word : options.passed) words.push_back("--word=" + word);
+  for (const RegistryEntry* task : tasks) words.emplace_back(task->id);
+  become(std::move(words), "--format lerobot");
+}
+
 void run(Ranks& ranks, CollectOptions& options) {
   const std::vector<const RegistryEntry*> tasks =
       chosen_tasks(options.ids, options.filter, options.all);
+  if (options.format == kLerobot) collect_lerobot(tasks, options);
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
   if (options.estimate) {
@@ -164,7 +199,39 @@ void run(Ranks& ranks, CollectOptions& options) {
 
 }  // namespace
 
-void add_collect_command(const Command& program) {
+namespace {
+
+void add_format(const Command& command, CollectOptions& options) {
+  const auto take = [&options](const std::string& name) {
+    if (name != "npz" && name != kLerobot) {
+      throw Error(Error::kInvalidArgument,
+                  "--format: '" + name + "' given, npz or lerobot allowed");
+    }
+    options.format = name;
+  };
+  const Option format =
+      command
+          .add_option(
+              "--format", take,
+              "lerobot: DIR/data_lerobot/<ID>, a LeRobotDataset, with no NPZ between; needs "
+              "Python. Tasks that are there already are left alone")
+          .type_name("npz|lerobot")
+          .default_str("npz");
+  const auto add = [&](const char* name, const char* word, const char* type, const char* help) {
+    const auto pass_on = [&options, word](const std::string& value) {
+      options.lerobot.push_back(fmt::format("{}={}", word, value));
+    };
+    command.add_option(name, pass_on, help).type_name(type).needs(format);
+  };
+  add("--frames", "--frames", "videos|images|auto", "Of lerobot; default: videos");
+  add("--codec", "--codec", "ENCODER", "Of lerobot's videos, an encoder of FFmpeg; default: libx264");
+  add("--lerobot-version", "--version", "3.0|2.1", "Default: 3.0");
+}
+
+}  // namespace
+
+void add_collect_command(const Command& program,
+                         const std::shared_ptr<const std::vector<std::string>>& variants) {
   const auto options = std::make_shared<CollectOptions>();
   const Command command =
       program.add_command("collect", "Demonstrations of the oracle, as NPZ files");
@@ -195,11 +262,20 @@ void add_collect_command(const Command& program) {
   command.add_flag("--stream", options->stream,
                    "Writes the data files of one task to standard output, not compressed, for "
                    "programs that convert them (docs/datasets.md), and nothing into --out");
+  add_format(command, *options);
   add_json(command, options->json);
   command.footer(
       "Keeps episodes that succeed, up to their first success. After an interruption, the same "
       "command continues. Files do not depend on --num-envs, --threads or the number of "
       "processes.");
+  command.when_parsed([command, options, variants] {
+    for (const std::string& file : *variants) options->passed.push_back("--variants=" + file);
+    for (const char* name : kPassedOn) {
+      for (const std::string& value : command.values(name)) {
+        options->passed.push_back(fmt::format("{}={}", name, value));
+      }
+    }
+  });
   command.on_run([options] { with_mpi([&](Ranks& ranks) { run(ranks, *options); }); });
 }
 

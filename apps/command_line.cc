@@ -112,6 +112,10 @@ bool Command::given(const std::string& name) const {
   return option != nullptr && option->count() > 0;
 }
 
+std::vector<std::string> Command::values(const std::string& name) const {
+  return given(name) ? app_->get_option_no_throw(name)->results() : std::vector<std::string>();
+}
+
 void Command::share_options() const { app_->fallthrough(); }
 
 void Command::footer(const std::string& text) const { app_->footer(text); }

@@ -59,6 +59,8 @@ class Command {
   void remove_option(const std::string& name) const;
   // True if the user has given the option; false if there is no such option.
   bool given(const std::string& name) const;
+  // What the user has given to it, as text.
+  std::vector<std::string> values(const std::string& name) const;
 
   // Allows the option of this command behind the words of its subcommands, too.
   void share_options() const;

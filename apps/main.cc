@@ -61,7 +61,7 @@ int run(int argc, char** argv) {
   add_eval_command(program);
   add_compare_command(program);
   add_report_command(program);
-  add_collect_command(program);
+  add_collect_command(program, variants);
   add_record_command(program);
   add_play_command(program, variants);
   add_serve_command(program, variants);

@@ -8,9 +8,10 @@ import json
 import sys
 import time
 from pathlib import Path
+from typing import NoReturn
 
 from engram._distribution import install_command
-from engram.datasets import checks, lerobot_options
+from engram.datasets import checks, collected, lerobot_options
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import find_folders
 from engram.datasets.spaces import ANGLES
@@ -19,9 +20,7 @@ from engram.datasets.spaces import ANGLES
 def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
-        results = [
-            options.run(folder, options) for folder in find_folders(options.folder, options.ids)
-        ]
+        results = options.run_all(options)
     except KeyboardInterrupt:
         return 130
     except (DatasetError, OSError) as error:
@@ -36,6 +35,11 @@ def main(arguments: list[str] | None = None) -> int:
     if options.json:
         print(json.dumps(results, indent=2))
     return 0 if all(result.get("equal", True) for result in results) else 1
+
+
+def run() -> NoReturn:
+    """The whole command."""
+    sys.exit(main())
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -56,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument(
             "--json", action="store_true", help="one JSON document on standard output"
         )
-        command.set_defaults(run=run)
+        command.set_defaults(run=run, run_all=_run_folders)
         return command
 
     rlds = add("rlds", "Writes OUT/data_rlds/<id>/1.0.0, for tensorflow_datasets", _rlds)
@@ -70,6 +74,15 @@ def _parser() -> argparse.ArgumentParser:
         help="threads; 0: one per core (default)",
     )
     _add_lerobot_options(lerobot)
+
+    words = "Writes OUT/data_lerobot/<id> while `engram collect` plays, without NPZ between"
+    collect = commands.add_parser("collect", help=words, description=words)
+    collect.add_argument("ids", nargs="+", metavar="ID")
+    collect.add_argument("--out", type=_folder, required=True)
+    collect.add_argument("--json", action="store_true")
+    collected.add_arguments(collect)
+    _add_lerobot_options(collect)
+    collect.set_defaults(run_all=_collect)
 
     replay = add(
         "replay", "Plays stored actions in fresh environments and compares what they show", _replay
@@ -109,8 +122,7 @@ def _add_lerobot_options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--codec",
-        help="encoder of videos; default: "
-        + ", ".join(f"{codec} for {version}" for version, codec in lerobot_options.CODECS.items()),
+        help=f"encoder of videos; default: {lerobot_options.ENCODER}",
     )
     command.add_argument(
         "--angles",
@@ -146,6 +158,11 @@ def _whole(low: int, high: int):
     return convert
 
 
+def _run_folders(options) -> list[dict]:
+    folders = find_folders(options.folder, options.ids)
+    return [options.run(folder, options) for folder in folders]
+
+
 def _rlds(folder, options) -> dict:
     from engram.datasets import rlds
 
@@ -154,11 +171,31 @@ def _rlds(folder, options) -> dict:
     return _result(folder, path, "rlds")
 
 
+def _lerobot_options(given) -> dict:
+    names = [field.name for field in dataclasses.fields(lerobot_options.Options)]
+    return {name: getattr(given, name) for name in names}
+
+
+def _collect(given) -> list[dict]:
+    """Tasks that are there already, from the same collection, are left as they are."""
+    from engram.datasets import lerobot
+
+    results = []
+    for env_id in given.ids:
+        episodes = collected.collect(given, env_id)
+        if lerobot.is_written(episodes, given.out, lerobot.Options(**_lerobot_options(given))):
+            print(f"{env_id}: there already", file=sys.stderr)
+            continue
+        with episodes, _Progress(episodes) as progress:
+            path = lerobot.convert(episodes, given.out, progress, **_lerobot_options(given))
+        results.append(_result(episodes, path, "lerobot"))
+    return results
+
+
 def _lerobot(folder, given) -> dict:
     from engram.datasets import lerobot
 
-    names = [field.name for field in dataclasses.fields(lerobot_options.Options)]
-    chosen = {name: getattr(given, name) for name in names}
+    chosen = _lerobot_options(given)
     with _Progress(folder) as progress:
         path = lerobot.convert(folder, given.out or given.folder, progress, **chosen)
     return _result(folder, path, "lerobot")

@@ -11,7 +11,7 @@ import json
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class Episode:
         return self.rgb[..., 3:]
 
     @classmethod
-    def load(cls, path: Path | str, spaces: Spaces = BENCHMARK) -> Episode:
+    def load(cls, path: Path | str | IO[bytes], spaces: Spaces = BENCHMARK) -> Episode:
         """Reads one file; raises DatasetError if it is damaged or no demonstration."""
         with reading(path), zipfile.ZipFile(path) as archive:
             steps = _length(archive)
@@ -153,7 +153,7 @@ class DemonstrationFolder(Sequence):
         self.metadata_path = self.path / "metadata.json"
         self.metadata_bytes = _read(self.metadata_path)
         with reading(self.metadata_path):
-            self.metadata = _metadata(self.metadata_bytes)
+            self.metadata = read_metadata(self.metadata_bytes)
             self.spaces = Spaces.of_metadata(self.metadata)
         self.env_id: str = self.metadata["env_id"]
         count: int = self.metadata["num_episodes"]
@@ -196,7 +196,7 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
 
 
-def _metadata(content: bytes) -> dict[str, Any]:
+def read_metadata(content: bytes) -> dict[str, Any]:
     """The document, once what is used of it has the form that it must have."""
     text = content.decode()
     document = json.loads(text)

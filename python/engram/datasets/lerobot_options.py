@@ -9,8 +9,8 @@ from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.spaces import ANGLES
 
-CODECS = {"3.0": "libsvtav1", "2.1": "libx264"}  # by version; trainers of 2.1 decode H.264
-VERSIONS = tuple(CODECS)
+ENCODER = "libx264"  # which all trainers decode
+VERSIONS = ("3.0", "2.1")
 FRAMES = ("videos", "images", "auto")
 MODALITIES = ("gr00t",)
 FPS = 10  # nominal, as in the published data; the robot is controlled at 20 Hz
@@ -24,7 +24,7 @@ class Options:
         version: Of the format, "3.0" or "2.1".
         fps: Nominal frames per second.
         frames: "videos", "images" (PNG, lossless) or "auto": images where they are no larger.
-        codec: An encoder of FFmpeg for videos; None: the usual one of the version.
+        codec: An encoder of FFmpeg for videos; None: libx264.
         angles: "continuous", or as the "benchmark" has them.
         modality: "gr00t" adds what Isaac-GR00T reads, to version 2.1.
     """
@@ -53,7 +53,7 @@ class Options:
 
     @property
     def encoder(self) -> str:
-        return CODECS[self.version] if self.codec is None else self.codec
+        return ENCODER if self.codec is None else self.codec
 
 
 def _one_of(what: str, value: Any, allowed: tuple[str, ...]) -> None:

@@ -5,7 +5,7 @@ Videos are lossy; everything else, and images with ``frames="images"``, is store
 
 from __future__ import annotations
 
-from engram.datasets.lerobot.writer import convert
+from engram.datasets.lerobot.writer import convert, is_written
 from engram.datasets.lerobot_options import Options
 
-__all__ = ["Options", "convert"]
+__all__ = ["Options", "convert", "is_written"]

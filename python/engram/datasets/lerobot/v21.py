@@ -13,6 +13,7 @@ import pyarrow as pa
 from engram.datasets.lerobot import layout
 from engram.datasets.lerobot.videos import VideoFile
 from engram.datasets.lerobot_options import Options
+from engram.datasets.work import in_order
 
 _EPISODE = "episode_{episode_index:06d}"
 DATA_PATH = f"data/chunk-{{episode_chunk:03d}}/{_EPISODE}.parquet"
@@ -43,13 +44,17 @@ class Files:
         with open(path, "wb") as file, layout.parquet_writer(file, table.schema) as writer:
             writer.write_table(table)
         self.cameras = len(videos)
-        for key, images in videos.items():
+
+        def film(camera: tuple[str, np.ndarray]) -> None:
+            key, images = camera
             size = (images.shape[1], images.shape[2])
-            video = VideoFile(
-                self.video_path(key, number), size, self.options.fps, self.options.encoder
-            )
+            path = self.video_path(key, number)
+            video = VideoFile(path, size, self.options.fps, self.options.encoder)
             with contextlib.closing(video):
                 video.add(images)
+
+        for _ in in_order(film, videos.items()):
+            pass
         return {}
 
     def close(self) -> None:

@@ -14,6 +14,7 @@ from engram.datasets import frame_stats
 from engram.datasets.lerobot import layout
 from engram.datasets.lerobot.videos import VideoFile
 from engram.datasets.lerobot_options import Options
+from engram.datasets.work import in_order
 
 _FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}"
 DATA_PATH = f"data/{_FILE}.parquet"
@@ -43,10 +44,11 @@ class Files:
             "meta/episodes/file_index": 0,
         }
         place |= self.data.add(table)
-        for key, images in videos.items():
+        for key in videos:
             if key not in self.videos:
                 self.videos[key] = _VideoFiles(self.root, key, self.options)
-            place |= self.videos[key].add(images)
+        for found in in_order(lambda camera: self.videos[camera[0]].add(camera[1]), videos.items()):
+            place |= found
         return place
 
     def close(self) -> None:

@@ -14,6 +14,12 @@ import numpy as np
 
 from engram.datasets.checks import DatasetError
 
+# Of 128 x 128 pictures: 0.4 ms and 1.9 KB a frame, 32 dB; AV1 takes 1.7 ms and 2.2 KB for that.
+_QUALITY = {
+    "libx264": {"crf": "24", "preset": "veryfast"},
+    "libsvtav1": {"crf": "30", "preset": "12"},
+}
+
 
 class VideoFile:
     """One MP4 file, which grows by frames."""
@@ -29,12 +35,11 @@ class VideoFile:
                 self.container: Any = av.open(str(target), "w")
             else:
                 self.container = av.open(target, "w", format="mp4")
+            os.environ.setdefault("SVT_LOG", "1")  # errors only
             # A key frame at every other frame, so that any frame is found quickly.
-            options = {"g": "2", "crf": "30"}
-            if codec == "libsvtav1":
-                options["preset"] = "12"
-                os.environ.setdefault("SVT_LOG", "1")  # errors only
+            options = {"g": "2", **_QUALITY.get(codec, {"crf": "30"})}
             self.stream: Any = self.container.add_stream(codec, rate=fps, options=options)
+            self.stream.codec_context.thread_count = 1  # pictures are small; cameras have theirs
             self.stream.pix_fmt = "yuv420p"
             self.stream.height, self.stream.width = size
 

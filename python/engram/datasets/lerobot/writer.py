@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ import numpy as np
 
 import engram
 from engram.datasets import frame_stats
+from engram.datasets.checks import DatasetError, reading
+from engram.datasets.collected import CollectedEpisodes
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
 from engram.datasets.folders import new_folder
 from engram.datasets.lerobot import gr00t, layout, readme, v21, v30
@@ -24,7 +27,7 @@ _FILES = {"3.0": v30.Files, "2.1": v21.Files}
 
 
 def convert(
-    folder: DemonstrationFolder,
+    folder: DemonstrationFolder | CollectedEpisodes,
     root: Path | str,
     progress: Callable[[int, int], None] = no_progress,
     **options: Any,
@@ -51,14 +54,32 @@ def convert(
     return Path(root).joinpath(*place)
 
 
-def _source(folder: DemonstrationFolder, options: Options) -> dict[str, Any]:
+def _source(folder: DemonstrationFolder | CollectedEpisodes, options: Options) -> dict[str, Any]:
     """How the folder was written, for engram's own reader and for people."""
     return {
         "version": engram.__version__,
         "env_id": folder.env_id,
         **dataclasses.asdict(folder.spaces),
         "options": dataclasses.asdict(options) | {"codec": options.encoder},
+        "collect": getattr(folder, "words", None),  # of episodes that came without NPZ
     }
+
+
+def is_written(folder: CollectedEpisodes, root: Path | str, options: Options) -> bool:
+    """True if the folder was written from the same collection; refuses another one."""
+    path = Path(root) / layout.FOLDER / folder.env_id
+    if not path.exists():
+        return False
+    with reading(path / layout.SOURCE):
+        found = json.loads((path / layout.SOURCE).read_bytes())
+        asked = _source(folder, options)
+        if options.frames == "auto":
+            asked["options"]["frames"] = found["options"]["frames"]
+    if found == asked:
+        return True
+    raise DatasetError(
+        f"'{path}' was collected otherwise; the same options, or another --out, needed"
+    )
 
 
 class _Writer:
