@@ -19,7 +19,8 @@ constexpr std::array<ServerOption, 8> kOptions = {{
     {"--server-keys", "NAME|FILE.json",
      "Names of pictures, state and instruction: mikasa (default), libero, droid, openvla, oft"},
     {"--server-state", "LAYOUT",
-     "Numbers of the state: tcp7, libero8, libero_rpy8, oxe8 or joints8; default: the keys' own"},
+     "Numbers of the state: tcp7, tcp7_continuous, libero8, libero_rpy8, oxe8 or joints8; default: "
+     "the keys' own"},
     {"--server-actions", "NAME",
      "What its actions mean: mikasa, libero or oxe; default: the keys' own"},
     {"--server-image", "N|HxW|native",

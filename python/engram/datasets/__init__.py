@@ -1,4 +1,4 @@
-"""Demonstrations of `engram collect`, and their conversion to RLDS and LeRobotDataset v3.
+"""Demonstrations of `engram collect`, and their conversion to RLDS and LeRobotDataset.
 
     python -m engram.datasets rlds FOLDER       # data_npz/<id> -> data_rlds/<id>/1.0.0
     python -m engram.datasets lerobot FOLDER    # data_npz/<id> -> data_lerobot/<id>

@@ -67,6 +67,12 @@ def _parser() -> argparse.ArgumentParser:
     lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset", _lerobot)
     for command in (rlds, lerobot):
         command.add_argument("--out", type=_folder, help="default: FOLDER")
+        command.add_argument(
+            "--labels",
+            action="store_true",
+            help="also subtasks, plan, memory and the other labels of `engram collect --labels`, "
+            "which are privileged: targets, not inputs",
+        )
     rlds.add_argument(
         "--jobs",
         type=_whole(0, checks.MAX_JOBS),
@@ -167,7 +173,9 @@ def _rlds(folder, options) -> dict:
     from engram.datasets import rlds
 
     with _Progress(folder) as progress:
-        path = rlds.convert(folder, options.out or options.folder, options.jobs, progress)
+        path = rlds.convert(
+            folder, options.out or options.folder, options.jobs, progress, labels=options.labels
+        )
     return _result(folder, path, "rlds")
 
 

@@ -26,6 +26,7 @@ class CollectedEpisodes:
         words: Options of ``engram collect``.
         episodes: How many are collected.
         spaces: Those that the options ask for.
+        labelled: Whether they ask for labels.
 
     ``metadata`` and ``metadata_bytes`` are there after the last episode. For use with ``with``: at
     the end the command is stopped.
@@ -35,11 +36,18 @@ class CollectedEpisodes:
     metadata_bytes: bytes
 
     def __init__(
-        self, command: str, env_id: str, words: list[str], episodes: int, spaces: Spaces
+        self,
+        command: str,
+        env_id: str,
+        words: list[str],
+        episodes: int,
+        spaces: Spaces,
+        labelled: bool = False,
     ) -> None:
         self.env_id = env_id
         self.spaces = spaces
         self.words = words
+        self.labelled = labelled
         self._episodes = episodes
         self._ahead: list[Episode] = []  # read, but not given out yet
         self._command = [command, "collect", env_id, "--stream", *words]
@@ -65,6 +73,9 @@ class CollectedEpisodes:
         self._ahead += itertools.islice(self._unread, max(more, 0))
         return self._ahead[index]
 
+    def require_labels(self) -> None:
+        """Nothing to refuse: they are collected where they are asked for."""
+
     def __iter__(self) -> Iterator[Episode]:
         while self._ahead:
             yield self._ahead.pop(0)
@@ -73,7 +84,7 @@ class CollectedEpisodes:
 
     def _read_episodes(self) -> Iterator[Episode]:
         while block := self._block():
-            yield Episode.load(io.BytesIO(block), self.spaces)
+            yield Episode.load(io.BytesIO(block), self.spaces, self.labelled)
 
     def _finish(self) -> None:
         self.metadata_bytes = self._block()
@@ -109,5 +120,8 @@ def collect(options: Any, env_id: str) -> CollectedEpisodes:
     checks.env_id("env_id", env_id)
     spaces = Spaces(options.control_mode, options.joint_proprio)
     words = ["--episodes", str(options.episodes), "--control-mode", options.control_mode]
-    words += ["--joint-proprio"] * options.joint_proprio + options.words
-    return CollectedEpisodes(options.command, env_id, words, options.episodes, spaces)
+    words += ["--joint-proprio"] * options.joint_proprio + ["--labels"] * options.labels
+    words += options.words
+    return CollectedEpisodes(
+        options.command, env_id, words, options.episodes, spaces, options.labels
+    )

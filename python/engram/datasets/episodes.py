@@ -17,8 +17,10 @@ import numpy as np
 
 import engram
 from engram._io import documents
-from engram.datasets import checks
+from engram.datasets import checks, labels
 from engram.datasets.checks import DatasetError, reading
+from engram.datasets.labels import Labels
+from engram.datasets.npz_arrays import read_array
 from engram.datasets.spaces import Spaces
 
 _LARGEST_METADATA = 256 << 20  # bytes
@@ -39,6 +41,7 @@ class Episode:
     success_once: bool
     episode_length: int
     episode_seed: int
+    labels: Labels | None = None
 
     def __len__(self) -> int:
         return self.episode_length
@@ -54,16 +57,21 @@ class Episode:
         return self.rgb[..., 3:]
 
     @classmethod
-    def load(cls, path: Path | str | IO[bytes], spaces: Spaces = BENCHMARK) -> Episode:
+    def load(
+        cls, path: Path | str | IO[bytes], spaces: Spaces = BENCHMARK, labelled: bool = False
+    ) -> Episode:
         """Reads one file; raises DatasetError if it is damaged or no demonstration."""
         with reading(path), zipfile.ZipFile(path) as archive:
             steps = _length(archive)
             values: dict[str, Any] = {
-                name: _array(archive, name, _shape(name, steps, spaces), spaces) for name in FIELDS
+                name: read_array(
+                    archive, name, kind, _shape(name, steps, spaces), f" in a set of {spaces}"
+                )
+                for name, kind in FIELDS.items()
             }
             for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
                 values[name] = values[name].item()
-            episode = cls(**values)
+            episode = cls(**values, labels=labels.load(archive, steps) if labelled else None)
             _check_values(episode, spaces)
             return episode
 
@@ -81,7 +89,6 @@ FIELDS: dict[str, type | None] = {
     "episode_length": np.int32,
     "episode_seed": np.int64,
 }
-_LARGEST_TEXT = 1 << 16  # bytes
 
 
 def _shape(name: str, steps: int, spaces: Spaces) -> tuple[int, ...]:
@@ -96,38 +103,8 @@ def _shape(name: str, steps: int, spaces: Spaces) -> tuple[int, ...]:
 
 
 def _length(archive: zipfile.ZipFile) -> int:
-    value = _array(archive, "episode_length", (), BENCHMARK).item()
+    value = read_array(archive, "episode_length", np.int32, ()).item()
     return checks.whole_number("episode_length", value, 1, checks.MAX_STEPS)
-
-
-def _array(
-    archive: zipfile.ZipFile, name: str, expected: tuple[int, ...], spaces: Spaces
-) -> np.ndarray:
-    """One array, read if its header has the required type and shape."""
-    member = archive.getinfo(f"{name}.npy")
-    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise DatasetError(f"{name} is neither stored nor deflated")
-    kind = FIELDS[name]
-    with archive.open(member) as file:
-        version = np.lib.format.read_magic(file)
-        readers = {
-            (1, 0): np.lib.format.read_array_header_1_0,
-            (2, 0): np.lib.format.read_array_header_2_0,
-        }
-        if version not in readers:
-            raise DatasetError(f"{name} has a header of version {version}")
-        found, _, dtype = readers[version](file)
-    good = dtype.kind == "U" and dtype.itemsize <= _LARGEST_TEXT if kind is None else dtype == kind
-    if not good or found != expected:
-        needed = "a text" if kind is None else np.dtype(kind)
-        raise DatasetError(
-            f"{name} is {dtype} of shape {found}, {needed} of shape {expected} expected"
-            + (f" in a set of {spaces}" if name in ("action", "proprio") else "")
-        )
-    with archive.open(member) as file:
-        array = np.lib.format.read_array(file, allow_pickle=False)
-        file.read(1)  # at the end, the archive's checksum is compared
-    return array
 
 
 def _check_values(episode: Episode, spaces: Spaces) -> None:
@@ -155,6 +132,7 @@ class DemonstrationFolder(Sequence):
         with reading(self.metadata_path):
             self.metadata = read_metadata(self.metadata_bytes)
             self.spaces = Spaces.of_metadata(self.metadata)
+            self.labelled = self.metadata.get("engram", {}).get("labels") is not None
         self.env_id: str = self.metadata["env_id"]
         count: int = self.metadata["num_episodes"]
         self.files: list[Path] = []
@@ -164,6 +142,13 @@ class DemonstrationFolder(Sequence):
                 raise DatasetError(
                     f"'{self.files[-1]}' is missing; metadata.json has {count} episodes"
                 )
+
+    def require_labels(self) -> None:
+        """Refuses demonstrations without labels."""
+        if not self.labelled:
+            raise DatasetError(
+                f"labels: '{self.path}' has none; `engram collect --labels` writes them"
+            )
 
     def __len__(self) -> int:
         return len(self.files)
@@ -177,7 +162,7 @@ class DemonstrationFolder(Sequence):
         return map(self._load, range(len(self)))
 
     def _load(self, index: int) -> Episode:
-        episode = Episode.load(self.files[index], self.spaces)
+        episode = Episode.load(self.files[index], self.spaces, self.labelled)
         for name, value in (("length", len(episode)), ("seed", episode.episode_seed)):
             listed = self.metadata[f"episode_{name}s"][index]
             if value != listed:

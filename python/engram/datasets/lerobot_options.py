@@ -27,6 +27,7 @@ class Options:
         codec: An encoder of FFmpeg for videos; None: libx264.
         angles: "continuous", or as the "benchmark" has them.
         modality: "gr00t" adds what Isaac-GR00T reads, to version 2.1.
+        labels: Adds the demonstrations' labels, which are privileged.
     """
 
     version: str = "3.0"
@@ -35,6 +36,7 @@ class Options:
     codec: str | None = None
     angles: str = ANGLES[0]
     modality: str | None = None
+    labels: bool = False
 
     def __post_init__(self) -> None:
         _one_of("version", self.version, VERSIONS)

@@ -14,7 +14,7 @@ from pathlib import Path
 from engram.datasets import card, checks, tf_example
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
 from engram.datasets.folders import new_folder
-from engram.datasets.spaces import Spaces
+from engram.datasets.rlds_features import features, label_values
 from engram.datasets.work import in_order, pngs
 
 NAME = "mikasa_dataset"
@@ -28,14 +28,19 @@ def convert(
     root: Path | str,
     jobs: int = 0,
     progress: Callable[[int, int], None] = no_progress,
+    *,
+    labels: bool = False,
 ) -> Path:
     """Writes <root>/data_rlds/<id>/1.0.0 and returns its path.
 
     The folder appears when it is complete; one that was written here before is replaced. jobs:
     threads that encode, 0 for one per core; progress is called with the episodes done and all of
-    them. Raises DatasetError, and leaves everything as it was, if an episode is damaged.
+    them; labels: adds those of the demonstrations, which are privileged. Raises DatasetError, and
+    leaves everything as it was, if an episode is damaged.
     """
     checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)
+    if labels:
+        folder.require_labels()
     lengths = _shard_lengths(folder)
     place = ("data_rlds", folder.env_id, VERSION)
     with new_folder(root, *place) as path:
@@ -44,7 +49,7 @@ def convert(
         def record_of(index: int) -> bytes:
             episode = folder[index]
             instructions.add(episode.language_instruction)
-            return serialize(episode, folder.env_id)
+            return serialize(episode, folder.env_id, labels)
 
         records = in_order(record_of, range(len(folder)), jobs)
         payload_bytes = 0
@@ -58,10 +63,11 @@ def convert(
                     payload_bytes += len(record)
                     done += 1
                     progress(done, len(folder))
-        _write_json(path / "features.json", _features(folder.spaces))
+        described = features(folder.spaces, folder[0].labels if labels else None)
+        _write_json(path / "features.json", described)
         _write_json(path / "dataset_info.json", _dataset_info(lengths, payload_bytes))
         (path / "metadata.json").write_bytes(folder.metadata_bytes)
-        (path / "README.md").write_text(_card(folder, sorted(instructions)))
+        (path / "README.md").write_text(_card(folder, sorted(instructions), labels))
     return Path(root).joinpath(*place)
 
 
@@ -72,44 +78,52 @@ def _shard_lengths(folder: DemonstrationFolder) -> list[int]:
     return [end - begin for begin, end in zip(edges, edges[1:])]
 
 
-def serialize(episode: Episode, env_id: str) -> bytes:
+def serialize(episode: Episode, env_id: str, labels: bool = False) -> bytes:
     """One episode as a tf.train.Example."""
     steps = len(episode)
     last = [0] * (steps - 1) + [1]
-    return tf_example.serialize_example(
-        {
-            "steps/observation/image": pngs(episode.image),
-            "steps/observation/wrist_image": pngs(episode.wrist_image),
-            "steps/observation/proprio": episode.proprio.ravel().tolist(),
-            "steps/action": episode.action.ravel().tolist(),
-            "steps/reward": episode.reward.tolist(),
-            "steps/discount": [1.0] * steps,
-            "steps/is_first": [1] + [0] * (steps - 1),
-            "steps/is_last": last,
-            "steps/is_terminal": last,
-            "steps/language_instruction": [episode.language_instruction.encode()] * steps,
-            "episode_metadata/env_id": [env_id.encode()],
-            "episode_metadata/episode_seed": [episode.episode_seed],
-        }
-    )
+    fields = {
+        "steps/observation/image": pngs(episode.image),
+        "steps/observation/wrist_image": pngs(episode.wrist_image),
+        "steps/observation/proprio": episode.proprio.ravel().tolist(),
+        "steps/action": episode.action.ravel().tolist(),
+        "steps/reward": episode.reward.tolist(),
+        "steps/discount": [1.0] * steps,
+        "steps/is_first": [1] + [0] * (steps - 1),
+        "steps/is_last": last,
+        "steps/is_terminal": last,
+        "steps/language_instruction": [episode.language_instruction.encode()] * steps,
+        "episode_metadata/env_id": [env_id.encode()],
+        "episode_metadata/episode_seed": [episode.episode_seed],
+    }
+    if labels and episode.labels is not None:
+        fields |= label_values(episode.labels, episode.language_instruction)
+    return tf_example.serialize_example(fields)
 
 
-def _card(folder: DemonstrationFolder, instructions: list[str]) -> str:
+def _card(folder: DemonstrationFolder, instructions: list[str], labels: bool) -> str:
     spaces = folder.spaces
+    notes = [
+        f"`steps/observation/proprio`, before the action: {', '.join(spaces.proprio_names)}"
+        + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
+        f"`steps/action`: {', '.join(spaces.action_names)}.",
+    ]
+    if labels:
+        notes.append(
+            "**Labels are privileged**: `steps/privileged` tells what a policy has to find out. "
+            "Train on it as a target, or for a teacher; a policy that is shown it is not to be "
+            "scored. `episode_metadata/paraphrases` is not privileged."
+        )
     return card.text(
         folder,
         instructions,
         card.Card(
             layout="RLDS",
-            command=["rlds", "data", folder.env_id],
+            command=["rlds", "data", folder.env_id, *(["--labels"] if labels else [])],
             tags=("RLDS", "engram", "mikasa-robo-vla"),
             data_files=None,
             facts={"pictures": "PNG (lossless) of 128 x 128, base and wrist camera"},
-            notes=[
-                f"`steps/observation/proprio`, before the action: {', '.join(spaces.proprio_names)}"
-                + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
-                f"`steps/action`: {', '.join(spaces.action_names)}.",
-            ],
+            notes=notes,
             use="import tensorflow_datasets as tfds\n\n"
             'builder = tfds.builder_from_directory("FOLDER")\n'
             f'for episode in builder.as_dataset(split="{SPLIT}"):\n'
@@ -138,55 +152,6 @@ def _dataset_info(shard_lengths: list[int], payload_bytes: int) -> dict:
         ],
         "version": VERSION,
     }
-
-
-def _class(name: str) -> dict:
-    return {"pythonClassName": f"tensorflow_datasets.core.features.{name}"}
-
-
-def _tensor(dtype: str, *shape: int) -> dict:
-    kind = "tensor_feature.Tensor" if shape else "scalar.Scalar"
-    dimensions = {"dimensions": [str(size) for size in shape]} if shape else {}
-    return _class(kind) | {"tensor": {"dtype": dtype, "encoding": "none", "shape": dimensions}}
-
-
-def _image() -> dict:
-    return _class("image_feature.Image") | {
-        "image": {
-            "dtype": "uint8",
-            "encodingFormat": "png",
-            "shape": {"dimensions": [str(size) for size in checks.CAMERA_SHAPE]},
-        }
-    }
-
-
-def _text() -> dict:
-    return _class("text_feature.Text") | {"text": {}}
-
-
-def _dict(**features: dict) -> dict:
-    return _class("features_dict.FeaturesDict") | {"featuresDict": {"features": features}}
-
-
-def _features(spaces: Spaces) -> dict:
-    steps = _dict(
-        observation=_dict(
-            image=_image(),
-            wrist_image=_image(),
-            proprio=_tensor("float32", len(spaces.proprio_names)),
-        ),
-        action=_tensor("float32", len(spaces.action_names)),
-        reward=_tensor("float32"),
-        discount=_tensor("float32"),
-        is_first=_tensor("bool"),
-        is_last=_tensor("bool"),
-        is_terminal=_tensor("bool"),
-        language_instruction=_text(),
-    )
-    return _dict(
-        steps=_class("dataset_feature.Dataset") | {"sequence": {"feature": steps, "length": "-1"}},
-        episode_metadata=_dict(env_id=_text(), episode_seed=_tensor("int64")),
-    )
 
 
 def _write_json(path: Path, document: dict) -> None:

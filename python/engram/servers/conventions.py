@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engram.datasets.spaces import continuous
 from engram.errors import InvalidArgumentError
 
 Array = npt.NDArray[Any]
@@ -85,11 +86,13 @@ def _oxe8(proprio: Array) -> Array:
 
 LAYOUTS: dict[str, Callable[[Array], Array]] = {
     "tcp7": lambda proprio: proprio,
+    "tcp7_continuous": continuous,
     "libero8": _libero8,
     "libero_rpy8": _libero_rpy8,
     "oxe8": _oxe8,
     "joints8": lambda proprio: proprio,
 }
+_OF_TCP = [name for name in LAYOUTS if name != "joints8"]
 JOINTS = 8  # numbers of joint_proprio: seven angles and the gripper's width
 
 
@@ -101,8 +104,12 @@ def state_of(layout: str, proprio: Array) -> Array:
         need = "joint angles" if layout == "joints8" else "the TCP's pose"
         raise InvalidArgumentError(
             f"state {layout}: {need} needed, and policies get {given} here; "
-            + ("joints8 allowed" if joints else "tcp7, libero8, libero_rpy8 or oxe8 allowed, ")
-            + ("" if joints else "or joint_proprio (--joint-proprio)")
+            + (
+                "joints8"
+                if joints
+                else f"{', '.join(_OF_TCP)}, or joint_proprio (--joint-proprio),"
+            )
+            + " allowed"
         )
     return LAYOUTS[layout](np.asarray(proprio, np.float32)).astype(np.float32)
 

@@ -49,7 +49,11 @@ class History:
 # Names, types and help; the command has the same names (apps/policy_server.cc).
 OPTIONS = {
     "keys": ("NAME|FILE.json", "preset of keys: mikasa (default), libero, droid, openvla, oft"),
-    "state": ("LAYOUT", "state as tcp7, libero8, oxe8 or joints8; default: the keys' own"),
+    "state": (
+        "LAYOUT",
+        "state as tcp7, tcp7_continuous, libero8, libero_rpy8, oxe8 or joints8; default: the "
+        "keys' own",
+    ),
     "actions": ("NAME", "what actions mean: mikasa, libero or oxe; default: the keys' own"),
     "image": ("N|HxW|native", "size of pictures; default: the server's or the keys' own"),
     "replan": ("N", "actions of a chunk that are used; default: all"),

@@ -73,15 +73,6 @@ def test_its_figures_are_those_of_the_set(demonstrations, folder, tmp_path):
     assert "from -pi to pi" in cards[0]
 
 
-def test_hubs_read_its_head(demonstrations):
-    yaml = pytest.importorskip("yaml")
-    card = (demonstrations / "data_lerobot" / IDS[0] / "README.md").read_text()
-    head = yaml.safe_load(card.split("---\n")[1])
-    assert head["task_categories"] == ["robotics"]
-    assert "LeRobot" in head["tags"]
-    assert head["configs"] == [{"config_name": "default", "data_files": "data/*/*.parquet"}]
-
-
 @pytest.mark.parametrize(
     ("origin", "words"),
     [

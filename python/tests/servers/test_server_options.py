@@ -40,7 +40,7 @@ def test_addresses():
         ("openpi://x?speed=3", {}, "option 'speed' given, keys, state"),
         (URL, {"keys": "pusht"}, "keys: 'pusht' given; mikasa, libero, droid or a FILE.json"),
         (URL, {"keys": "no.json"}, "keys: 'no.json'"),
-        (URL, {"state": "x"}, "state: 'x' given, tcp7, libero8"),
+        (URL, {"state": "x"}, "state: 'x' given, tcp7, tcp7_continuous, libero8"),
         (URL, {"actions": "x"}, "actions: 'x' given, mikasa, libero, oxe allowed"),
         (URL, {"image": "big"}, "image: 'big' given, a whole number 8 to 4096 needed"),
         (URL, {"replan": 0}, "replan: '0' given, a whole number 1 to 1000 needed"),
@@ -264,6 +264,10 @@ def test_rotation_vectors():
 def test_state_layouts():
     proprio = np.array([[0.1, 0.2, 0.3, np.pi, 0, 0.5, 0.06]], np.float32)
     assert conventions.state_of("tcp7", proprio).tolist() == proprio.tolist()
+    flipped = proprio * [1, 1, 1, -1, 1, 1, 1]  # the same turn, but for rounding
+    for given in (proprio, flipped):
+        state = conventions.state_of("tcp7_continuous", given)
+        np.testing.assert_allclose(state, proprio, atol=1e-6)
     libero = conventions.state_of("libero8", proprio)[0]
     assert libero[:3].tolist() == proprio[0, :3].tolist()
     turn = conventions.matrix_of(proprio[0, 3:6])

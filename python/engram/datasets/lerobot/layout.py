@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -76,6 +78,11 @@ def table(columns: dict[str, np.ndarray], images: dict[str, np.ndarray]) -> pa.T
 def parquet_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
     """Equal values of a column are stored once, pictures among them."""
     return pq.ParquetWriter(file, schema, dictionary_pagesize_limit=_DICTIONARY_BYTES)
+
+
+def write_names(path: Path, column: str, names: Collection[str]) -> None:
+    """A table of numbers, from 0 on, by name."""
+    pd.DataFrame({column: range(len(names))}, index=list(names)).to_parquet(path)
 
 
 def write_json(path: Path, document: dict[str, Any]) -> None:

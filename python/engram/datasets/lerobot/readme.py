@@ -47,7 +47,7 @@ def _command(folder: DemonstrationFolder, asked: Options) -> list[str]:
     for field in dataclasses.fields(Options):
         value = getattr(asked, field.name)
         if value != field.default:
-            words += [f"--{field.name}", str(value)]
+            words += [f"--{field.name}"] if value is True else [f"--{field.name}", str(value)]
     return words
 
 
@@ -65,6 +65,13 @@ def _notes(spaces: Spaces, options: Options) -> list[str]:
     ]
     if not spaces.joint_proprio:
         notes.insert(1, _ANGLES[options.angles])
+    if options.labels:
+        language = "" if options.version == "2.1" else "`language_persistent`, "
+        notes.append(
+            f"**Labels are privileged**: {language}`subtask_index` (of meta/subtasks.parquet) and "
+            "`privileged.*` tell what a policy has to find out. Train on them as targets, or for a "
+            "teacher; a policy that is shown them is not to be scored."
+        )
     return notes
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -62,9 +61,7 @@ class Files:
 
     def write_meta(self, tasks: list[str], rows: list[dict], stats: list[dict]) -> None:
         meta = self.root / "meta"
-        pd.DataFrame({"task_index": range(len(tasks))}, index=tasks).to_parquet(
-            meta / "tasks.parquet"
-        )
+        layout.write_names(meta / "tasks.parquet", "task_index", tasks)
         flat = [row | frame_stats.flat("stats", one) for row, one in zip(rows, stats)]
         path = self.root / _EPISODES_PATH.format(chunk_index=0, file_index=0)
         path.parent.mkdir(parents=True)

@@ -17,7 +17,7 @@ from engram.datasets.checks import DatasetError, reading
 from engram.datasets.collected import CollectedEpisodes
 from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
 from engram.datasets.folders import new_folder
-from engram.datasets.lerobot import gr00t, layout, readme, v21, v30
+from engram.datasets.lerobot import gr00t, label_columns, layout, readme, v21, v30
 from engram.datasets.lerobot.choice import smaller_frames
 from engram.datasets.lerobot.videos import video_info
 from engram.datasets.lerobot_options import Options
@@ -39,6 +39,8 @@ def convert(
     DatasetError, and leaves everything as it was, if an episode is damaged or the encoder fails.
     """
     asked = chosen = Options(**options)
+    if asked.labels:
+        folder.require_labels()
     if asked.frames == "auto":
         chosen = dataclasses.replace(asked, frames=smaller_frames(folder, asked))
     place = (layout.FOLDER, folder.env_id)
@@ -90,6 +92,8 @@ class _Writer:
         self.spaces = spaces
         self.options = options
         self.tasks: dict[str, int] = {}
+        self.subtasks: dict[str, int] = {}
+        self.label_features: dict[str, dict[str, Any]] = {}
         self.rows: list[dict[str, Any]] = []
         self.stats: list[dict[str, dict[str, np.ndarray]]] = []
         self.frames = 0
@@ -113,10 +117,12 @@ class _Writer:
             "length": len(episode),
             "episode_seed": episode.episode_seed,
         }
+        numbers = self._label_columns(episode)
         stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
-        row |= self.files.add(
-            row | {"first_frame": self.frames}, layout.table(columns, stored), filmed
-        )
+        table = layout.table(columns | numbers, stored)
+        if self._has_language and episode.labels is not None:
+            table = label_columns.with_language(table, episode.labels, episode.language_instruction)
+        row |= self.files.add(row | {"first_frame": self.frames}, table, filmed)
         self.rows.append(row)
         self.stats.append(_stats(columns, images))
         self.frames += len(episode)
@@ -137,12 +143,27 @@ class _Writer:
             columns[gr00t.ANNOTATION] = columns["task_index"]
         return columns
 
+    @property
+    def _has_language(self) -> bool:
+        return self.options.labels and self.options.version != "2.1"  # whose readers know none
+
+    def _label_columns(self, episode: Episode) -> dict[str, np.ndarray]:
+        if not self.options.labels or episode.labels is None:
+            return {}
+        numbers = label_columns.numbers(episode.labels, self.subtasks)
+        self.label_features = label_columns.features(list(numbers))
+        if self._has_language:
+            self.label_features |= label_columns.language_features()
+        return numbers
+
     def write_meta(self) -> None:
         meta = self.root / "meta"
         meta.mkdir(exist_ok=True)
         self.files.write_meta(list(self.tasks), self.rows, self.stats)
         layout.write_json(meta / "stats.json", frame_stats.combined(self.stats))
         layout.write_json(meta / "info.json", self._info())
+        if self.subtasks:
+            layout.write_names(meta / "subtasks.parquet", label_columns.SUBTASK, self.subtasks)
         if self.options.modality:
             layout.write_json(meta / "modality.json", gr00t.modality(self.spaces))
 
@@ -153,7 +174,7 @@ class _Writer:
                 key: video_info(self.files.video_path(key), self.options.fps, self.options.encoder)
                 for key in layout.CAMERAS
             }
-        features = layout.features(self.spaces, infos)
+        features = layout.features(self.spaces, infos) | self.label_features
         if self.options.modality:
             features[gr00t.ANNOTATION] = {"dtype": "int64", "shape": [1], "names": None}
         return {

@@ -12,8 +12,10 @@ import lerobot
 import numpy as np
 import pyarrow.parquet as pq
 from demonstrations import EPISODES
+from labelled_dataset import SUBTASKS, labels_of, said, write_labelled
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_frames import check_frames
+from sound_dataset import ID, STEPS
 
 from engram.datasets.__main__ import main
 
@@ -76,3 +78,18 @@ def test_gr00t_finds_its_parts(demonstrations, folder, tmp_path):
     # Statistics that GR00T normalises by, in a file as of version 2.0.
     stats = json.loads((meta / "stats.json").read_text())
     assert min(stats["action"]["std"]) >= 0.01 * (1 - 1e-9)
+
+
+def test_labels_are_numbers_and_names(tmp_path):
+    write_labelled(tmp_path)
+    assert main(["lerobot", str(tmp_path), "--labels", "--images", "--version", "2.1"]) == 0
+    dataset = LeRobotDataset("local/test", root=tmp_path / "data_lerobot" / ID)
+    subtasks = pq.read_table(dataset.root / "meta" / "subtasks.parquet").to_pandas()
+    for number in range(2):
+        for step in range(STEPS):
+            item = dataset[number * STEPS + step]
+            words = subtasks.iloc[int(item["subtask_index"])].name
+            assert words == said(SUBTASKS, number)[step]
+            box = item["privileged.object_box"].numpy().reshape(2, 4)
+            np.testing.assert_array_equal(box, labels_of(number)["object_box"][step])
+            assert item["privileged.progress"].item() == labels_of(number)["progress"][step]

@@ -10,6 +10,7 @@ pytest.importorskip("lerobot")
 
 import numpy as np
 from demonstrations import EPISODES, IDS
+from huggingface_hub import DatasetCard
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_frames import check_frames
 
@@ -43,3 +44,12 @@ def test_the_benchmarks_own_angles_are_kept_by_choice(demonstrations, tmp_path):
     stored = np.stack([dataset[i]["observation.state"].numpy() for i in range(len(dataset))])
     np.testing.assert_array_equal(stored, np.concatenate([episode.proprio for episode in folder]))
     assert dataset.meta.stats["observation.state"]["std"][3] > 1  # it jumps
+
+
+def test_hubs_read_the_head_of_its_card(demonstrations):
+    card = DatasetCard.load(demonstrations / "data_lerobot" / IDS[0] / "README.md")
+    assert card.data.license == "apache-2.0"
+    assert card.data.task_categories == ["robotics"]
+    assert "LeRobot" in card.data.tags
+    assert card.data.configs == [{"config_name": "default", "data_files": "data/*/*.parquet"}]
+    assert card.text.startswith(f"# Demonstrations of {IDS[0]}")
