@@ -150,6 +150,10 @@ void add_collect_command(const Command& program) {
           "Attempts per task, of one episode or one batch");
   add_seed(command, plan.start_seed, "The first episode's; those after it follow one by one");
   add_renderer(command, options->images);
+  command.add_flag(
+      "--labels", plan.labels,
+      "Also subtasks, plan and memory in words, keyframes, progress, and where cameras "
+      "see the object that is meant: privileged");
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
   add_num_envs(command, options->collection.num_envs);

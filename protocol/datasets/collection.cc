@@ -121,7 +121,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
       folders.push_back(std::make_unique<DemonstrationFolder>(options.out, *task, options.plan));
     }
   }
-  MakeOptions env_options = demonstration_options();
+  MakeOptions env_options = demonstration_options(options.plan.labels);
   env_options.image_options.renderer = options.plan.renderer;
   env_options.rules = options.plan.rules;
   env_options.constants = options.plan.constants;
@@ -132,7 +132,9 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     EpisodeBatch& batch = batches[static_cast<std::size_t>(context.worker())];
     Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
     EpisodeRecorder recorder{
-        env, std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs())),
+        env,
+        std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs()),
+                                           DemonstrationRecorder(options.plan.labels)),
         std::vector<Demonstration>(static_cast<std::size_t>(item.count))};
     const ScriptedPolicy oracle(env, Policy::kOracle);
     const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };

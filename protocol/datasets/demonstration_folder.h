@@ -21,6 +21,7 @@ struct CollectionPlan {
   std::string renderer = "cpu";
   Rules rules = Rules::kReference;
   ConstantTable constants = {};  // of all tasks, instead of their own
+  bool labels = false;           // beside the frames: protocol/datasets/labels.h
 };
 
 // Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/batch/make.h"
+#include "protocol/datasets/labels.h"
 #include "protocol/formats/bytes.h"
 
 namespace engram {
@@ -23,8 +24,9 @@ struct CollectionRule {
 CollectionRule collection_rule(const RegistryEntry& entry);
 
 // Options of the environments for recording and replay: the
-// library's defaults with images, episodes ending at success and then left alone.
-MakeOptions demonstration_options();
+// library's defaults with images, episodes ending at success and then left alone. Labels also need
+// depth and segmentation.
+MakeOptions demonstration_options(bool labels = false);
 
 // Seeds are stored as int64.
 inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
@@ -46,6 +48,11 @@ struct Demonstration {
 // success.
 class DemonstrationRecorder {
  public:
+  // labels: records them, too. The batch then has the options for that.
+  explicit DemonstrationRecorder(bool labels = false) {
+    if (labels) labels_.emplace();
+  }
+
   // After the environment's reset.
   void start(const Batch& env, int index);
   // Before a step: limits the environment's action to [-1, 1] and keeps it with the observation.
@@ -66,6 +73,7 @@ class DemonstrationRecorder {
   std::vector<float> rewards_;
   std::vector<std::int32_t> successes_;
   std::vector<std::int32_t> dones_;
+  std::optional<LabelRecorder> labels_;
 };
 
 }  // namespace engram
