@@ -111,7 +111,10 @@ int Queries::cue_end(int env) const {
   return batch_.task_->cue_end(env);
 }
 
-const Annotator* Queries::annotator() const { return batch_.task_->annotator(); }
+const Annotator* Queries::annotator() const {
+  batch_.require_started("words of an episode");
+  return batch_.task_->annotator();
+}
 
 std::span<const RangedField> Queries::ranged_fields() const {
   if (!batch_.objects_) return {};

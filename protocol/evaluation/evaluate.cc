@@ -105,7 +105,6 @@ class EpisodeObserver {
         actor_(actor),
         item_(item),
         protocol_(protocol),
-        annotator_(Queries(env).annotator()),
         done_(static_cast<std::size_t>(env.num_envs())),
         samples_(protocol.samples && item.repeat == 0 && item.first_seed == protocol.start_seed) {}
 
@@ -113,6 +112,7 @@ class EpisodeObserver {
     actor_.start(slot, label_of(episode));
     if (samples_ && episode == 0) sample_slot_ = slot;
     if (slot == sample_slot_) pictures_.sample(env_, slot);
+    annotator_ = Queries(env_).annotator();
     done_[static_cast<std::size_t>(slot)] = 0;
     note_subtasks(slot);
   }
@@ -165,8 +165,8 @@ class EpisodeObserver {
   EpisodeActor& actor_;
   const WorkItem& item_;
   const Protocol& protocol_;
-  const Annotator* annotator_;  // null: no subtasks
-  std::vector<int> done_;       // by each slot's episode, at most
+  const Annotator* annotator_ = nullptr;  // null: no subtasks
+  std::vector<int> done_;                 // by each slot's episode, at most
   bool samples_;
   int sample_slot_ = -1;
   SamplePictures pictures_;
@@ -208,7 +208,6 @@ class ItemEvaluator {
     result.asks = env.info().answer.empty() ? 0 : 1;
     result.episodes.resize(static_cast<std::size_t>(item.count));
     const Queries queries(env);
-    result.plans = queries.annotator() != nullptr ? 1 : 0;
     const std::uint64_t unstable = queries.unstable_count();
     const std::unique_ptr<EpisodeActor> actor =
         make_actor(env, workspace.policy.get(), policy_seed, context);
@@ -220,6 +219,7 @@ class ItemEvaluator {
       workspace.batch.clear();
       return {};
     }
+    result.plans = queries.annotator() != nullptr ? 1 : 0;
     result.chunk_size = actor->longest_chunk();
     if (workspace.policy) workspace.policy->require_drained();
     result.unstable = queries.unstable_count() - unstable;
