@@ -15,8 +15,10 @@ int TraceAnnotator::shown(int env) const {
   return std::max(0, view_.demo.length(env) - (left + waypoints - 1) / waypoints);
 }
 
+// In a made-up snapshot there may be no shape.
 std::string TraceAnnotator::shape_name(int env, int element) const {
-  return kContourNames[at(view_.demo.shapes(env)[element])];
+  const int shape = view_.demo.shapes(env)[element];
+  return shape < 0 ? "shape" : kContourNames[at(shape)];
 }
 
 // Before the demonstration is over, nobody knows how many shapes it has.
