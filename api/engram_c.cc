@@ -14,6 +14,7 @@
 #include "api/c_text.h"
 #include "core/base/join.h"
 #include "core/base/process_mutex.h"
+#include "protocol/batch/episode_words.h"
 #include "protocol/batch/group_description.h"
 #include "protocol/batch/task_description.h"
 #include "protocol/batch/variants.h"
@@ -369,6 +370,17 @@ engram_status engram_instruction(engram_env* env, int32_t index, char* text, siz
     const std::string instruction = of.queries.instruction(index);
     copy_text(instruction, text, capacity);
     if (length != nullptr) *length = instruction.size();
+  });
+}
+
+engram_status engram_words(engram_env* env, int32_t index, char* text, size_t capacity,
+                           size_t* length) {
+  if (text == nullptr && capacity > 0) return refuse_null("text");
+  return with_env(env, [&](engram_env& of) {
+    const auto [batch, own_index] = of.queries.batch_of(index);
+    const std::string words = engram::to_text(engram::describe_words(batch, own_index));
+    copy_text(words, text, capacity);
+    if (length != nullptr) *length = words.size();
   });
 }
 

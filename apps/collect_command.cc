@@ -160,6 +160,7 @@ std::string this_program() { return std::filesystem::read_symlink("/proc/self/ex
   words.push_back(fmt::format("--episodes={}", plan.episodes));
   words.push_back(fmt::format("--control-mode={}", name_of(plan.control_mode)));
   if (plan.joint_proprio) words.emplace_back("--joint-proprio");
+  if (plan.labels) words.emplace_back("--labels");
   if (options.json) words.emplace_back("--json");
   for (const std::string& word : options.passed) words.push_back("--word=" + word);
   for (const RegistryEntry* task : tasks) words.emplace_back(task->id);
@@ -246,6 +247,10 @@ void add_collect_command(const Command& program,
           "Attempts per task, of one episode or one batch");
   add_seed(command, plan.start_seed, "The first episode's; those after it follow one by one");
   add_renderer(command, options->images);
+  command.add_flag(
+      "--labels", plan.labels,
+      "Also subtasks, plan and memory in words, keyframes, progress, and where cameras "
+      "see the object that is meant: privileged");
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
   add_control_mode(command, plan.control_mode);

@@ -430,6 +430,10 @@ class VectorEnv {
 
   /// The language instruction of one environment's episode.
   std::string instruction(int env) const;
+  /// One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the
+  /// present one), subtasks_done, memory (what has been shown and has to be remembered), object
+  /// (that is meant, or null), and paraphrases of the instruction. Privileged, but for these.
+  std::string words(int env) const;
   /// Draws one environment as it is now. camera: one of the scene's (docs/cameras.md);
   /// render_camera, for people, has light and shadow. Sides 1 to 4096 pixels.
   Image render(int env, const std::string& camera = "render_camera", int width = 512,

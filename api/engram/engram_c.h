@@ -432,6 +432,13 @@ ENGRAM_API int32_t engram_output_turn(const engram_env* env);
 ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char* text,
                                             size_t capacity, size_t* length);
 
+/** One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the present
+ * one), subtasks_done, memory (what has been shown and has to be remembered), object (that is
+ * meant, or null), and paraphrases of the instruction. Privileged, but for these: not for policies.
+ * Copies as engram_instruction does. */
+ENGRAM_API engram_status engram_words(engram_env* env, int32_t index, char* text, size_t capacity,
+                                      size_t* length);
+
 /** Draws one environment as it is now, row 0 on top. camera: one of the scene's
  * (docs/cameras.md); sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
 ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,

@@ -367,6 +367,14 @@ inline std::string VectorEnv::instruction(int env) const {
   return text;
 }
 
+inline std::string VectorEnv::words(int env) const {
+  std::size_t length = 0;
+  detail::check(engram_words(handle(), env, nullptr, 0, &length));
+  std::string text(length, ' ');
+  detail::check(engram_words(handle(), env, text.data(), length + 1, nullptr));
+  return text;
+}
+
 inline Image VectorEnv::render(int env, const std::string& camera, int width, int height) const {
   Image image{width, height, std::vector<std::uint8_t>(1)};
   // A size that is not allowed is the library's to refuse.

@@ -97,6 +97,11 @@ void GroupQueries::camera_params(std::string_view camera, int width, int height,
   }
 }
 
+std::pair<const Batch&, int> GroupQueries::batch_of(int env) const {
+  const int part = group_.part_of(env);
+  return {group_.part(part), env - group_.first_env(part)};
+}
+
 std::string GroupQueries::instruction(int env) const {
   const Place place = place_of(env);
   return place.part.queries.instruction(place.env);

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/env/batch_group.h"
@@ -26,6 +27,8 @@ class GroupQueries {
   void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
   void camera_params(std::string_view camera, int width, int height, const CameraSpans& out);
   std::string instruction(int env) const;
+  // The batch of an environment, and its number there.
+  std::pair<const Batch&, int> batch_of(int env) const;
   std::uint64_t unstable_count() const;
   void render(int env, std::string_view camera, int width, int height, std::span<std::uint8_t> rgb);
   void act(Policy policy, std::span<float> actions) const;

@@ -111,6 +111,11 @@ int Queries::cue_end(int env) const {
   return batch_.task_->cue_end(env);
 }
 
+const Annotator* Queries::annotator() const {
+  batch_.require_started("words of an episode");
+  return batch_.task_->annotator();
+}
+
 std::span<const RangedField> Queries::ranged_fields() const {
   if (!batch_.objects_) return {};
   return batch_.objects_->ranged_fields();

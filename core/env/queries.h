@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/env/annotator.h"
 #include "core/env/batch.h"
 #include "core/image/camera_poses.h"
 
@@ -34,6 +35,8 @@ class Queries {
   std::string instruction(int env) const;
   // The number of steps from which on nothing shows info().hidden_variable any more.
   int cue_end(int env) const;
+  // The words of the episodes, after the first reset; null if the task has none. Privileged.
+  const Annotator* annotator() const;
 
   // Random variables of an episode, the engine's robot_noise first.
   const std::vector<RandomVariable>& random_variables() const { return batch_.pins_.variables(); }

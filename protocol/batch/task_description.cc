@@ -8,6 +8,7 @@
 #include "core/env/queries.h"
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/unused_constants.h"
+#include "tasks/paraphrases.h"
 
 namespace engram {
 namespace {
@@ -305,6 +306,7 @@ ConstantTable describe_task(const Batch& env) {
       {"options", describe_options(env)},
       {"changeable", describe_changeable(info)},
       {"changed", changed_constants(info.constants)},
+      {"paraphrases", list_of(paraphrases(info.instruction))},
       {"warnings", list_of(unused_constants(info, env.options()))},
       {"phases", describe_phases(info)},
       {"state_dim", env.state_dim()},

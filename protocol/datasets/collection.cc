@@ -124,7 +124,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
                        : std::make_unique<DemonstrationFolder>(options.out, *task, options.plan));
     }
   }
-  MakeOptions env_options = demonstration_options();
+  MakeOptions env_options = demonstration_options(options.plan.labels);
   env_options.image_options.renderer = options.plan.renderer;
   env_options.rules = options.plan.rules;
   env_options.control_mode = options.plan.control_mode;
@@ -137,7 +137,9 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     EpisodeBatch& batch = batches[static_cast<std::size_t>(context.worker())];
     Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
     EpisodeRecorder recorder{
-        env, std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs())),
+        env,
+        std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs()),
+                                           DemonstrationRecorder(options.plan.labels)),
         std::vector<Demonstration>(static_cast<std::size_t>(item.count)),
         options.sink ? NpzCompression::kStored : NpzCompression::kDeflated};
     const ScriptedPolicy oracle(env, Policy::kOracle);

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kFilePrefix = "train_data_";
 constexpr std::string_view kFileSuffix = ".npz";
 constexpr const char* kMetadata = "metadata.json";
+constexpr const char* kLabels = "labels";  // in the metadata of folders that have them
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
   throw Error(Error::kIo, "'" + path.string() + "' " + what);
@@ -39,6 +40,24 @@ int file_number(const std::string& name) {
 std::string text_of(const Document& document, std::string_view key) {
   const Document* found = find(document, key);
   return found == nullptr ? std::string() : to_line(*found);
+}
+
+[[noreturn]] void refuse_labels(const fs::path& path, bool asked_for) {
+  const char* const which[] = {"without labels", "with labels"};
+  throw Error(Error::kInvalidArgument,
+              "'" + path.string() + "' was collected " + which[asked_for ? 0 : 1] + ", " +
+                  which[asked_for ? 1 : 0] + " given; the same, or another folder, allowed");
+}
+
+// Names of the labels beside the frames, or null.
+Document label_document(const RegistryEntry& entry, const CollectionPlan& plan) {
+  if (!plan.labels) return {};
+  const auto names = [](const std::vector<std::string>& list) {
+    return DocumentList(list.begin(), list.end());
+  };
+  const auto task = make_task(entry.id, plan.constants);
+  return DocumentTable{{"privileged", names(privileged_labels(task->info()))},
+                       {"open", names(open_labels())}};
 }
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
@@ -156,9 +175,12 @@ void DemonstrationFolder::check_metadata() const {
          "is damaged or edited, its checksum does not fit; without it, it is made anew from "
          "the data files");
   }
-  for (const auto& [key, value] : provenance(entry_, plan_)) {
+  DocumentTable agreed = provenance(entry_, plan_);
+  agreed.emplace_back(kLabels, label_document(entry_, plan_));
+  for (const auto& [key, value] : agreed) {
     const Document found = value_or_null(*before, key);
     if (found == value) continue;
+    if (key == kLabels) refuse_labels(path_, plan_.labels);
     throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
                                              " " + to_line(found) + ", " + to_line(value) +
                                              " given; the same, or another folder, allowed");
@@ -283,6 +305,7 @@ Document DemonstrationFolder::metadata() const {
   }
   DocumentTable made_how = provenance(entry_, plan_);
   made_how.emplace_back("attempts", attempts());
+  if (plan_.labels) made_how.emplace_back(kLabels, label_document(entry_, plan_));
   DocumentTable document{{"env_id", entry_.id},
                          {"num_episodes", episodes()},
                          {"episode_lengths", lengths},

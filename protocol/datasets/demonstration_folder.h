@@ -24,6 +24,7 @@ struct CollectionPlan {
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
   bool joint_proprio = false;
   ConstantTable constants = {};  // of all tasks, instead of their own
+  bool labels = false;           // beside the frames: protocol/datasets/labels.h
 };
 
 // Takes the content of a data file, in place of a folder.

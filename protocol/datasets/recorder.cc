@@ -34,9 +34,9 @@ CollectionRule collection_rule(const RegistryEntry& entry, ControlMode mode) {
   return {.batch = alone ? 1 : 10, .min_steps = 10};
 }
 
-MakeOptions demonstration_options() {
+MakeOptions demonstration_options(bool labels) {
   MakeOptions options;
-  options.obs_mode = ObsMode::kRgb;
+  options.obs_mode = labels ? ObsMode::kRgbDepthSegmentation : ObsMode::kRgb;
   options.auto_reset = AutoReset::kOff;
   options.terminate_on_success = true;  // where demonstrations end
   return options;
@@ -55,6 +55,7 @@ void DemonstrationRecorder::start(const Batch& env, int index) {
   rewards_.clear();
   successes_.clear();
   dones_.clear();
+  if (labels_) labels_->start(env, index);
 }
 
 void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<float> action) {
@@ -65,6 +66,7 @@ void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<f
   append(rgb_, row_of(env.images().rgb, env, index));
   append(proprio_, row_of(env.proprio(), env, index));
   append(actions_, std::span<const float>(action));
+  if (labels_) labels_->before_step(env, index);
 }
 
 void DemonstrationRecorder::after_step(const Batch& env, int index) {
@@ -74,6 +76,7 @@ void DemonstrationRecorder::after_step(const Batch& env, int index) {
   rewards_.push_back(env.reward()[i]);
   successes_.push_back(success ? 1 : 0);
   dones_.push_back(success || ended ? 1 : 0);
+  if (labels_) labels_->after_step(env, index);
 }
 
 Demonstration DemonstrationRecorder::finish(NpzCompression compression) const {
@@ -89,7 +92,7 @@ Demonstration DemonstrationRecorder::finish(NpzCompression compression) const {
   const auto per_step = [steps](const std::vector<float>& values) {
     return static_cast<std::int64_t>(values.size()) / steps;
   };
-  const NpyArray arrays[] = {
+  std::vector<NpyArray> arrays = {
       {"rgb", NpyType::kUint8, {steps, height_, width_, 6}, bytes_of(rgb_)},
       {"proprio", NpyType::kFloat32, {steps, per_step(proprio_)}, bytes_of(proprio_)},
       {"action", NpyType::kFloat32, {steps, per_step(actions_)}, bytes_of(actions_)},
@@ -101,6 +104,11 @@ Demonstration DemonstrationRecorder::finish(NpzCompression compression) const {
       {"episode_length", NpyType::kInt32, {}, bytes_of(length)},
       {"episode_seed", NpyType::kInt64, {}, bytes_of(seed_)},
   };
+  std::optional<LabelArrays> labels;
+  if (labels_) {
+    labels.emplace(labels_->labels());
+    append(arrays, std::span<const NpyArray>(labels->arrays()));
+  }
   demonstration.reward_sum = std::accumulate(rewards_.begin(), rewards_.end(), 0.0);
   demonstration.file = npz_bytes(arrays, compression);
   return demonstration;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/batch/make.h"
+#include "protocol/datasets/labels.h"
 #include "protocol/datasets/npz.h"
 #include "protocol/formats/bytes.h"
 
@@ -26,8 +27,9 @@ CollectionRule collection_rule(const RegistryEntry& entry,
                                ControlMode mode = ControlMode::kPdEeDeltaPose);
 
 // Options of the environments for recording and replay: the
-// library's defaults with images, episodes ending at success and then left alone.
-MakeOptions demonstration_options();
+// library's defaults with images, episodes ending at success and then left alone. Labels also need
+// depth and segmentation.
+MakeOptions demonstration_options(bool labels = false);
 
 // Seeds are stored as int64.
 inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
@@ -49,6 +51,11 @@ struct Demonstration {
 // success.
 class DemonstrationRecorder {
  public:
+  // labels: records them, too. The batch then has the options for that.
+  explicit DemonstrationRecorder(bool labels = false) {
+    if (labels) labels_.emplace();
+  }
+
   // After the environment's reset.
   void start(const Batch& env, int index);
   // Before a step: limits the environment's action to its space and keeps it with the observation.
@@ -69,6 +76,7 @@ class DemonstrationRecorder {
   std::vector<float> rewards_;
   std::vector<std::int32_t> successes_;
   std::vector<std::int32_t> dones_;
+  std::optional<LabelRecorder> labels_;
 };
 
 }  // namespace engram

@@ -23,13 +23,15 @@ struct EpisodeResult {
   double episode_return = 0;
   std::int32_t length = 0;
   Answer answer;
+  Completion completion;
   EpisodeDigests digests;
 };
 
 struct ItemResult {
   double chance = 1;
   double answer_chance = 1;
-  std::uint8_t asks = 0;  // for answers
+  std::uint8_t asks = 0;   // for answers
+  std::uint8_t plans = 0;  // there are subtasks
   std::vector<EpisodeResult> episodes;
   std::int32_t chunk_size = 1;
   std::uint64_t unstable = 0;
@@ -41,6 +43,7 @@ struct ItemResult {
     out.put(chance);
     out.put(answer_chance);
     out.put(asks);
+    out.put(plans);
     for (const EpisodeResult& episode : episodes) {
       out.put(episode.success);
       out.put(episode.episode_return);
@@ -48,6 +51,8 @@ struct ItemResult {
       out.put(episode.answer.given);
       out.put(episode.answer.first);
       out.put(episode.answer.correct);
+      out.put(episode.completion.done);
+      out.put(episode.completion.subtasks);
       out.put(episode.digests.observations);
       out.put(episode.digests.answers);
       out.put(episode.digests.first_observation);
@@ -66,6 +71,7 @@ struct ItemResult {
     result.chance = in.get<double>();
     result.answer_chance = in.get<double>();
     result.asks = in.get<std::uint8_t>();
+    result.plans = in.get<std::uint8_t>();
     for (int i = 0; i < count; ++i) {
       EpisodeResult& episode = result.episodes.emplace_back();
       episode.success = in.get<std::uint8_t>();
@@ -74,6 +80,8 @@ struct ItemResult {
       episode.answer.given = in.get<std::uint8_t>();
       episode.answer.first = in.get<std::int32_t>();
       episode.answer.correct = in.get<std::uint8_t>();
+      episode.completion.done = in.get<std::int32_t>();
+      episode.completion.subtasks = in.get<std::int32_t>();
       episode.digests.observations = in.get<std::uint64_t>();
       episode.digests.answers = in.get<std::uint64_t>();
       episode.digests.first_observation = in.get<std::uint64_t>();
@@ -97,16 +105,21 @@ class EpisodeObserver {
         actor_(actor),
         item_(item),
         protocol_(protocol),
+        done_(static_cast<std::size_t>(env.num_envs())),
         samples_(protocol.samples && item.repeat == 0 && item.first_seed == protocol.start_seed) {}
 
   void start(int slot, int episode) {
     actor_.start(slot, label_of(episode));
     if (samples_ && episode == 0) sample_slot_ = slot;
     if (slot == sample_slot_) pictures_.sample(env_, slot);
+    annotator_ = Queries(env_).annotator();
+    done_[static_cast<std::size_t>(slot)] = 0;
+    note_subtasks(slot);
   }
   void before_step(int /*slot*/, std::span<float> /*action*/) {}
   void after_step(int slot) {
     if (slot == sample_slot_) pictures_.sample(env_, slot);
+    note_subtasks(slot);
   }
   void finish(int slot, int episode) {
     EpisodeResult& result = result_.episodes.at(static_cast<std::size_t>(episode));
@@ -119,6 +132,7 @@ class EpisodeObserver {
           .first = value_of<std::int32_t>(env_.output("first_answer"), slot),
           .correct = value_of<std::uint8_t>(env_.output("first_answer_correct"), slot)};
     }
+    if (annotator_ != nullptr) result.completion = completion_of(slot, result.success != 0);
     result.digests = actor_.digests(slot);
     actor_.finish(slot);
     if (slot == sample_slot_) {
@@ -128,6 +142,18 @@ class EpisodeObserver {
   }
 
  private:
+  void note_subtasks(int slot) {
+    if (annotator_ == nullptr) return;
+    int& most = done_[static_cast<std::size_t>(slot)];
+    most = std::max(most, annotator_->subtasks_done(slot));
+  }
+
+  Completion completion_of(int slot, bool success) const {
+    const auto subtasks = static_cast<std::int32_t>(annotator_->plan(slot).size());
+    const std::int32_t done = done_[static_cast<std::size_t>(slot)];
+    return {success ? subtasks : std::min(done, subtasks - 1), subtasks};
+  }
+
   EpisodeLabel label_of(int episode) const {
     const std::uint64_t seed = item_.first_seed + static_cast<std::uint64_t>(episode);
     return label_episode(static_cast<int>(seed - protocol_.start_seed), env_.info().id, seed,
@@ -139,6 +165,8 @@ class EpisodeObserver {
   EpisodeActor& actor_;
   const WorkItem& item_;
   const Protocol& protocol_;
+  const Annotator* annotator_ = nullptr;  // null: no subtasks
+  std::vector<int> done_;                 // by each slot's episode, at most
   bool samples_;
   int sample_slot_ = -1;
   SamplePictures pictures_;
@@ -191,6 +219,7 @@ class ItemEvaluator {
       workspace.batch.clear();
       return {};
     }
+    result.plans = queries.annotator() != nullptr ? 1 : 0;
     result.chunk_size = actor->longest_chunk();
     if (workspace.policy) workspace.policy->require_drained();
     result.unstable = queries.unstable_count() - unstable;
@@ -256,12 +285,14 @@ class Evaluation final : public WorkSource {
     auto i = static_cast<std::size_t>(item.first_seed - protocol_.start_seed) +
              static_cast<std::size_t>(item.repeat) * static_cast<std::size_t>(protocol_.episodes);
     if (part.asks != 0) result.answers.resize(result.successes.size());
+    if (part.plans != 0) result.completions.resize(result.successes.size());
     for (const EpisodeResult& episode : part.episodes) {
       result.successes[i] = episode.success != 0;
       result.returns[i] = episode.episode_return;
       result.lengths[i] = episode.length;
       result.digests[i] = episode.digests;
       if (part.asks != 0) result.answers[i] = episode.answer;
+      if (part.plans != 0) result.completions[i] = episode.completion;
       ++i;
     }
     result.chance = part.chance;
@@ -328,6 +359,11 @@ double TaskResult::answer_rate() const {
   std::vector<bool> correct;
   for (const Answer& answer : answers) correct.push_back(answer.correct != 0);
   return mean(correct);
+}
+double TaskResult::completion_rate() const {
+  std::vector<double> shares;
+  for (const Completion& completion : completions) shares.push_back(completion.share());
+  return mean(shares);
 }
 double TaskResult::mean_return() const { return mean(returns); }
 double TaskResult::mean_length() const { return mean(lengths); }

@@ -52,6 +52,15 @@ struct Answer {
   std::uint8_t correct = 0;
 };
 
+// How far an episode has come: the most subtasks that were done at a time, of its plan's. All of
+// them after a success.
+struct Completion {
+  std::int32_t done = 0;
+  std::int32_t subtasks = 0;
+
+  double share() const { return static_cast<double>(done) / subtasks; }
+};
+
 // The result of one task; vectors have one element per episode, round after round. Fields above the
 // line do not depend on the numbers of environments, threads and ranks.
 struct TaskResult {
@@ -60,8 +69,9 @@ struct TaskResult {
   double answer_chance = 1;  // share of right first answers of guessing
   std::vector<bool> successes;
   std::vector<double> returns;
-  std::vector<int> lengths;     // control steps
-  std::vector<Answer> answers;  // empty where the task asks for none
+  std::vector<int> lengths;             // control steps
+  std::vector<Answer> answers;          // empty where the task asks for none
+  std::vector<Completion> completions;  // empty where the task has no plan
   std::vector<std::uint64_t> seeds;
   std::vector<EpisodeDigests> digests;
   int chunk_size = 1;
@@ -72,7 +82,8 @@ struct TaskResult {
   Bytes sample;
 
   double success_rate() const;
-  double answer_rate() const;  // share of episodes whose first answer is right
+  double answer_rate() const;      // share of episodes whose first answer is right
+  double completion_rate() const;  // mean share of subtasks that were done
   double mean_return() const;
   double mean_length() const;
   std::int64_t env_steps() const;

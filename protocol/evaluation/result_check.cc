@@ -32,6 +32,23 @@ std::vector<Answer> answers_of(const Document& document) {
   return answers;
 }
 
+// Nothing in results of before 0.5.0.
+std::vector<Completion> completions_of(const Document& document) {
+  const Document* done = find(document, "subtasks_done");
+  if (done == nullptr || is_null(*done)) return {};
+  const auto numbers = [&](const char* key) {
+    return values<std::int32_t>(document, key, [](const Document& item) {
+      return static_cast<std::int32_t>(whole_number(item, kMostSteps));
+    });
+  };
+  const std::vector<std::int32_t> most = numbers("subtasks_done");
+  const std::vector<std::int32_t> all = numbers("subtasks");
+  if (most.size() != all.size()) throw Error(Error::kIo, "subtasks are missing");
+  std::vector<Completion> completions;
+  for (std::size_t i = 0; i < all.size(); ++i) completions.push_back({most[i], all[i]});
+  return completions;
+}
+
 std::uint64_t hash_of(const Document& document) {
   const std::string& digits = text(document);
   std::uint64_t hash = 0;
@@ -69,6 +86,7 @@ TaskResult read(const Document& document, const RegistryEntry& entry) {
                                          [](const Document& item) { return whole_number(item); });
   }
   result.answers = answers_of(document);
+  result.completions = completions_of(document);
   result.digests = digests_of(document);
   if (!result.answers.empty()) result.answer_chance = number(part(document, "answer_chance"));
   result.chunk_size =
@@ -87,6 +105,7 @@ std::optional<TaskResult> parse_result(const Document& document, const RegistryE
                           result.returns.size() == episodes && result.lengths.size() == episodes &&
                           (result.seeds.empty() || result.seeds.size() == episodes) &&
                           (result.answers.empty() || result.answers.size() == episodes) &&
+                          (result.completions.empty() || result.completions.size() == episodes) &&
                           (result.digests.empty() || result.digests.size() == episodes);
     if (!complete) return std::nullopt;
     return result;

@@ -140,6 +140,9 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
       {"first_answer_correct", nullptr},
       {"answer_chance", nullptr},
       {"memory_score", nullptr},
+      {"subtasks_done", nullptr},
+      {"subtasks", nullptr},
+      {"completion_rate", nullptr},
       {"sr_interval",
        to_document(wilson_interval(result.success_rate(),
                                    effective_episodes(result.successes, settings.repeat)))},
@@ -158,6 +161,17 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
     set("first_answers_correct", std::move(correct));
     set("first_answer_correct", result.answer_rate());
     set("answer_chance", result.answer_chance);
+  }
+  if (!result.completions.empty()) {
+    DocumentList done;
+    DocumentList subtasks;
+    for (const Completion& completion : result.completions) {
+      done.emplace_back(completion.done);
+      subtasks.emplace_back(completion.subtasks);
+    }
+    set("subtasks_done", std::move(done));
+    set("subtasks", std::move(subtasks));
+    set("completion_rate", result.completion_rate());
   }
   // Ceilings are those of the tasks as they are by default, for policies that answer at once.
   const bool usual = settings.rules == Rules::kReference && settings.task_options.empty() &&

@@ -34,7 +34,8 @@ void check_lists(const std::string& source, const Document& task) {
     check_list(source, task, part(task, key), key);
   }
   for (const Document& success : list(part(task, "successes"))) (void)truth(success);
-  for (const char* key : {"episode_seeds", "first_answers", "first_answers_correct"}) {
+  for (const char* key :
+       {"episode_seeds", "first_answers", "first_answers_correct", "subtasks_done", "subtasks"}) {
     const Document* items = find(task, key);
     if (items != nullptr && !is_null(*items)) check_list(source, task, *items, key);
   }

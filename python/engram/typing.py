@@ -318,6 +318,7 @@ class TaskDescription(TaskSummary):
     options: list[Option]
     changeable: list[Constant]
     changed: dict[str, Any]
+    paraphrases: list[str]  # other wordings of the instruction
     warnings: list[str]  # of constants that have no effect under these rules
     phases: list[Phase]
     state_fields: list[Field]

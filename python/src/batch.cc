@@ -331,6 +331,17 @@ std::string Batch::instruction(int index) const {
   return text;
 }
 
+std::string Batch::words(int index) const {
+  const std::shared_ptr<Handle> handle = open();
+  engram_env* env = handle->env();
+  std::size_t length = 0;
+  check(engram_words(env, index, nullptr, 0, &length));
+  std::string text(length + 1, '\0');
+  check(engram_words(env, index, text.data(), text.size(), &length));
+  text.resize(length);
+  return text;
+}
+
 nb::object Batch::render(int index, const std::string& camera, int width, int height) const {
   const std::shared_ptr<Handle> handle = open();
   engram_env* env = handle->env();

@@ -97,6 +97,7 @@ class Batch {
   nb::object output(const std::string& name) const;
   nb::object final_output(const std::string& name) const;
   std::string instruction(int index) const;
+  std::string words(int index) const;  // JSON
   // qpos (N, 9), qvel (N, 9), tcp_pose (N, 7).
   nb::tuple robot_state() const;
   // extrinsic_cv (N, 3, 4), cam2world_gl (N, 4, 4), intrinsic_cv (N, 3, 3).

@@ -119,6 +119,7 @@ void bind_batch(nb::module_& module) {
       .def("output", &Batch::output, "name"_a)
       .def("final_output", &Batch::final_output, "name"_a)
       .def("instruction", &Batch::instruction, "index"_a)
+      .def("words", &Batch::words, "index"_a)
       .def("robot_state", &Batch::robot_state)
       .def("camera_params", &Batch::camera_params, "camera"_a, "width"_a, "height"_a)
       .def("drawn", &Batch::drawn)

@@ -7,6 +7,7 @@
 #include "core/base/index.h"
 #include "core/image/overlay.h"
 #include "mjcf/scene.h"
+#include "tasks/batteries_checker/annotator.h"
 #include "tasks/batteries_checker/check_columns.h"
 #include "tasks/batteries_checker/expert.h"
 #include "tasks/batteries_checker/params.h"
@@ -40,7 +41,8 @@ class BatteryChecker final : public FamilyBase {
                  .params = params_,
                  .rack = rack_,
                  .button = button_,
-                 .check = check_}) {
+                 .check = check_}),
+        annotator_({.params = params_, .rack = rack_, .button = button_, .check = check_}) {
     scene_.render_view = mjcf::RenderView::kTable;
     describe_batteries(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
@@ -165,6 +167,7 @@ class BatteryChecker final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
   // --- overlay ---
 
@@ -292,6 +295,7 @@ class BatteryChecker final : public FamilyBase {
   RewardDict reward_dict_;
   CheckColumns check_;
   BatteryExpert expert_;
+  BatteryAnnotator annotator_;
 };
 
 }  // namespace

@@ -39,4 +39,10 @@ bool Blinks::lit(int env, int blinks, int elapsed) const {
   return false;
 }
 
+int Blinks::begun(int env, int blinks, int elapsed) const {
+  int count = 0;
+  while (count < blinks && elapsed >= start_.row(env)[count]) ++count;
+  return count;
+}
+
 }  // namespace engram::tasks

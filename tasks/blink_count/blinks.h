@@ -17,6 +17,8 @@ class Blinks {
   int draw(const Episode& episode, int blinks) const;
   // True during one of the first `blinks` blinks.
   bool lit(int env, int blinks, int elapsed) const;
+  // Number of the first `blinks` blinks that have begun.
+  int begun(int env, int blinks, int elapsed) const;
 
  private:
   int most_;  // blinks

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/image/overlay.h"
+#include "tasks/blink_count/annotator.h"
 #include "tasks/blink_count/blinks.h"
 #include "tasks/blink_count/expert.h"
 #include "tasks/blink_count/params.h"
@@ -59,7 +60,15 @@ class BlinkCount final : public FamilyBase {
                  .black = black_,
                  .target = target_,
                  .press_count = press_count_,
-                 .submit_attempted = submit_attempted_}) {
+                 .submit_attempted = submit_attempted_}),
+        annotator_({.engine = engine_,
+                    .clock = clock_,
+                    .blinks = blinks_,
+                    .red = red_,
+                    .black = black_,
+                    .lamp = blink_lamp_,
+                    .target = target_,
+                    .presses = press_count_}) {
     scene_.render_view = mjcf::RenderView::kTable;
     describe_blink_count(params, info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_blink_terms(row, {}, {}); });
@@ -180,6 +189,7 @@ class BlinkCount final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
   // --- overlay ---
 
@@ -322,6 +332,7 @@ class BlinkCount final : public FamilyBase {
   Column<float> confirm_press_depth_;
   Column<float> obj_to_goal_pos_;  // (3) m
   BlinkCountExpert expert_;
+  BlinkCountAnnotator annotator_;
 };
 
 }  // namespace

@@ -161,12 +161,19 @@ void ColorCubes::show_cue(int env, std::span<const std::int32_t> sequence, int e
     for (const std::int32_t color : sequence) place(env, color, bunch_cue_position(color, count()));
     return;
   }
-  // In a made-up snapshot the cue need not be a multiple of its items.
-  const int duration = std::max(1, cue_steps / params_.SEQUENCE_LENGTH);
-  const int item = std::min(elapsed / duration, params_.SEQUENCE_LENGTH - 1);
-  const std::size_t index = at(item);
-  if (elapsed % duration == 0) hide_all(env, sequence.first(index));
+  const std::size_t index = at(shown(elapsed, cue_steps) - 1);
+  if (elapsed % item_steps(cue_steps) == 0) hide_all(env, sequence.first(index));
   place(env, sequence[index], Vec2::Zero());
+}
+
+// In a made-up snapshot the cue need not be a multiple of its items.
+int ColorCubes::item_steps(int cue_steps) const {
+  return std::max(1, cue_steps / params_.SEQUENCE_LENGTH);
+}
+
+int ColorCubes::shown(int elapsed, int cue_steps) const {
+  if (params_.rule == ColorRule::kBunch) return params_.SEQUENCE_LENGTH;
+  return std::min(elapsed / item_steps(cue_steps) + 1, params_.SEQUENCE_LENGTH);
 }
 
 void ColorCubes::hide_all(int env, std::span<const std::int32_t> past) const {

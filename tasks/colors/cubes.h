@@ -41,6 +41,9 @@ class ColorCubes {
     return {positions_.row(env)[2 * color], positions_.row(env)[2 * color + 1]};
   }
 
+  // Number of the sequence's colours that a cue of `cue_steps` steps has shown when `elapsed` of
+  // them are over.
+  int shown(int elapsed, int cue_steps) const;
   // One step of a cue of `cue_steps` steps. The cubes that show are put back in every step, so
   // that nothing can move them.
   void show_cue(int env, std::span<const std::int32_t> sequence, int elapsed, int cue_steps) const;
@@ -58,6 +61,7 @@ class ColorCubes {
 
  private:
   int count() const { return params_.COLORS; }
+  int item_steps(int cue_steps) const;
   void place(int env, int color, const Vec2& at) const;
 
   ColorRecallParams params_;

@@ -34,11 +34,14 @@ void ColorRecallExpert::act(Range envs, Script script, FloatRows actions) const 
       continue;
     }
     ColorPermutation guessed{};
-    std::span<const std::int32_t> targets(view_.sequence.row(env),
-                                          at(view_.params.SEQUENCE_LENGTH));
-    if (script == Script::kBlind) targets = guess(env, guessed);
-    touch_or_press(env, next_color(env, targets), action);
+    const int next =
+        script == Script::kBlind ? next_color(env, guess(env, guessed)) : next_target(env);
+    touch_or_press(env, next, action);
   }
+}
+
+int ColorRecallExpert::next_target(int env) const {
+  return next_color(env, {view_.sequence.row(env), at(view_.params.SEQUENCE_LENGTH)});
 }
 
 // Waypoint that stops a little above the touch point.

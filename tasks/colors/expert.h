@@ -33,6 +33,10 @@ class ColorRecallExpert final : public Expert {
 
   void act(Range envs, Script script, FloatRows actions) const override;
 
+  const View& view() const { return view_; }
+  // The cube that the oracle touches next, -1 once all have been touched.
+  int next_target(int env) const;
+
  private:
   bool is_acting(int env) const {
     return view_.clock.phase(env, view_.engine.state->elapsed[env]) == Phase::kManipulation;

@@ -6,6 +6,7 @@
 
 #include "core/base/index.h"
 #include "core/image/overlay.h"
+#include "tasks/colors/annotator.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/expert.h"
 #include "tasks/colors/params.h"
@@ -42,7 +43,8 @@ class ColorRecall final : public FamilyBase {
                  .touch = touch_,
                  .button = button_,
                  .sequence = sequence_,
-                 .button_pressed = button_pressed_}) {
+                 .button_pressed = button_pressed_}),
+        annotator_(expert_) {
     describe_color_recall(params, info_);
     info_.reward_terms =
         reward_terms_of([&](auto& row) { list_color_terms(row, params.rule, {}, {}); });
@@ -193,6 +195,7 @@ class ColorRecall final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
   // --- overlay ---
 
@@ -289,6 +292,7 @@ class ColorRecall final : public FamilyBase {
   Column<float> press_depth_;
   Column<float> distance_to_button_;
   ColorRecallExpert expert_;
+  ColorRecallAnnotator annotator_;
 };
 
 }  // namespace

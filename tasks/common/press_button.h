@@ -97,6 +97,7 @@ class PressButton {
   const PressButtonParams& params() const { return params_; }
   Vec2 center(int env) const { return {center_.row(env)[0], center_.row(env)[1]}; }
   double top_height() const { return params_.shape.top_height(); }
+  int cap() const { return cap_; }  // index of the prop
   // Poses as observations report them.
   const double* cap_pos(int env) const { return engine_.state->prop_pos_of(env, cap_); }
   Pose base_pose(int env) const { return prop_pose(*engine_.state, env, base_); }

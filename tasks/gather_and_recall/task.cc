@@ -12,6 +12,7 @@
 #include "tasks/common/press_button.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/gather_and_recall/annotator.h"
 #include "tasks/gather_and_recall/expert.h"
 #include "tasks/gather_and_recall/params.h"
 #include "tasks/gather_and_recall/rules.h"
@@ -38,7 +39,15 @@ class GatherAndRecall final : public FamilyBase {
                  .disc = disc_xy_,
                  .flash_color = flash_color_,
                  .flash_active = flash_active_,
-                 .pressed_button = pressed_button_}) {
+                 .pressed_button = pressed_button_}),
+        annotator_({.engine = engine_,
+                    .params = params_,
+                    .buttons = buttons_,
+                    .flash_color = flash_color_,
+                    .flash_triggered = flash_triggered_,
+                    .on_disc = sticky_,
+                    .n_on_disc = n_on_disc_,
+                    .all_on_disc = all_on_disc_}) {
     describe_gather(info_);
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
@@ -190,6 +199,7 @@ class GatherAndRecall final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   // Returns the index of the disc's prop.
@@ -304,6 +314,7 @@ class GatherAndRecall final : public FamilyBase {
   Column<std::int32_t> pressed_button_;
   Column<float> obj_to_goal_pos_;  // (3) m
   GatherExpert expert_;
+  GatherAnnotator annotator_;
 };
 
 }  // namespace

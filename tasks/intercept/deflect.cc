@@ -9,6 +9,7 @@
 #include "tasks/common/poses.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/intercept/annotator.h"
 #include "tasks/intercept/ball_launch.h"
 #include "tasks/intercept/expert.h"
 
@@ -69,7 +70,8 @@ class Intercept final : public FamilyBase {
         expert_({.engine = engine_,
                  .goal_prop = kGoalProp,
                  .ball = params.ball,
-                 .goal_radius = params.GOAL_RADIUS}) {
+                 .goal_radius = params.GOAL_RADIUS}),
+        annotator_(engine_, InterceptGoal::kDeflect) {
     describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
@@ -155,6 +157,7 @@ class Intercept final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   Vector goal(int env) const {
@@ -168,6 +171,7 @@ class Intercept final : public FamilyBase {
   RewardDict reward_dict_;
   Column<std::uint8_t> reached_;  // latched: the hand was once behind the ball
   DeflectExpert expert_;
+  InterceptAnnotator annotator_;
 };
 
 }  // namespace

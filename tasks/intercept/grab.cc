@@ -8,6 +8,7 @@
 #include "tasks/common/family_base.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/intercept/annotator.h"
 #include "tasks/intercept/ball_launch.h"
 #include "tasks/intercept/expert.h"
 
@@ -55,7 +56,8 @@ class InterceptGrab final : public FamilyBase {
       : FamilyBase(entry),
         params_(params),
         launch_({RandomVariables(info_.random_variables), params.ball}, params.ball.BALL_RADIUS),
-        expert_(engine_, params.ball) {
+        expert_(engine_, params.ball),
+        annotator_(engine_, InterceptGoal::kGrab) {
     describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
@@ -147,6 +149,7 @@ class InterceptGrab final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   double gripper_width(int env) const {
@@ -166,6 +169,7 @@ class InterceptGrab final : public FamilyBase {
   Column<std::uint8_t> is_ball_grasped_;
   Column<std::uint8_t> is_robot_static_;
   GrabExpert expert_;
+  InterceptAnnotator annotator_;
 };
 
 }  // namespace

@@ -51,7 +51,8 @@ class FindImposter final : public ObjectRecall {
       : ObjectRecall(entry, params,
                      {.target = "imposter",
                       .target_text = "key of the object that the cue leaves out",
-                      .positions_text = "x, y of every object in the cue phase"}),
+                      .positions_text = "x, y of every object in the cue phase",
+                      .imposter = true}),
         permutation_(RandomVariables(info_.random_variables)
                          .add({"permutation", count(), true, 0, count() - 1.0, "",
                                "key in whose place of the cue phase every key appears", true})),

@@ -92,7 +92,13 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
                .target = target_,
                .positions = positions_,
                .touch = touch_,
-               .goal_thresh = params.GOAL_THRESH}) {
+               .goal_thresh = params.GOAL_THRESH}),
+      annotator_({.engine = engine_,
+                  .objects = objects_,
+                  .clock = clock_,
+                  .target = target_,
+                  .goal_thresh = params.GOAL_THRESH,
+                  .imposter = wording.imposter}) {
   info_.candidates = count();
   info_.termination = Termination::kNever;
   // The canonical chain freezes the short ids only.

@@ -14,6 +14,7 @@
 #include "tasks/common/random_variables.h"
 #include "tasks/common/touch_target.h"
 #include "tasks/registry.h"
+#include "tasks/remember/annotator.h"
 #include "tasks/remember/expert.h"
 #include "tasks/remember/object_set.h"
 
@@ -48,6 +49,7 @@ class ObjectRecall : public FamilyBase {
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override;
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
   void overlay(int env, Overlay& out) const override { objects_.overlay(target_[env], out); }
 
  protected:
@@ -58,6 +60,7 @@ class ObjectRecall : public FamilyBase {
     std::string target;       // name of the variable of the object to touch
     std::string target_text;  // that variable in words
     std::string positions_text;
+    bool imposter = false;  // the cue shows all objects but the target
   };
 
   ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams& params,
@@ -118,6 +121,7 @@ class ObjectRecall : public FamilyBase {
   Column<std::int32_t> target_;
   Column<double> positions_;  // (count * 3) m
   ObjectRecallExpert expert_;
+  ObjectRecallAnnotator annotator_;
 };
 
 }  // namespace engram::tasks

@@ -60,6 +60,7 @@ class ObjectSet {
   explicit ObjectSet(const ObjectSetParams& params);
 
   int count() const { return static_cast<int>(objects_.size()); }
+  Vocabulary vocabulary() const { return params_.vocabulary; }
   const mjcf::Prop& prop(int key) const { return object(key).prop; }
   // Nominal orientation.
   const double* quat(int key) const { return object(key).prop.quat.data(); }

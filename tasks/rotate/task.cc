@@ -16,6 +16,7 @@
 #include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/rotate/annotator.h"
 #include "tasks/rotate/expert.h"
 #include "tasks/rotate/peg_angle.h"
 
@@ -129,7 +130,12 @@ class Rotate final : public FamilyBase {
                  .mode = params.MODE,
                  .strict = params.strict,
                  .threshold = params.angle_threshold,
-                 .peg = {params.PEG_HALF_WIDTH, params.PEG_HALF_LENGTH}}) {
+                 .peg = {params.PEG_HALF_WIDTH, params.PEG_HALF_LENGTH}}),
+        annotator_({.engine = engine_,
+                    .target = target_,
+                    .initial_yaw = initial_yaw_,
+                    .threshold = params.angle_threshold,
+                    .peg_half_length = params.PEG_HALF_LENGTH}) {
     info_.termination = Termination::kNever;
     info_.candidates = candidates(params);
     info_.answer_rate = guess_rate(params.MODE, params.angle_threshold);
@@ -283,6 +289,7 @@ class Rotate final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
   // --- overlay ---
 
@@ -333,6 +340,7 @@ class Rotate final : public FamilyBase {
   Column<double> initial_position_;  // (2) m
   Column<double> last_angle_;        // rad, turned until the step before
   RotateExpert expert_;
+  RotateAnnotator annotator_;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tasks/shell_game/color_lamp.h"
 
 #include "tasks/common/variant.h"
+#include "tasks/shell_game/annotator.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/touch_expert.h"
 #include "tasks/shell_game/touch_rule.h"
@@ -22,7 +23,8 @@ class ColorLamp final : public ShellGame {
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
         rule_(params, /*shoving=*/false),
         cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.random_variables)),
-        expert_(*this, params, params.CUE_PHASE_STEPS.high) {
+        expert_(*this, params, params.CUE_PHASE_STEPS.high),
+        annotator_({.game = *this, .lamp = &cue_}) {
     info_.termination = Termination::kNever;
     info_.phases = cue_manipulation_phases();
     rule_.describe(info_);
@@ -83,11 +85,13 @@ class ColorLamp final : public ShellGame {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   TouchRule rule_;
   LampCue cue_;
   TouchExpert expert_;
+  ShellGameAnnotator annotator_;
 };
 
 }  // namespace

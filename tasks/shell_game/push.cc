@@ -7,6 +7,7 @@
 #include "core/math/real_functions.h"
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/variant.h"
+#include "tasks/shell_game/annotator.h"
 #include "tasks/shell_game/game.h"
 #include "tasks/shell_game/push_expert.h"
 
@@ -97,7 +98,8 @@ class Push final : public ShellGame {
         mug_at_goal_(add_mug_at_goal(info_)),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
-        expert_(*this, params) {
+        expert_(*this, params),
+        annotator_({.game = *this, .deed = ShellGameAnnotator::Deed::kPush, .ball = ball_}) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
@@ -169,6 +171,7 @@ class Push final : public ShellGame {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   Eigen::Vector3d goal_pos(int env) const {
@@ -191,6 +194,7 @@ class Push final : public ShellGame {
   int ball_;
   int goal_;
   PushExpert expert_;
+  ShellGameAnnotator annotator_;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "tasks/common/action_cost.h"
 #include "tasks/common/variant.h"
+#include "tasks/shell_game/annotator.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
 #include "tasks/shell_game/touch_expert.h"
@@ -59,7 +60,8 @@ class ShuffleTouch final : public ShellGame {
         shuffle_(params, RandomVariables(info_.random_variables)),
         smoothness_(params.smoothness),
         ball_(add_red_ball()),
-        expert_(*this, params, params.latest_end()) {
+        expert_(*this, params, params.latest_end()),
+        annotator_({.game = *this, .ball = ball_, .shuffle = &shuffle_}) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     shuffle_.describe(info_);
@@ -128,6 +130,7 @@ class ShuffleTouch final : public ShellGame {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   double ball_radius() const { return params().BALL_RADIUS; }
@@ -154,6 +157,7 @@ class ShuffleTouch final : public ShellGame {
   SmoothnessParams smoothness_;
   int ball_;
   TouchExpert expert_;
+  ShellGameAnnotator annotator_;
 };
 
 // A ball of another colour is under every mug; a lamp names the colour after the shuffle.
@@ -168,7 +172,8 @@ class ShuffleColorLamp final : public ShellGame {
         rule_(params, /*shoving=*/false),
         shuffle_(params, RandomVariables(info_.random_variables)),
         cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.random_variables)),
-        expert_(*this, params, params.latest_end()) {
+        expert_(*this, params, params.latest_end()),
+        annotator_({.game = *this, .lamp = &cue_, .shuffle = &shuffle_}) {
     info_.termination = Termination::kNever;
     rule_.describe(info_);
     cue_.describe(info_);
@@ -230,12 +235,14 @@ class ShuffleColorLamp final : public ShellGame {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   TouchRule rule_;
   ShufflePhase shuffle_;
   LampCue cue_;
   TouchExpert expert_;
+  ShellGameAnnotator annotator_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tasks/common/variant.h"
+#include "tasks/shell_game/annotator.h"
 #include "tasks/shell_game/touch_expert.h"
 #include "tasks/shell_game/touch_rule.h"
 
@@ -24,7 +25,8 @@ class Touch final : public ShellGame {
       : ShellGame(entry, params, {}),
         rule_(params, /*shoving=*/true),
         ball_(add_red_ball()),
-        expert_(*this, params, params.CUE_PHASE_STEPS.high) {
+        expert_(*this, params, params.CUE_PHASE_STEPS.high),
+        annotator_({.game = *this, .ball = ball_}) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     rule_.describe(info_);
@@ -80,6 +82,7 @@ class Touch final : public ShellGame {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   // Notes the positions of the mugs before anybody could shove them.
@@ -103,6 +106,7 @@ class Touch final : public ShellGame {
   int ball_;
   Column<double> reference_;  // (kCups * 2) m
   TouchExpert expert_;
+  ShellGameAnnotator annotator_;
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/task_options.h"
 #include "tasks/common/variant.h"
+#include "tasks/take_it_back/annotator.h"
 #include "tasks/take_it_back/expert.h"
 #include "tasks/take_it_back/layout.h"
 
@@ -135,7 +136,8 @@ class TakeItBack final : public FamilyBase {
                  .goal = goal_,
                  .reached = reached_,
                  .goal_radius = params.GOAL_RADIUS,
-                 .cube_halfsize = params.CUBE_HALFSIZE}) {
+                 .cube_halfsize = params.CUBE_HALFSIZE}),
+        annotator_({.engine = engine_, .initial = initial_, .reached = reached_}) {
     info_.candidates = kSlots;
     info_.guess_rate = guess_rate(params.GOAL_RADIUS);
     info_.answer =
@@ -273,6 +275,7 @@ class TakeItBack final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
  private:
   Vector cube(int env) const { return prop_pos(env, kCube); }
@@ -339,6 +342,7 @@ class TakeItBack final : public FamilyBase {
   Column<double> initial_;        // (2) m
   Column<double> goal_;           // (2) m
   TakeItBackExpert expert_;
+  TakeItBackAnnotator annotator_;
 };
 
 }  // namespace

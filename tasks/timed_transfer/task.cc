@@ -17,6 +17,7 @@
 #include "tasks/common/task_info.h"
 #include "tasks/common/task_options.h"
 #include "tasks/common/variant.h"
+#include "tasks/timed_transfer/annotator.h"
 #include "tasks/timed_transfer/expert.h"
 #include "tasks/timed_transfer/rules.h"
 
@@ -194,7 +195,15 @@ class TimedTransfer final : public FamilyBase {
                  .delay_steps = params.DELAY_STEPS,
                  .tolerance = params.TOLERANCE_FRAC,
                  .rounding = rounding_,
-                 .signal_steps = params.PRE_SIGNAL_STEPS}) {
+                 .signal_steps = params.PRE_SIGNAL_STEPS}),
+        annotator_({.engine = engine_,
+                    .signal_step = signal_step_,
+                    .lamp = lamp_,
+                    .cube = kCube,
+                    .red_disc = kRedDisc,
+                    .delay_steps = params.DELAY_STEPS,
+                    .tolerance = params.TOLERANCE_FRAC,
+                    .rounding = rounding_}) {
     add_discs_and_cube(scene_, params.DISC_RADIUS);
     lamp_ = Lamp(scene_, "signal_lamp");
     info_.candidates = 2 * params.DELAY_STEPS + 1;
@@ -334,6 +343,7 @@ class TimedTransfer final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
   // --- overlay ---
 
@@ -386,6 +396,7 @@ class TimedTransfer final : public FamilyBase {
   Column<std::uint8_t> is_grasped_;
   Column<float> obj_to_goal_pos_;  // (3) m
   TimedTransferExpert expert_;
+  TimedTransferAnnotator annotator_;
 };
 
 }  // namespace

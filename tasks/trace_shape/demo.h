@@ -69,6 +69,7 @@ class TraceDemo {
   Vec2 lamp_at(int env) const;
   Vec2 green_at(int env) const;
 
+  int red_cube() const { return red_; }
   int green_cube() const { return green_; }
   // Declares the waypoints of the demonstration in a row of what was drawn.
   template <class Row>

@@ -10,6 +10,7 @@
 #include "tasks/common/press_button.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/trace_shape/annotator.h"
 #include "tasks/trace_shape/chance.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/expert.h"
@@ -36,7 +37,12 @@ class TraceShapeSeq final : public FamilyBase {
                  .button = button_,
                  .active = active_,
                  .visited = visited_,
-                 .closed = closed_}) {
+                 .closed = closed_}),
+        annotator_({.engine = engine_,
+                    .demo = demo_,
+                    .visited = visited_,
+                    .closed = &closed_,
+                    .button = &button_}) {
     info_.candidates = count_sequences(params);
     info_.guess_rate = guess_rate(params);
     info_.termination = Termination::kSuccessOrFailed;
@@ -175,6 +181,7 @@ class TraceShapeSeq final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
   // --- overlay ---
 
@@ -307,6 +314,7 @@ class TraceShapeSeq final : public FamilyBase {
   Column<float> obj_to_goal_pos_;  // (3) m
   Column<std::int32_t> task_cue_;  // (MAX_SEQUENCE_LENGTH)
   TraceShapeSeqExpert expert_;
+  TraceAnnotator annotator_;
 };
 
 }  // namespace

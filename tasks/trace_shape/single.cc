@@ -5,6 +5,7 @@
 #include "tasks/common/family_base.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
+#include "tasks/trace_shape/annotator.h"
 #include "tasks/trace_shape/chance.h"
 #include "tasks/trace_shape/demo.h"
 #include "tasks/trace_shape/expert.h"
@@ -24,7 +25,8 @@ class TraceShape final : public FamilyBase {
         params_(params),
         demo_(scene_, info_, params),
         map_(params.farthest_corner()),
-        expert_(engine_, demo_, visited_) {
+        expert_(engine_, demo_, visited_),
+        annotator_({.engine = engine_, .demo = demo_, .visited = visited_}) {
     info_.candidates = params.AVAILABLE_SHAPES.size();
     info_.guess_rate = guess_rate(params);
     info_.termination = Termination::kSuccess;
@@ -152,6 +154,7 @@ class TraceShape final : public FamilyBase {
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
+  const Annotator* annotator() const override { return &annotator_; }
 
   // --- overlay ---
 
@@ -185,6 +188,7 @@ class TraceShape final : public FamilyBase {
   Column<std::uint8_t> checkpoint_visited_;  // (NUM_CHECKPOINTS)
   Column<float> obj_to_goal_pos_;            // (3) m
   TraceShapeExpert expert_;
+  TraceAnnotator annotator_;
 };
 
 }  // namespace

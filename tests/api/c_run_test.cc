@@ -349,6 +349,25 @@ TEST_CASE("Instructions are cut to the capacity given", "[c_api]") {
   CHECK(text == std::string("Obse"));
 }
 
+TEST_CASE("Words of an episode are JSON", "[c_api][labels]") {
+  const BatchHandle waiting = test::make_batch(test::default_options());
+  check_refused(engram_words(waiting.get(), 0, nullptr, 0, nullptr), ENGRAM_BAD_STATE, "reset");
+  engram_env* const env = make_running(2).release();
+  const BatchHandle batch(env);
+  std::size_t length = 0;
+  REQUIRE(engram_words(env, 1, nullptr, 0, &length) == ENGRAM_OK);
+  std::string text(length, ' ');
+  REQUIRE(engram_words(env, 1, text.data(), length + 1, nullptr) == ENGRAM_OK);
+  const auto words = nlohmann::json::parse(text);
+  CHECK(words["plan"].size() == 4);
+  CHECK(words["subtask"] == 0);
+  CHECK(words["subtasks_done"] == 0);
+  CHECK_THAT(words["memory"].get<std::string>(), Catch::Contains("the cue was a"));
+  CHECK_THAT(words["object"].get<std::string>(), Catch::Contains("cube_"));
+  CHECK(words["paraphrases"].size() >= 10);
+  check_refused(engram_words(env, 2, nullptr, 0, &length), ENGRAM_INVALID_ARGUMENT, "0 to 1");
+}
+
 TEST_CASE("Descriptions are JSON and stay where they are", "[c_api]") {
   const auto list = nlohmann::json::parse(engram_list_json());
   REQUIRE(list.size() == engram_num_tasks());

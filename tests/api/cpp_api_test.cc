@@ -69,6 +69,7 @@ TEST_CASE("Views have one row per environment", "[cpp_api]") {
   CHECK(env.unstable_count() == 0);
   CHECK_FALSE(env.instruction(2).empty());
   CHECK(env.instruction(2).back() == '.');
+  CHECK(env.words(2).find("\"subtasks_done\": 0") != std::string::npos);
 }
 
 TEST_CASE("Outputs are typed views with their shape", "[cpp_api]") {

@@ -101,6 +101,27 @@ TEST_CASE("collect: bytes do not depend on threads, batches or interruptions", "
   CHECK(files_in(grown.path()) == expected);
 }
 
+TEST_CASE("collect: labels, whatever the threads, and none without being asked for",
+          "[apps][labels]") {
+  const std::string ids = "RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 --episodes 3 ";
+  const TemporaryFolder labelled;
+  REQUIRE(engram_command(collection(ids + "--labels --threads 1", labelled.path())).code == 0);
+  const TemporaryFolder again;
+  REQUIRE(
+      engram_command(collection(ids + "--labels --threads 3 --num-envs 2", again.path())).code ==
+      0);
+  CHECK(files_in(again.path()) == files_in(labelled.path()));
+  const fs::path metadata = fs::path("data_npz") / "RememberColor3-VLA-v0" / "metadata.json";
+  const Json origin = Json::parse(read_file(labelled.path() / metadata))["engram"];
+  CHECK(origin["labels"]["open"] == std::vector<std::string>{"paraphrases"});
+  const CommandResult other = engram_command(collection(ids, labelled.path()));
+  CHECK(other.code != 0);
+  CHECK_THAT(other.err, Catch::Contains("was collected with labels, without labels given"));
+  const TemporaryFolder plain;
+  REQUIRE(engram_command(collection(ids, plain.path())).code == 0);
+  CHECK_FALSE(Json::parse(read_file(plain.path() / metadata))["engram"].contains("labels"));
+}
+
 TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
   const std::string ids = "RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 ";
   const TemporaryFolder reference;

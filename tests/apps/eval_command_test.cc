@@ -101,6 +101,9 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
                                                   "first_answer_correct",
                                                   "answer_chance",
                                                   "memory_score",
+                                                  "subtasks_done",
+                                                  "subtasks",
+                                                  "completion_rate",
                                                   "sr_interval",
                                                   "digests",
                                                   "checksum"});
@@ -154,6 +157,28 @@ TEST_CASE("eval: first answers and the score of memory", "[apps]") {
   const Json idle = evaluate("--policy zero");
   CHECK(idle["first_answers"][0].is_null());
   CHECK(idle["first_answer_correct"] == 0.0);
+}
+
+TEST_CASE("eval: subtasks that were done", "[apps][labels]") {
+  const auto evaluate = [](const std::string& options) {
+    return engram_command(evaluation("--episodes 20 " + options)).json()["tasks"][0];
+  };
+  const Json oracle = evaluate("--policy oracle");
+  CHECK(oracle["subtasks"] == std::vector<int>(20, 4));
+  CHECK(oracle["subtasks_done"] == oracle["subtasks"]);
+  CHECK(oracle["completion_rate"] == 1.0);
+  // "Remember the color" and "wait" pass by themselves; to move to a cube and to touch it do not.
+  const Json idle = evaluate("--policy zero");
+  CHECK(idle["subtasks_done"] == std::vector<int>(20, 2));
+  CHECK(idle["completion_rate"] == 0.5);
+  const Json blind = evaluate("--policy blind");
+  double sum = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    const int done = blind["subtasks_done"][i].get<int>();
+    CHECK((done == 4) == blind["successes"][i].get<bool>());
+    sum += done / 4.0;
+  }
+  CHECK(blind["completion_rate"].get<double>() == Approx(sum / 20));
 }
 
 TEST_CASE("eval: tasks without an answer report null", "[apps]") {

@@ -50,6 +50,7 @@ TEST_CASE("info: agrees with the library", "[apps]") {
   CHECK(task["props"].size() == env->physics_model().props().size());
   CHECK(task["constants"]["COLORS"] == 9);
   CHECK(task["phases"].size() == env->info().phases.size());
+  CHECK(task["paraphrases"].size() >= 10);
   for (const char* key : {"family", "split", "memory_type", "canonical", "instruction",
                           "termination", "reward_terms", "candidates"}) {
     CHECK(task.contains(key));

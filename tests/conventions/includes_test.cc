@@ -47,7 +47,7 @@ const std::vector<Module> kModules = {
     {"protocol/evaluation",
      {"core/*", "media", "protocol/formats", "protocol/work", "protocol/batch"}},
     {"protocol/datasets",
-     {"core/*", "media", "protocol/formats", "protocol/work", "protocol/batch"}},
+     {"core/*", "media", "tasks", "protocol/formats", "protocol/work", "protocol/batch"}},
     {"api/engram", {}},
     {"api", {"core/*", "render", "render/egl", "media", "protocol/*", "api/engram"}},
     {"bench", {"core/*", "tasks", "render", "render/cpu", "protocol/*"}},

@@ -12,6 +12,7 @@
 #include "core/env/scene_renderer.h"
 #include "core/env/scripted_policy.h"
 #include "core/env/snapshot.h"
+#include "protocol/batch/episode_words.h"
 #include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
 #include "tests/fuzz/input.h"
@@ -106,6 +107,7 @@ void use(Batch& env) {
   SceneRenderer(env).overlay(0, overlay);
   require(!Queries(env).instruction(0).empty(), "no instruction");
   (void)Queries(env).cue_end(0);
+  require(!describe_words(env, 0).empty(), "no words");
   for (const Policy policy : {Policy::kOracle, Policy::kBlind, Policy::kRandom}) {
     ScriptedPolicy(env, policy).act(actions);
     for (float& action : actions) action = std::isfinite(action) ? action : 0.0F;

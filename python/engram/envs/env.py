@@ -108,6 +108,10 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         """Values drawn for the episode, numbers or arrays by name. See ``VectorEnv.drawn``."""
         return _first(self.batch.drawn())
 
+    def words(self) -> dict[str, Any]:
+        """The episode in words: plan, subtask, memory, ... See ``VectorEnv.words``."""
+        return self.batch.words()[0]
+
     def render(self) -> Any:
         """A picture, uint8 (height, width, 3), in mode "rgb_array"; None otherwise."""
         return self.batch.frame(0) if self.render_mode == "rgb_array" else None

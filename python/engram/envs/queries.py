@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ class QueryMixin:
     _arguments: dict[str, Any]
     _render: tuple[str, int, int]  # camera, width, height
     description: TaskDescription
+    num_envs: int
 
     def robot_state(self) -> dict[str, np.ndarray]:
         """The robot, in every observation mode, as new float32 arrays.
@@ -88,6 +90,20 @@ class QueryMixin:
             result[field["name"]] = part.astype(np.int64 if field["integer"] else np.float32)
             at += width
         return result
+
+    def words(self) -> list[dict[str, Any]]:
+        """The running episodes in words, for teachers and annotated data; not for policies.
+
+        Returns:
+            A dictionary per environment: "plan", the subtasks; "subtask", the index of the present
+            one; "subtasks_done"; "memory", what has been shown and has to be remembered; "object",
+            the name of what is meant, or None; and "paraphrases" of the instruction, which alone
+            are not privileged.
+
+        Raises:
+            BadStateError: Nothing was reset.
+        """
+        return [json.loads(self._batch.words(i)) for i in range(self.num_envs)]
 
     def frame(
         self,

@@ -192,4 +192,25 @@ TEST_CASE("Demonstrations: out of memory leaves a folder unchanged",
   CHECK(test::fails_well_everywhere(open, [&] { CHECK((content(path) == before)); }) > 50);
 }
 
+TEST_CASE("Demonstrations: a folder has labels in all files or in none",
+          "[labels][demonstrations]") {
+  const auto open = [](const TemporaryFolder& root, bool labels) {
+    CollectionPlan plan{.episodes = 1};
+    plan.labels = labels;
+    return DemonstrationFolder(root.path(), planned_task, plan).metadata();
+  };
+  const TemporaryFolder plain;
+  CHECK(find(part(open(plain, false), "engram"), "labels") == nullptr);
+  CHECK_THROWS_WITH(open(plain, true),
+                    Catch::Contains("was collected without labels, with labels given"));
+  const TemporaryFolder labelled;
+  const Document metadata = open(labelled, true);
+  CHECK_THROWS_WITH(open(labelled, false),
+                    Catch::Contains("was collected with labels, without labels given"));
+  CHECK(open(labelled, true) == metadata);
+  const Document& names = part(part(metadata, "engram"), "labels");
+  CHECK(list(part(names, "open")) == DocumentList{"paraphrases"});
+  CHECK(list(part(names, "privileged")).size() == 15);
+}
+
 }  // namespace engram::tests

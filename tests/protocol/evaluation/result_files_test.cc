@@ -33,6 +33,7 @@ TaskResult result() {
   result.returns = {12.5, 0.1};
   result.lengths = {25, 25};
   result.answers = {{1, 2, 1}, {}};
+  result.completions = {{4, 4}, {2, 4}};
   result.seeds = {kBenchmarkSeed, kBenchmarkSeed + 1};
   result.digests = {{1, 2, 3, 4}, {UINT64_MAX, 0, 0, 0}};
   return result;
@@ -92,6 +93,8 @@ TEST_CASE("Edited results are refused", "[evaluation][results]") {
                                                     {"first_answers", DocumentList{1, nullptr}},
                                                     {"first_answer_correct", 1.0},
                                                     {"memory_score", 1.0},
+                                                    {"subtasks_done", DocumentList{4, 3}},
+                                                    {"completion_rate", 1.0},
                                                     {"sr_interval", DocumentList{0, 1}},
                                                     {"digests", nullptr},
                                                     {"checksum", "0000000000000000"}};
@@ -114,6 +117,8 @@ TEST_CASE("Inconsistent results with a valid checksum are refused", "[evaluation
                                                     {"episode_lengths", DocumentList{0, 25}},
                                                     {"episode_seeds", DocumentList{1, 2}},
                                                     {"memory_score", 1.0},
+                                                    {"completion_rate", 1.0},
+                                                    {"subtasks", DocumentList{4}},
                                                     {"first_answer_correct", 1.0}};
   for (const auto& [key, value] : edits) {
     INFO(key);
@@ -204,6 +209,8 @@ TEST_CASE("Results of repeats say so, and are as many as all rounds", "[evaluati
   for (auto* values : {&twice.lengths}) values->insert(values->end(), {25, 25});
   twice.returns.insert(twice.returns.end(), {1, 2});
   twice.answers.insert(twice.answers.end(), once.answers.begin(), once.answers.end());
+  twice.completions.insert(twice.completions.end(), once.completions.begin(),
+                           once.completions.end());
   twice.seeds.insert(twice.seeds.end(), once.seeds.begin(), once.seeds.end());
   twice.digests.insert(twice.digests.end(), once.digests.begin(), once.digests.end());
   const Document document = task_document(twice, folder.settings);

@@ -1,0 +1,86 @@
+#include "tasks/colors/annotator.h"
+
+#include <algorithm>
+
+#include "tasks/common/words.h"
+
+namespace engram::tasks {
+namespace {
+
+// Subtasks before the touches; the button comes after them.
+constexpr int kRemember = 0;
+constexpr int kWait = 1;
+constexpr int kFirstTouch = 2;
+
+std::string color_name(int color) { return name_color(to_rgba(COLOR_MAPPING[at(color)].rgba)); }
+
+}  // namespace
+
+// Items of the cue that have been shown so far.
+int ColorRecallAnnotator::shown(int env) const {
+  if (phase(env) != Phase::kCue) return length();
+  return view_.cubes.shown(elapsed(env), view_.clock.cue_end(env));
+}
+
+// In the order of the cue, also where any order will do.
+std::vector<std::string> ColorRecallAnnotator::plan(int env) const {
+  const bool once = view_.params.rule == ColorRule::kBunch;
+  std::vector<std::string> plan = {
+      once ? "remember the colors of the cubes"
+           : (is_chain() ? "remember the colors of the cubes and their order"
+                         : "remember the colors of the cubes, one after the other"),
+      "wait"};
+  for (int item = 0; item < length(); ++item) {
+    plan.push_back(item < shown(env) ? "touch the " + color_name(color(env, item)) + " cube"
+                                     : "touch cube " + std::to_string(item + 1) + " of the cue");
+  }
+  plan.emplace_back("press the center button");
+  return plan;
+}
+
+int ColorRecallAnnotator::subtask(int env) const {
+  switch (phase(env)) {
+    case Phase::kCue:
+      return kRemember;
+    case Phase::kEmpty:
+      return kWait;
+    case Phase::kManipulation:
+      break;
+  }
+  const std::int32_t* const first = view_.sequence.row(env);
+  const std::int32_t* const found = std::find(first, first + length(), expert_.next_target(env));
+  return kFirstTouch + static_cast<int>(found - first);
+}
+
+int ColorRecallAnnotator::subtasks_done(int env) const {
+  if (phase(env) != Phase::kManipulation) return subtask(env);
+  int touched = 0;
+  for (int item = 0; item < length(); ++item) {
+    touched += view_.touch.touched(env)[color(env, item)] != 0 ? 1 : 0;
+  }
+  return kFirstTouch + touched;
+}
+
+std::string ColorRecallAnnotator::memory(int env) const {
+  std::vector<std::string> colors;
+  for (int item = 0; item < shown(env); ++item) colors.push_back(color_name(color(env, item)));
+  if (!is_chain()) return "the cubes of the cue: " + enumerate(colors);
+  std::string text = "the cubes of the cue in their order:";
+  for (std::size_t i = 0; i < colors.size(); ++i) text += (i == 0 ? " " : ", then ") + colors[i];
+  return text;
+}
+
+int ColorRecallAnnotator::object(int env) const {
+  switch (phase(env)) {
+    case Phase::kCue:
+      return view_.params.rule == ColorRule::kBunch ? -1 : color(env, shown(env) - 1);
+    case Phase::kEmpty:
+      return -1;
+    case Phase::kManipulation:
+      break;
+  }
+  const int next = expert_.next_target(env);
+  return next < 0 ? view_.button.cap() : next;
+}
+
+}  // namespace engram::tasks

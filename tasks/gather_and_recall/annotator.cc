@@ -1,0 +1,63 @@
+#include "tasks/gather_and_recall/annotator.h"
+
+#include <algorithm>
+
+#include "core/base/index.h"
+#include "tasks/common/poses.h"
+#include "tasks/common/words.h"
+
+namespace engram::tasks {
+
+std::string GatherAnnotator::color_name(int env) const {
+  return name_color(FLASH_COLORS[at(view_.flash_color[env])]);
+}
+
+std::vector<std::string> GatherAnnotator::plan(int env) const {
+  const int cubes = view_.params.N_CUBES;
+  std::vector<std::string> plan;
+  for (int cube = 1; cube <= cubes; ++cube) {
+    plan.push_back(cubes == 1 ? "move the cube onto the disc"
+                              : "move a cube onto the disc, cube " + std::to_string(cube) + " of " +
+                                    std::to_string(cubes));
+  }
+  plan.push_back(view_.flash_triggered[env] != 0 ? "press the " + color_name(env) + " button"
+                                                 : "press the button with the flash's color");
+  return plan;
+}
+
+// The last cube is not done before all of them rest on the disc.
+int GatherAnnotator::subtask(int env) const {
+  const int cubes = view_.params.N_CUBES;
+  if (view_.all_on_disc[env] != 0) return cubes;
+  return std::min(view_.n_on_disc[env], cubes - 1);
+}
+
+std::string GatherAnnotator::memory(int env) const {
+  if (view_.flash_triggered[env] == 0) return {};
+  return "the lamp flashed " + color_name(env);
+}
+
+// Of the cubes that are not on the disc yet, the one that is nearest to the tool; of all where they
+// only have to come to rest.
+int GatherAnnotator::nearest_cube(int env) const {
+  const State& state = *view_.engine.state;
+  const bool any = view_.n_on_disc[env] >= view_.params.N_CUBES;
+  int nearest = -1;
+  double least = 0;
+  for (int cube = 0; cube < view_.params.N_CUBES; ++cube) {
+    if (!any && view_.on_disc.row(env)[cube] != 0) continue;
+    const double away = (prop_pos(state, env, cube) - tcp_pos(state, env)).norm();
+    if (nearest >= 0 && away >= least) continue;
+    nearest = cube;
+    least = away;
+  }
+  return nearest;
+}
+
+int GatherAnnotator::object(int env) const {
+  if (view_.all_on_disc[env] == 0) return nearest_cube(env);
+  if (view_.flash_triggered[env] == 0) return -1;
+  return view_.buttons[at(view_.flash_color[env])].cap();
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,23 @@
+// Wordings of the benchmark's instructions, written by hand. {angle_deg} and {steps} stand for a
+// number of the episode.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+
+namespace engram {
+
+inline constexpr int kParaphrases = 10;  // of every instruction
+
+struct ParaphraseSet {
+  std::string_view instruction;
+  std::array<std::string_view, kParaphrases> others;
+};
+
+// What is remembered is one thing, and then an object is touched, pushed or picked up.
+std::span<const ParaphraseSet> recall_paraphrases();
+// Motions, sequences, counts and checks.
+std::span<const ParaphraseSet> procedure_paraphrases();
+
+}  // namespace engram

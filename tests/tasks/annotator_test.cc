@@ -1,0 +1,131 @@
+// What holds of the words of all families.
+#include "core/env/annotator.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cctype>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "protocol/batch/make.h"
+#include "tasks/family_samples.h"
+#include "tests/tasks/told_episode.h"
+
+namespace engram {
+namespace {
+
+using test::play_told;
+using test::ToldEpisode;
+using test::ToldFrame;
+
+// One short task of every family.
+std::vector<std::string> sample_ids() {
+  std::vector<std::string> ids;
+  std::set<std::string> families;
+  for (const RegistryEntry& entry : registry()) {
+    if (entry.horizon > 400 || !families.emplace(entry.family).second) continue;
+    ids.emplace_back(entry.id);
+  }
+  return ids;
+}
+
+TEST_CASE("Words: subtasks follow one another up to the last", "[labels]") {
+  for (const std::string& id : sample_ids()) {
+    INFO(id);
+    const bool has_spare_checks = id.starts_with("Batteries");  // ends when all are found
+    for (const std::uint64_t seed : {1U, 2U}) {
+      const ToldEpisode told = play_told(id, seed);
+      if (!told.success) continue;
+      const int props = static_cast<int>(told.env->physics_model().props().size());
+      std::set<int> visited;
+      int most_done = 0;
+      for (const ToldFrame& frame : told.frames) {
+        const int length = static_cast<int>(frame.plan.size());
+        REQUIRE(length > 1);
+        REQUIRE((frame.subtask >= 0 && frame.subtask < length));
+        REQUIRE((frame.done >= 0 && frame.done <= length));
+        REQUIRE((frame.object >= -1 && frame.object < props));
+        for (const std::string& words : frame.plan) {
+          CHECK((std::islower(words.front()) != 0 && std::isalnum(words.back()) != 0));
+        }
+        visited.insert(frame.subtask);
+        most_done = std::max(most_done, frame.done);
+      }
+      const int last = static_cast<int>(told.frames.back().plan.size()) - 1;
+      CHECK(told.frames.front().subtask == 0);
+      if (has_spare_checks) continue;
+      CHECK(most_done <= last);
+      CHECK(told.end.subtask == last);
+      CHECK(told.end.done == last);
+    }
+  }
+}
+
+// Two episodes that differ in what is hidden, and in nothing else.
+struct Twins {
+  const char* id;
+  const char* variable;
+  std::vector<double> one;
+  std::vector<double> other;
+};
+
+TEST_CASE("Words: nothing is told before a picture shows it", "[labels]") {
+  const std::vector<Twins> twins = {
+      {"RememberColor5-VLA-v0", "target", {1}, {3}},
+      {"FindImposterShape5-VLA-v0", "imposter", {0}, {4}},
+      {"ShellGameTouch-VLA-v0", "cup_with_ball_number", {0}, {2}},
+      {"ShellGameColorLampTouch-VLA-v0", "target_color", {0}, {1}},
+      {"ShellGameShuffleColorLampTouch-VLA-v0", "target_color", {0}, {2}},
+      {"ShellGameShuffleTouch-VLA-v0", "cup_with_ball_number", {0}, {1}},
+      {"SeqOfColors3-VLA-v0", "sequence", {4, 1, 7}, {4, 1, 2}},
+      {"ChainOfColors3-VLA-v0", "sequence", {4, 1, 7}, {4, 7, 1}},
+      {"BunchOfColors3-VLA-v0", "sequence", {4, 1, 7}, {4, 1, 2}},
+      {"BlinkCountButtonPressEasy-VLA-v0", "target_blinks", {1}, {3}},
+      {"TimedTransferEasy-VLA-v0", "signal_step", {1}, {3}},
+      {"GatherAndRecall1-VLA-v0", "flash_color", {0}, {2}},
+      {"BatteriesCheckerEasy-3-VLA-v0", "working", {1}, {2}},
+      {"TraceShapeHard-VLA-v0", "shape", {0}, {1}},
+      {"TakeItBack-VLA-v0", "slot", {-1}, {1}},
+  };
+  int all_alike = 0;
+  for (const auto& [id, variable, one, other] : twins) {
+    INFO(id);
+    const auto twin = [&, name = variable](const std::vector<double>& value) {
+      MakeOptions options;
+      options.seed = 7;
+      options.threads = 1;
+      options.obs_mode = ObsMode::kRgb;
+      options.auto_reset = AutoReset::kOff;
+      options.pins = {{name, value}};
+      auto env = make(id, options);
+      env->reset();
+      return env;
+    };
+    const auto first = twin(one);
+    const auto second = twin(other);
+    int alike = 0;
+    while (std::ranges::equal(first->images().rgb, second->images().rgb)) {
+      INFO(alike);
+      REQUIRE(test::tell(*first) == test::tell(*second));
+      REQUIRE((first->terminated()[0] | first->truncated()[0]) == 0);
+      ++alike;
+      test::step(*first, Policy::kOracle);
+      test::step(*second, Policy::kOracle);
+    }
+    // In the end they are told apart.
+    bool differ = !(test::tell(*first) == test::tell(*second));
+    while (!differ && (first->terminated()[0] | first->truncated()[0] | second->terminated()[0] |
+                       second->truncated()[0]) == 0) {
+      test::step(*first, Policy::kOracle);
+      test::step(*second, Policy::kOracle);
+      differ = !(test::tell(*first) == test::tell(*second));
+    }
+    CHECK(differ);
+    all_alike += alike;
+  }
+  CHECK(all_alike > 200);  // frames that could have told too much
+}
+
+}  // namespace
+}  // namespace engram

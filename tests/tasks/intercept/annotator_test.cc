@@ -1,0 +1,59 @@
+// Words of Intercept and InterceptGrab.
+#include "tasks/intercept/annotator.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/tasks/told_episode.h"
+
+namespace engram {
+namespace {
+
+using test::play_told;
+using test::ToldEpisode;
+using test::ToldFrame;
+
+using Texts = std::vector<std::string>;
+
+TEST_CASE("Words of Intercept: nothing to remember, one thing after the other",
+          "[labels][intercept]") {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const ToldEpisode deflect = play_told("InterceptSlow-VLA-v0", seed);
+    REQUIRE(deflect.success);
+    CHECK(deflect.subtasks() ==
+          Texts{"move to the path of the ball", "bring the ball to the target"});
+    const ToldEpisode grab = play_told("InterceptGrabSlow-VLA-v0", seed);
+    for (const ToldEpisode* told : {&deflect, &grab}) {
+      CHECK(told->memories() == Texts{""});
+      for (const ToldFrame& frame : told->frames) CHECK(frame.object == 0);
+    }
+    if (!grab.success) continue;
+    CHECK(grab.subtasks().front() == "move to the path of the ball");
+    CHECK(grab.subtasks().size() >= 2);
+  }
+}
+
+// A ball in the hand is held, whatever was told before.
+TEST_CASE("Words of InterceptGrab: a grasped ball is to be held still", "[labels][intercept]") {
+  int held = 0;
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
+    BatchOptions options;
+    options.seed = seed;
+    options.threads = 1;
+    options.auto_reset = AutoReset::kOff;
+    const auto env = test::make_env("InterceptGrabSlow-VLA-v0", options);
+    env->reset();
+    while ((env->terminated()[0] | env->truncated()[0]) == 0) {
+      const bool grasped = *test::row<std::uint8_t>(env->output("is_ball_grasped"), 0) != 0;
+      const ToldFrame frame = test::tell(*env);
+      CHECK((frame.words() == "hold the ball still") == grasped);
+      held += grasped ? 1 : 0;
+      test::step(*env, Policy::kOracle);
+    }
+  }
+  CHECK(held > 0);
+}
+
+}  // namespace
+}  // namespace engram

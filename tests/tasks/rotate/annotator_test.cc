@@ -1,0 +1,60 @@
+// Words of RotateLenient and RotateStrict, against what episodes draw.
+#include "tasks/rotate/annotator.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tests/tasks/told_episode.h"
+
+namespace engram {
+namespace {
+
+using test::play_told;
+using test::row;
+using test::ToldEpisode;
+
+using Texts = std::vector<std::string>;
+
+TEST_CASE("Words of Rotate: the angle of the instruction, and the first yaw", "[labels][rotate]") {
+  for (const char* id : {"RotateLenientPos-VLA-v0", "RotateStrictPosNeg-VLA-v0"}) {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+      INFO(id << ", seed " << seed);
+      const ToldEpisode told = play_told(id, seed);
+      REQUIRE(told.success);
+      const double yaw = *row<double>(told.env->memory().find("initial_yaw"), 0);
+      const long degrees = std::lround(yaw * 180 / std::numbers::pi);
+      CHECK(told.memories() ==
+            Texts{"the peg pointed first at a yaw of " + std::to_string(degrees) + " degrees"});
+      // "Rotate the peg by 63 degrees to ..."
+      const std::string instruction = Queries(*told.env).instruction(0);
+      const std::string turn = "r" + instruction.substr(1, instruction.find(" to ") - 1);
+      CHECK(told.frames.front().plan == Texts{"move to the peg", turn, "let the peg rest"});
+      CHECK(told.end.words() == "let the peg rest");
+      for (const test::ToldFrame& frame : told.frames) CHECK(frame.object == 0);
+    }
+  }
+}
+
+TEST_CASE("Words of Rotate: the peg rests within the threshold", "[labels][rotate]") {
+  BatchOptions options;
+  options.seed = 5;
+  options.threads = 1;
+  options.auto_reset = AutoReset::kOff;
+  const auto env = test::make_env("RotateLenientPos-VLA-v0", options);
+  env->reset();
+  int rests = 0;
+  while ((env->terminated()[0] | env->truncated()[0]) == 0) {
+    const double error = static_cast<double>(*row<float>(env->output("y_angle_error"), 0));
+    const bool told = test::tell(*env).subtask == 2;
+    if (std::abs(std::abs(error) - 0.1) > 1e-5) CHECK(told == (std::abs(error) < 0.1));
+    rests += told ? 1 : 0;
+    test::step(*env, Policy::kOracle);
+  }
+  CHECK(rests > 0);
+}
+
+}  // namespace
+}  // namespace engram

@@ -1,0 +1,82 @@
+// Episodes of the oracle as their annotators tell them, frame by frame.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/env/queries.h"
+#include "tests/env_helpers.h"
+
+namespace engram::test {
+
+// What is said of one frame.
+struct ToldFrame {
+  std::vector<std::string> plan;
+  int subtask = 0;
+  int done = 0;
+  std::string memory;
+  int object = -1;
+
+  const std::string& words() const { return plan[static_cast<std::size_t>(subtask)]; }
+  friend bool operator==(const ToldFrame&, const ToldFrame&) = default;
+};
+
+inline ToldFrame tell(const Batch& env, int index = 0) {
+  const Annotator& annotator = *Queries(env).annotator();
+  return {annotator.plan(index), annotator.subtask(index), annotator.subtasks_done(index),
+          annotator.memory(index), annotator.object(index)};
+}
+
+struct ToldEpisode {
+  std::vector<ToldFrame> frames;  // frame t is shown before action t
+  ToldFrame end;                  // after the last action
+  bool success = false;
+  int cue_end = 0;
+  std::unique_ptr<Batch> env;  // as it is at the end
+
+  // The different subtasks in words, in the order in which each came first.
+  std::vector<std::string> subtasks() const {
+    std::vector<std::string> all;
+    for (const ToldFrame& frame : frames) {
+      if (std::find(all.begin(), all.end(), frame.words()) == all.end())
+        all.push_back(frame.words());
+    }
+    return all;
+  }
+  // The different memories, likewise.
+  std::vector<std::string> memories() const {
+    std::vector<std::string> all;
+    for (const ToldFrame& frame : frames) {
+      if (all.empty() || all.back() != frame.memory) all.push_back(frame.memory);
+    }
+    return all;
+  }
+};
+
+// Plays one to its end, or to its first success.
+inline ToldEpisode play_told(std::string_view id, std::uint64_t seed, std::vector<Pin> pins = {}) {
+  BatchOptions options;
+  options.seed = seed;
+  options.threads = 1;
+  options.obs_mode = ObsMode::kNone;
+  options.auto_reset = AutoReset::kOff;
+  options.terminate_on_success = true;
+  options.pins = std::move(pins);
+  ToldEpisode told;
+  told.env = make_env(id, options);
+  told.env->reset();
+  told.cue_end = Queries(*told.env).cue_end(0);
+  while ((told.env->terminated()[0] | told.env->truncated()[0]) == 0) {
+    told.frames.push_back(tell(*told.env));
+    step(*told.env, Policy::kOracle);
+  }
+  told.end = tell(*told.env);
+  told.success = told.env->success()[0] != 0;
+  return told;
+}
+
+}  // namespace engram::test
