@@ -13,7 +13,7 @@ from typing import NoReturn
 from engram._distribution import install_command
 from engram.datasets import checks, collected, lerobot_options
 from engram.datasets.checks import DatasetError
-from engram.datasets.episodes import find_folders
+from engram.datasets.episodes import find_metadata
 from engram.datasets.spaces import ANGLES
 
 
@@ -67,12 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset", _lerobot)
     for command in (rlds, lerobot):
         command.add_argument("--out", type=_folder, help="default: FOLDER")
-        command.add_argument(
-            "--labels",
-            action="store_true",
-            help="also subtasks, plan, memory and the other labels of `engram collect --labels`, "
-            "which are privileged: targets, not inputs",
-        )
+        _add_labels(command)
     rlds.add_argument(
         "--jobs",
         type=_whole(0, checks.MAX_JOBS),
@@ -87,6 +82,7 @@ def _parser() -> argparse.ArgumentParser:
     collect.add_argument("--out", type=_folder, required=True)
     collect.add_argument("--json", action="store_true")
     collected.add_arguments(collect)
+    _add_labels(collect)
     _add_lerobot_options(collect)
     collect.set_defaults(run_all=_collect)
 
@@ -100,6 +96,15 @@ def _parser() -> argparse.ArgumentParser:
         help="only the first so many of each task",
     )
     return parser
+
+
+def _add_labels(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--labels",
+        action="store_true",
+        help="also subtasks, plan, memory and the other labels of `engram collect --labels`, "
+        "which are privileged: targets, not inputs",
+    )
 
 
 def _add_lerobot_options(command: argparse.ArgumentParser) -> None:
@@ -165,7 +170,8 @@ def _whole(low: int, high: int):
 
 
 def _run_folders(options) -> list[dict]:
-    folders = find_folders(options.folder, options.ids)
+    format = getattr(options, "format", "npz")  # of what is replayed
+    folders = find_metadata(options.folder, format, options.ids)
     return [options.run(folder, options) for folder in folders]
 
 

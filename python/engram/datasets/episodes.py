@@ -9,9 +9,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
@@ -122,18 +122,29 @@ def _check_values(episode: Episode, spaces: Spaces) -> None:
     checks.instruction("language_instruction", episode.language_instruction)
 
 
-class DemonstrationFolder(Sequence):
-    """The episodes of one task, in order; each is read on access."""
+class Metadata:
+    """What the metadata of one task's episodes say."""
 
-    def __init__(self, path: Path | str):
-        self.path = Path(path)
-        self.metadata_path = self.path / "metadata.json"
-        self.metadata_bytes = _read(self.metadata_path)
-        with reading(self.metadata_path):
+    def __init__(self, path: Path, metadata_path: Path):
+        self.path = path
+        self.metadata_path = metadata_path
+        self.metadata_bytes = _read(metadata_path)
+        with reading(metadata_path):
             self.metadata = read_metadata(self.metadata_bytes)
             self.spaces = Spaces.of_metadata(self.metadata)
             self.labelled = self.metadata.get("engram", {}).get("labels") is not None
         self.env_id: str = self.metadata["env_id"]
+
+    def __len__(self) -> int:
+        count: int = self.metadata["num_episodes"]
+        return count
+
+
+class DemonstrationFolder(Metadata, Sequence):
+    """The episodes of one task, in order; each is read on access."""
+
+    def __init__(self, path: Path | str):
+        super().__init__(Path(path), Path(path) / "metadata.json")
         count: int = self.metadata["num_episodes"]
         self.files: list[Path] = []
         for i in range(count):
@@ -149,9 +160,6 @@ class DemonstrationFolder(Sequence):
             raise DatasetError(
                 f"labels: '{self.path}' has none; `engram collect --labels` writes them"
             )
-
-    def __len__(self) -> int:
-        return len(self.files)
 
     def __getitem__(self, index):
         if isinstance(index, slice):
@@ -224,16 +232,39 @@ def _check_origin(document: dict[str, Any], text: str) -> None:
 
 def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[DemonstrationFolder]:
     """The data sets in <root>/data_npz, those of `ids` only where any are given."""
-    parent = Path(root) / "data_npz"
+    return _found(Path(root) / "data_npz", ids, DemonstrationFolder)
+
+
+# Folder and metadata of converted data sets, by format.
+_CONVERTED = {
+    "rlds": ("data_rlds", Path("1.0.0") / "metadata.json"),
+    "lerobot": ("data_lerobot", Path("source_rlds_metadata.json")),
+}
+
+
+def find_metadata(root: Path | str, format: str, ids: Sequence[str] = ()) -> Sequence[Metadata]:
+    """The same for data sets of a format, which need no NPZ beside them."""
+    if format == "npz" or (Path(root) / "data_npz").is_dir():
+        return find_folders(root, ids)
+    parent, metadata = _CONVERTED[format]
+    return _found(Path(root) / parent, ids, lambda path: Metadata(path, path / metadata))
+
+
+Found = TypeVar("Found", bound=Metadata)
+
+
+def _found(parent: Path, ids: Sequence[str], load: Callable[[Path], Found]) -> list[Found]:
     if not parent.is_dir():
-        raise DatasetError(f"'{root}' has no folder data_npz, which `engram collect` makes")
+        raise DatasetError(
+            f"'{parent.parent}' has no folder {parent.name}, which `engram collect` makes"
+        )
     present = sorted(path.name for path in parent.iterdir() if path.is_dir())
     for env_id in ids:
         if env_id not in present:
             raise DatasetError(
                 f"no data of {env_id} in '{parent}'; there are: {', '.join(present)}"
             )
-    folders = [DemonstrationFolder(parent / name) for name in dict.fromkeys(ids or present)]
+    folders = [load(parent / name) for name in dict.fromkeys(ids or present)]
     if not folders:
         raise DatasetError(f"'{parent}' holds no data sets")
     for folder in folders:  # otherwise two of them could have the same output folder

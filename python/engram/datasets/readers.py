@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError, reading
-from engram.datasets.episodes import DemonstrationFolder
+from engram.datasets.episodes import DemonstrationFolder, Metadata
 from engram.datasets.spaces import Spaces
 from engram.datasets.stored import StoredEpisode, pictures
 
@@ -32,7 +33,7 @@ def _floats(values: list[float], *shape: int) -> np.ndarray:
     return np.array(values, np.float32).reshape(shape)
 
 
-def _from_rlds(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpisode]:
+def _from_rlds(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
     from engram.datasets import rlds, tf_example
 
     path = root / "data_rlds" / folder.env_id / rlds.VERSION
@@ -68,7 +69,7 @@ def _from_lerobot(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpi
     return reader.read(folder, root)
 
 
-READERS: dict[str, Callable[[DemonstrationFolder, Path], Iterator[StoredEpisode]]] = {
+READERS: dict[str, Callable[[Any, Path], Iterator[StoredEpisode]]] = {
     "npz": _from_npz,
     "rlds": _from_rlds,
     "lerobot": _from_lerobot,

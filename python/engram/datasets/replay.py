@@ -16,7 +16,7 @@ import numpy as np
 
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError
-from engram.datasets.episodes import DemonstrationFolder, no_progress
+from engram.datasets.episodes import Metadata, no_progress
 from engram.datasets.readers import READERS
 from engram.datasets.stored import StoredEpisode
 
@@ -51,7 +51,7 @@ def differences(env, episode: StoredEpisode) -> list[str]:
 
 
 def compare(
-    folder: DemonstrationFolder,
+    folder: Metadata,
     root: Path | str,
     source: str,
     episodes: int | None = None,
@@ -91,7 +91,7 @@ def compare(
     }
 
 
-def _environment(folder: DemonstrationFolder):
+def _environment(folder: Metadata):
     """An environment with the options in the metadata."""
     import engram
 

@@ -44,6 +44,12 @@ def test_the_same_files_as_through_npz(tmp_path, joints):
     assert (result["env_id"], result["episodes"]) == (ID, 3)
     assert not (direct / "data_npz").exists()
     assert files_in(Path(result["out"])) == files_in(folder)
+    replayed = [sys.executable, "-m", "engram.datasets", "replay", str(direct), "--json"]
+    done = subprocess.run(
+        [*replayed, "--format", "lerobot"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)[0]["equal"]
 
 
 def test_what_is_there_is_left_alone_and_nothing_else_takes_its_place(tmp_path):

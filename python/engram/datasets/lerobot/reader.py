@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError, reading
-from engram.datasets.episodes import DemonstrationFolder
+from engram.datasets.episodes import Metadata
 from engram.datasets.lerobot import layout, v21, v30
 from engram.datasets.spaces import ANGLES, Spaces
 from engram.datasets.stored import StoredEpisode, pictures
@@ -22,7 +22,7 @@ _LARGEST_SOURCE = 1 << 20  # bytes
 _LARGEST_EPISODES = 1 << 30  # bytes
 
 
-def read(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpisode]:
+def read(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
     """The episodes of <root>/data_lerobot/<id>, in order."""
     path = root / layout.FOLDER / folder.env_id
     angles = _angles(path, folder.spaces)
