@@ -63,6 +63,7 @@ int ColorRecallAnnotator::subtasks_done(int env) const {
 
 std::string ColorRecallAnnotator::memory(int env) const {
   std::vector<std::string> colors;
+  colors.reserve(at(length()));
   for (int item = 0; item < shown(env); ++item) colors.push_back(color_name(color(env, item)));
   if (!is_chain()) return "the cubes of the cue: " + enumerate(colors);
   std::string text = "the cubes of the cue in their order:";

@@ -37,25 +37,26 @@ std::string GatherAnnotator::memory(int env) const {
   return "the lamp flashed " + color_name(env);
 }
 
-// Of the cubes that are not on the disc yet, the one that is nearest to the tool; of all where they
-// only have to come to rest.
-int GatherAnnotator::nearest_cube(int env) const {
+// Of the cubes that have not been on the disc, the one in the hand, or the first one, which the
+// oracle takes; the nearest of all where they only have to come to rest.
+int GatherAnnotator::cube_to_move(int env) const {
   const State& state = *view_.engine.state;
-  const bool any = view_.n_on_disc[env] >= view_.params.N_CUBES;
-  int nearest = -1;
-  double least = 0;
+  int first = -1;
+  int nearest = 0;
+  const auto distance = [&](int cube) {
+    return (prop_pos(state, env, cube) - tcp_pos(state, env)).norm();
+  };
   for (int cube = 0; cube < view_.params.N_CUBES; ++cube) {
-    if (!any && view_.on_disc.row(env)[cube] != 0) continue;
-    const double away = (prop_pos(state, env, cube) - tcp_pos(state, env)).norm();
-    if (nearest >= 0 && away >= least) continue;
-    nearest = cube;
-    least = away;
+    if (distance(cube) < distance(nearest)) nearest = cube;
+    if (view_.on_disc.row(env)[cube] != 0) continue;
+    if (is_grasping(state, env, cube)) return cube;
+    if (first < 0) first = cube;
   }
-  return nearest;
+  return first >= 0 ? first : nearest;
 }
 
 int GatherAnnotator::object(int env) const {
-  if (view_.all_on_disc[env] == 0) return nearest_cube(env);
+  if (view_.all_on_disc[env] == 0) return cube_to_move(env);
   if (view_.flash_triggered[env] == 0) return -1;
   return view_.buttons[at(view_.flash_color[env])].cap();
 }

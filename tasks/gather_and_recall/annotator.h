@@ -32,7 +32,7 @@ class GatherAnnotator final : public Annotator {
   int object(int env) const override;
 
  private:
-  int nearest_cube(int env) const;
+  int cube_to_move(int env) const;
   std::string color_name(int env) const;
 
   View view_;

@@ -97,6 +97,7 @@ std::string ShellGameAnnotator::balls(int env, bool at_the_end) const {
                       : "the ball was " + in_place(slot(mug(env)));
   }
   std::vector<std::string> items;
+  items.reserve(kCups);
   for (int color = 0; color < kCups; ++color) {
     items.push_back(std::string("the ") + kBalls[at(color)] + " ball " +
                     (at_the_end ? "is" : "was") + " " +

@@ -149,6 +149,26 @@ TEST_CASE("Labels: boxes and points are where the cameras have the object",
   CHECK(labels.object_index.front() == 2);
 }
 
+// What is not listed as privileged tells nothing of what differs between two episodes.
+TEST_CASE("Labels: every array is privileged, or tells nothing hidden",
+          "[labels][demonstrations]") {
+  const auto played = [](double color) {
+    const auto env = labelled("ShellGameColorLampTouch-VLA-v0", 4, {{"target_color", {color}}});
+    return record(*env, [](int, const EpisodeLabels&) {});
+  };
+  const EpisodeLabels red = played(0);
+  const EpisodeLabels blue = played(2);
+  CHECK(red.plan != blue.plan);
+  CHECK(red.paraphrases == blue.paraphrases);
+  const auto task = make_task("ShellGameColorLampTouch-VLA-v0");
+  std::vector<std::string> listed = privileged_labels(task->info());
+  for (const std::string& name : open_labels()) listed.push_back(name);
+  std::vector<std::string> written;
+  const LabelArrays arrays(red);
+  for (const NpyArray& array : arrays.arrays()) written.push_back(array.name);
+  CHECK(written == listed);
+}
+
 TEST_CASE("Labels: a file has them beside arrays that stay the same", "[labels][demonstrations]") {
   for (const char* id : {"RememberColor3-VLA-v0", "InterceptSlow-VLA-v0"}) {
     INFO(id);

@@ -2,6 +2,7 @@
 #include "tasks/gather_and_recall/annotator.h"
 
 #include <catch2/catch.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -51,12 +52,21 @@ TEST_CASE("Words of GatherAndRecall: flash and cubes as they are", "[labels][gat
   const auto env = test::make_env("GatherAndRecall3-VLA-v0", options);
   env->reset();
   const auto flag = [&](const char* name) { return *row<std::uint8_t>(env->output(name), 0) != 0; };
+  std::set<int> carried;
+  CHECK(test::tell(*env).object == 0);
   while ((env->terminated()[0] | env->truncated()[0] | env->success()[0]) == 0) {
     const ToldFrame frame = test::tell(*env);
     CHECK(frame.memory.empty() == !flag("flash_triggered"));
     CHECK((frame.subtask == 3) == flag("all_on_disc"));
+    const auto* on_disc = row<std::uint8_t>(env->memory().find("cubes_on_disc"), 0);
+    for (int cube = 0; cube < 3; ++cube) {
+      if (on_disc[cube] != 0 || !is_grasping(env->state(), 0, cube)) continue;
+      CHECK(frame.object == cube);
+      carried.insert(cube);
+    }
     test::step(*env, Policy::kOracle);
   }
+  CHECK(carried == std::set<int>{0, 1, 2});
 }
 
 }  // namespace
