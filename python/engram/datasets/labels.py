@@ -114,7 +114,9 @@ def load(archive: zipfile.ZipFile, steps: int) -> Labels:
         if name not in _ANSWERS or f"{name}.npy" in names
     }
     texts = {name: read_array(archive, name, None, (ANY,)).tolist() for name in _TEXTS}
-    numbers = {name: read_array(archive, name, np.int32, (ANY,)) for name in _NUMBERS}
+    numbers: dict[str, Any] = {
+        name: read_array(archive, name, np.int32, (ANY,)) for name in _NUMBERS
+    }
     return Labels(values, **texts, **numbers)
 
 

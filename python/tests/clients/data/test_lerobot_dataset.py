@@ -52,4 +52,4 @@ def test_hubs_read_the_head_of_its_card(demonstrations):
     assert card.data.task_categories == ["robotics"]
     assert "LeRobot" in card.data.tags
     assert card.data.configs == [{"config_name": "default", "data_files": "data/*/*.parquet"}]
-    assert card.text.startswith(f"# Demonstrations of {IDS[0]}")
+    assert card.text.strip().startswith(f"# Demonstrations of {IDS[0]}")

@@ -124,6 +124,13 @@ def test_the_control_mode_sets_the_features():
     made = make_env(config, n_envs=2)
     assert made[TASK][0].single_action_space.shape == (8,)
     close_envs(made)
+    joints = make_env_config("engram", task=TASK, joint_proprio=True)
+    assert env_to_policy_features(joints)["observation.state"].shape == (8,)
+    made = make_env(joints, n_envs=2)
+    obs, _ = made[TASK][0].reset(seed=[1, 2])
+    assert made[TASK][0].observation_space.contains(obs)
+    assert obs["agent_pos"].shape == (2, 8)
+    close_envs(made)
     with pytest.raises(engram.InvalidArgumentError, match="angles: 'degrees' given"):
         engram.integrations.lerobot.LeRobotEnv(TASK, 1, angles="degrees")
 
