@@ -45,7 +45,7 @@ TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
   require_refusal("rollout RememberColor9-VLA-v0 --option touch", 2, "NAME=NUMBER");
   require_refusal("rollout InterceptSlow-VLA-v0 --option touch=1", 2, "this task has: none");
   require_refusal(
-      "rollout RememberColor9-VLA-v0 --steps 2 --policy oracle --control-mode pd_joint_pos", 2,
+      "rollout RememberColor9-VLA-v0 --steps 2 --policy oracle --control-mode pd_ee_pose", 2,
       "pd_ee_delta_pose");
   require_refusal("eval", 2, "--all");
   require_refusal("eval RememberColor3-VLA-v0 --all", 2, "one or the other");

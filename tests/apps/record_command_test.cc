@@ -276,7 +276,7 @@ TEST_CASE("record: refusals are one line and leave nothing behind", "[apps]") {
   refuse("a.mp4", "--auto-reset off", 2, "--auto-reset");
   refuse("a.mp4", "--obs state", 2, "--policy-command");
   refuse("a.mp4", "--pin target=3", 2, "target");
-  refuse("a.mp4", "--control-mode pd_joint_pos", 2, "pd_ee_delta_pose");
+  refuse("a.mp4", "--control-mode pd_ee_pose", 2, "pd_ee_delta_pose");
   for (const char* name : {"nowhere/a.png", "nowhere/a.gif", "nowhere/a.mp4"}) {
     refuse(name, "--size 64", 1, name);
   }
