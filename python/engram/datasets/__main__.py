@@ -68,12 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     for command in (rlds, lerobot):
         command.add_argument("--out", type=_folder, help="default: FOLDER")
         _add_labels(command)
-    rlds.add_argument(
-        "--jobs",
-        type=_whole(0, checks.MAX_JOBS),
-        default=0,
-        help="threads; 0: one per core (default)",
-    )
+    _add_jobs(rlds)
     _add_lerobot_options(lerobot)
 
     words = "Writes OUT/data_lerobot/<id> while `engram collect` plays, without NPZ between"
@@ -89,6 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     replay = add(
         "replay", "Plays stored actions in fresh environments and compares what they show", _replay
     )
+    _add_jobs(replay)
     replay.add_argument("--format", choices=("npz", "rlds", "lerobot"), default="npz")
     replay.add_argument(
         "--episodes",
@@ -96,6 +92,15 @@ def _parser() -> argparse.ArgumentParser:
         help="only the first so many of each task",
     )
     return parser
+
+
+def _add_jobs(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--jobs",
+        type=_whole(0, checks.MAX_JOBS),
+        default=0,
+        help="threads; 0: one per core (default)",
+    )
 
 
 def _add_labels(command: argparse.ArgumentParser) -> None:
@@ -219,7 +224,9 @@ def _replay(folder, options) -> dict:
     from engram.datasets import replay
 
     with _Progress(folder) as progress:
-        return replay.compare(folder, options.folder, options.format, options.episodes, progress)
+        return replay.compare(
+            folder, options.folder, options.format, options.episodes, progress, options.jobs
+        )
 
 
 def _result(folder, path: Path, name: str) -> dict:

@@ -7,7 +7,8 @@ with the options of the metadata, `reset(seed=seed)`, then one `step` per action
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import Metadata, no_progress
 from engram.datasets.readers import READERS
 from engram.datasets.stored import StoredEpisode
+from engram.datasets.work import in_order
 
 
 def differences(env, episode: StoredEpisode) -> list[str]:
@@ -56,8 +58,9 @@ def compare(
     source: str,
     episodes: int | None = None,
     progress: Callable[[int, int], None] = no_progress,
+    jobs: int = 0,
 ) -> dict:
-    """Plays the episodes of one task as one format holds them."""
+    """Plays the episodes of one task as one format holds them, on `jobs` threads (0: all cores)."""
     import engram  # the compiled part, which nothing else here needs
 
     if episodes is not None:
@@ -66,19 +69,22 @@ def compare(
     different = {}
     steps = 0
     played = 0
-    try:
-        env = _environment(folder)
-        with contextlib.closing(env):
-            stored = READERS[source](folder, Path(root))
-            for number, episode in enumerate(islice(stored, count)):
-                found = differences(env, episode)
+    with _Environments(folder) as environments:
+
+        def play(episode: StoredEpisode) -> tuple[int, list[str]]:
+            with environments.one() as env:
+                return len(episode.action), differences(env, episode)
+
+        try:
+            stored = islice(READERS[source](folder, Path(root)), count)
+            for number, (length, found) in enumerate(in_order(play, stored, jobs)):
                 if found:
                     different[number] = found
-                steps += len(episode.action)
+                steps += length
                 played += 1
                 progress(played, count)
-    except engram.Error as error:
-        raise DatasetError(f"'{folder.path}' cannot be played: {error}") from error
+        except engram.Error as error:
+            raise DatasetError(f"'{folder.path}' cannot be played: {error}") from error
     if played < count:
         raise DatasetError(f"{folder.env_id}: {played} episodes as {source}, {count} expected")
     return {
@@ -89,6 +95,34 @@ def compare(
         "equal": not different,
         "different": different,
     }
+
+
+class _Environments:
+    """As many environments as threads play at a time."""
+
+    def __init__(self, folder: Metadata) -> None:
+        self._folder = folder
+        self._free: list[Any] = []
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> _Environments:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for env in self._free:
+            env.close()
+
+    @contextlib.contextmanager
+    def one(self) -> Iterator[Any]:
+        with self._lock:
+            env = self._free.pop() if self._free else None
+        if env is None:
+            env = _environment(self._folder)
+        try:
+            yield env
+        finally:
+            with self._lock:
+                self._free.append(env)
 
 
 def _environment(folder: Metadata):
