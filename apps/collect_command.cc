@@ -112,8 +112,10 @@ Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks
     timing.episodes = now.added;
     timing.env_steps = now.env_steps;
     interruption.check(
-        fmt::format("{} of {} episodes are in '{}'; the same command goes on with the others",
-                    now.episodes, now.wanted, options.collection.out.string()));
+        options.stream
+            ? "the stream is incomplete"
+            : fmt::format("{} of {} episodes are in '{}'; the same command goes on with the others",
+                          now.episodes, now.wanted, options.collection.out.string()));
   });
   timing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return folders;
@@ -225,7 +227,8 @@ void add_format(const Command& command, CollectOptions& options) {
     command.add_option(name, pass_on, help).type_name(type).needs(format);
   };
   add("--frames", "--frames", "videos|images|auto", "Of lerobot; default: videos");
-  add("--codec", "--codec", "ENCODER", "Of lerobot's videos, an encoder of FFmpeg; default: libx264");
+  add("--codec", "--codec", "ENCODER",
+      "Of lerobot's videos, an encoder of FFmpeg; default: libx264");
   add("--lerobot-version", "--version", "3.0|2.1", "Default: 3.0");
 }
 
