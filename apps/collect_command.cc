@@ -162,6 +162,7 @@ std::string this_program() { return std::filesystem::read_symlink("/proc/self/ex
   words.push_back(fmt::format("--episodes={}", plan.episodes));
   words.push_back(fmt::format("--control-mode={}", name_of(plan.control_mode)));
   if (plan.joint_proprio) words.emplace_back("--joint-proprio");
+  if (plan.keep_failures) words.emplace_back("--keep-failures");
   if (plan.labels) words.emplace_back("--labels");
   if (options.json) words.emplace_back("--json");
   for (const std::string& word : options.passed) words.push_back("--word=" + word);
@@ -258,6 +259,8 @@ void add_collect_command(const Command& program,
   add_rules(command, plan.rules);
   add_control_mode(command, plan.control_mode);
   add_joint_proprio(command, plan.joint_proprio);
+  command.add_flag("--keep-failures", plan.keep_failures,
+                   "Keeps episodes that fail as well, every episode for itself");
   add_num_envs(command, options->collection.num_envs);
   add_threads(command, options->collection.threads);
   command.add_option("--out", options->out, "Folder to hold data_npz/<ID>")

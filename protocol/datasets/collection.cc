@@ -18,6 +18,7 @@ struct EpisodeRecorder {
   std::vector<DemonstrationRecorder> recorders;  // one per environment
   std::vector<Demonstration> demonstrations;     // one per episode
   NpzCompression compression;
+  bool keep_failures;
 
   void start(int slot, int /*episode*/) { recorder_of(slot).start(env, slot); }
   void before_step(int slot, std::span<float> action) {
@@ -25,7 +26,8 @@ struct EpisodeRecorder {
   }
   void after_step(int slot) { recorder_of(slot).after_step(env, slot); }
   void finish(int slot, int episode) {
-    demonstrations[static_cast<std::size_t>(episode)] = recorder_of(slot).finish(compression);
+    demonstrations[static_cast<std::size_t>(episode)] =
+        recorder_of(slot).finish(compression, keep_failures);
   }
   DemonstrationRecorder& recorder_of(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
 };
@@ -141,7 +143,8 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
         std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs()),
                                            DemonstrationRecorder(options.plan.labels)),
         std::vector<Demonstration>(static_cast<std::size_t>(item.count)),
-        options.sink ? NpzCompression::kStored : NpzCompression::kDeflated};
+        options.sink ? NpzCompression::kStored : NpzCompression::kDeflated,
+        options.plan.keep_failures};
     const ScriptedPolicy oracle(env, Policy::kOracle);
     const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
     if (!play_episodes(env, item.first_seed, item.count, context, act, recorder)) {

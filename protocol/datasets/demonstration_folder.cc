@@ -60,6 +60,11 @@ Document label_document(const RegistryEntry& entry, const CollectionPlan& plan) 
                        {"open", names(open_labels())}};
 }
 
+// Where failures are kept, no episode depends on others.
+CollectionRule rule_of(const RegistryEntry& entry, const CollectionPlan& plan) {
+  return plan.keep_failures ? CollectionRule{} : collection_rule(entry, plan.control_mode);
+}
+
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
 DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
   return {{"version", version()},
@@ -68,6 +73,7 @@ DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan)
           {"rules", name_of(plan.rules)},
           {"control_mode", name_of(plan.control_mode)},
           {"joint_proprio", plan.joint_proprio},
+          {"keep_failures", plan.keep_failures},
           {"reward_mode", "normalized_dense"},
           {"variant", variant_document(entry, plan.constants)}};
 }
@@ -78,7 +84,7 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
                                          const CollectionPlan& plan)
     : entry_(entry),
       plan_(plan),
-      rule_(collection_rule(entry, plan.control_mode)),
+      rule_(rule_of(entry, plan)),
       path_(root / "data_npz" / entry.id),
       next_(plan.start_seed) {
   check_plan();  // before there is a folder
@@ -95,7 +101,7 @@ DemonstrationFolder::DemonstrationFolder(DemonstrationSink sink, const RegistryE
                                          const CollectionPlan& plan)
     : entry_(entry),
       plan_(plan),
-      rule_(collection_rule(entry, plan.control_mode)),
+      rule_(rule_of(entry, plan)),
       sink_(std::move(sink)),
       next_(plan.start_seed) {
   check_plan();
@@ -192,6 +198,7 @@ DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
   Kept kept;
   kept.seed = npz.scalar<std::int64_t>("episode_seed", NpyType::kInt64);
   kept.length = npz.scalar<std::int32_t>("episode_length", NpyType::kInt32);
+  kept.success = npz.scalar<bool>("success_once", NpyType::kBool);
   const std::int64_t shape[] = {kept.length};
   const std::vector<std::byte> rewards = npz.read("reward", NpyType::kFloat32, shape);
   std::vector<float> values(rewards.size() / sizeof(float));
@@ -240,7 +247,8 @@ bool DemonstrationFolder::decide_attempt() {
   }
   while (next_ < end) {
     const auto found = waiting_.find(next_);
-    if (all_succeeded && found->second.length >= rule_.min_steps && !complete()) {
+    if ((all_succeeded || plan_.keep_failures) && found->second.length >= rule_.min_steps &&
+        !complete()) {
       keep(next_, found->second);
     }
     waiting_.erase(found);
@@ -255,14 +263,15 @@ void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstr
   } else {
     lock_->folder().write_file(file(episodes()).filename(), demonstration.file);
   }
-  kept_.push_back(
-      {static_cast<std::int64_t>(seed), demonstration.length, demonstration.reward_sum});
+  kept_.push_back({static_cast<std::int64_t>(seed), demonstration.length, demonstration.reward_sum,
+                   demonstration.success});
   write_metadata();
 }
 
 int DemonstrationFolder::waiting() const {
-  return static_cast<int>(std::count_if(waiting_.begin(), waiting_.end(),
-                                        [](const auto& item) { return item.second.success; }));
+  return static_cast<int>(std::count_if(waiting_.begin(), waiting_.end(), [this](const auto& item) {
+    return item.second.success || plan_.keep_failures;
+  }));
 }
 
 std::int64_t DemonstrationFolder::steps() const {
@@ -299,7 +308,7 @@ Document DemonstrationFolder::metadata() const {
   DocumentList seeds;
   for (const Kept& kept : kept_) {
     lengths.emplace_back(kept.length);
-    successes.emplace_back(true);
+    successes.emplace_back(kept.success);
     rewards.emplace_back(kept.reward_sum);
     seeds.emplace_back(kept.seed);
   }

@@ -23,6 +23,7 @@ struct CollectionPlan {
   Rules rules = Rules::kReference;
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
   bool joint_proprio = false;
+  bool keep_failures = false;    // episodes that fail are demonstrations too
   ConstantTable constants = {};  // of all tasks, instead of their own
   bool labels = false;           // beside the frames: protocol/datasets/labels.h
 };
@@ -80,6 +81,7 @@ class DemonstrationFolder {
     std::int64_t seed = 0;
     std::int32_t length = 0;
     double reward_sum = 0;
+    bool success = true;
   };
 
   int attempt_of(std::uint64_t seed) const;

@@ -79,14 +79,13 @@ void DemonstrationRecorder::after_step(const Batch& env, int index) {
   if (labels_) labels_->after_step(env, index);
 }
 
-Demonstration DemonstrationRecorder::finish(NpzCompression compression) const {
+Demonstration DemonstrationRecorder::finish(NpzCompression compression, bool keep_failures) const {
   Demonstration demonstration;
   const auto steps = static_cast<std::int64_t>(successes_.size());
   const auto length = static_cast<std::int32_t>(steps);
   demonstration.length = length;
   demonstration.success = !successes_.empty() && successes_.back() != 0;
-  if (!demonstration.success) return demonstration;
-  const bool success_once = true;
+  if (!demonstration.success && !keep_failures) return demonstration;
   const std::u32string instruction = code_points(instruction_);
   const auto text = std::as_bytes(std::span<const char32_t>(instruction));
   const auto per_step = [steps](const std::vector<float>& values) {
@@ -100,7 +99,7 @@ Demonstration DemonstrationRecorder::finish(NpzCompression compression) const {
       {"success", NpyType::kInt32, {steps}, bytes_of(successes_)},
       {"done", NpyType::kInt32, {steps}, bytes_of(dones_)},
       {"language_instruction", NpyType::kText, {}, text, static_cast<int>(instruction.size())},
-      {"success_once", NpyType::kBool, {}, bytes_of(success_once)},
+      {"success_once", NpyType::kBool, {}, bytes_of(demonstration.success)},
       {"episode_length", NpyType::kInt32, {}, bytes_of(length)},
       {"episode_seed", NpyType::kInt64, {}, bytes_of(seed_)},
   };

@@ -38,7 +38,7 @@ inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
 struct Demonstration {
   bool success = false;
   std::int32_t length = 0;  // control steps
-  // Set for a success only:
+  // Set for what is kept only:
   double reward_sum = 0;
   std::vector<std::byte> file;  // the .npz file's content
 
@@ -63,7 +63,9 @@ class DemonstrationRecorder {
   // After it.
   void after_step(const Batch& env, int index);
   // The result, once the episode has ended.
-  Demonstration finish(NpzCompression compression = NpzCompression::kDeflated) const;
+  // Without keep_failures, one that fails has no file.
+  Demonstration finish(NpzCompression compression = NpzCompression::kDeflated,
+                       bool keep_failures = false) const;
 
  private:
   std::int64_t seed_ = 0;

@@ -122,6 +122,27 @@ TEST_CASE("collect: labels, whatever the threads, and none without being asked f
   CHECK_FALSE(Json::parse(read_file(plain.path() / metadata))["engram"].contains("labels"));
 }
 
+TEST_CASE("collect: failures are kept on request", "[apps]") {
+  const TemporaryFolder folder;
+  const std::string words = "RememberColor9-VLA-v0 --control-mode pd_joint_delta_pos --episodes ";
+  REQUIRE(engram_command(collection(words + "4 --keep-failures", folder.path())).code == 0);
+  // The same command continues.
+  REQUIRE(engram_command(collection(words + "8 --keep-failures", folder.path())).code == 0);
+  const fs::path path = folder.path() / "data_npz" / "RememberColor9-VLA-v0";
+  const Json metadata = Json::parse(read_file(path / "metadata.json"));
+  CHECK(metadata["engram"]["keep_failures"] == true);
+  CHECK(metadata["episode_seeds"] == Json({0, 1, 2, 3, 4, 5, 6, 7}));
+  int successes = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const bool success = metadata["success_once"][i];
+    if (success) ++successes;
+    if (!success) CHECK(metadata["episode_lengths"][i] == 25);
+  }
+  CHECK(successes > 0);
+  CHECK(successes < 8);
+  CHECK(engram_command(collection(words + "8", folder.path())).code == 2);
+}
+
 TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
   const std::string ids = "RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 ";
   const TemporaryFolder reference;

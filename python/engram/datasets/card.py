@@ -100,6 +100,8 @@ def _facts(folder: DemonstrationFolder, further: Mapping[str, str]) -> dict[str,
         "control mode": folder.spaces.control_mode,
         **further,
     }
+    if folder.keeps_failures:
+        facts["successes"] = str(sum(folder.metadata["success_once"]))
     for name in ("attempts", "rules", "renderer"):
         if name in origin:
             facts[name] = str(origin[name])
@@ -141,6 +143,8 @@ def collect_command(folder: DemonstrationFolder) -> str:
         words.append("--joint-proprio")
     if origin.get("labels") is not None:
         words.append("--labels")
+    if origin.get("keep_failures"):
+        words.append("--keep-failures")
     variant = origin.get("variant")
     constants = variant.get("constants") if isinstance(variant, dict) else None
     for name, value in constants.items() if isinstance(constants, dict) else ():

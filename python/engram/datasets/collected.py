@@ -27,6 +27,7 @@ class CollectedEpisodes:
         episodes: How many are collected.
         spaces: Those that the options ask for.
         labelled: Whether they ask for labels.
+        keeps_failures: Whether they keep episodes that fail.
 
     ``metadata`` and ``metadata_bytes`` are there after the last episode. For use with ``with``: at
     the end the command is stopped.
@@ -43,11 +44,13 @@ class CollectedEpisodes:
         episodes: int,
         spaces: Spaces,
         labelled: bool = False,
+        keeps_failures: bool = False,
     ) -> None:
         self.env_id = env_id
         self.spaces = spaces
         self.words = words
         self.labelled = labelled
+        self.keeps_failures = keeps_failures
         self._episodes = episodes
         self._ahead: list[Episode] = []  # read, but not given out yet
         self._command = [command, "collect", env_id, "--stream", *words]
@@ -110,6 +113,7 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument("--episodes", type=int, required=True)
     parser.add_argument("--control-mode", default=Spaces.control_mode)
     parser.add_argument("--joint-proprio", action="store_true")
+    parser.add_argument("--keep-failures", action="store_true")
     parser.add_argument(
         "--word", action="append", default=[], dest="words", help="another word of the command"
     )
@@ -121,7 +125,13 @@ def collect(options: Any, env_id: str) -> CollectedEpisodes:
     spaces = Spaces(options.control_mode, options.joint_proprio)
     words = ["--episodes", str(options.episodes), "--control-mode", options.control_mode]
     words += ["--joint-proprio"] * options.joint_proprio + ["--labels"] * options.labels
-    words += options.words
+    words += ["--keep-failures"] * options.keep_failures + options.words
     return CollectedEpisodes(
-        options.command, env_id, words, options.episodes, spaces, options.labels
+        options.command,
+        env_id,
+        words,
+        options.episodes,
+        spaces,
+        options.labels,
+        options.keep_failures,
     )

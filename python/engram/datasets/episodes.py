@@ -29,7 +29,7 @@ BENCHMARK = Spaces()
 
 @dataclasses.dataclass(frozen=True)
 class Episode:
-    """One demonstration of T steps, from the first observation to the first success."""
+    """One demonstration of T steps, from the first observation to the first success, or its end."""
 
     rgb: np.ndarray  # (T, H, W, 6) uint8: base camera, wrist camera; before the action
     proprio: np.ndarray  # (T, 7 or 8) float32; before the action
@@ -112,12 +112,10 @@ def _check_values(episode: Episode, spaces: Spaces) -> None:
     spaces.check_actions("action", episode.action)
     checks.finite("proprio", episode.proprio)
     checks.finite("reward", episode.reward)
-    for name in ("success", "done"):
+    for name, last in (("success", int(episode.success_once)), ("done", 1)):
         values = getattr(episode, name)
-        if values[-1] != 1 or values[:-1].any():
-            raise DatasetError(f"{name} is not 0 until the last step and 1 in that")
-    if not episode.success_once:
-        raise DatasetError("success_once is False, in a demonstration")
+        if values[-1] != last or values[:-1].any():
+            raise DatasetError(f"{name} is not 0 until the last step and {last} in that")
     checks.whole_number("episode_seed", episode.episode_seed, 0, checks.MAX_SEED)
     checks.instruction("language_instruction", episode.language_instruction)
 
@@ -132,8 +130,14 @@ class Metadata:
         with reading(metadata_path):
             self.metadata = read_metadata(self.metadata_bytes)
             self.spaces = Spaces.of_metadata(self.metadata)
-            self.labelled = self.metadata.get("engram", {}).get("labels") is not None
+            origin = self.metadata.get("engram", {})
+            self.labelled = origin.get("labels") is not None
+            self.keeps_failures = origin.get("keep_failures") is True
         self.env_id: str = self.metadata["env_id"]
+
+    def succeeds(self, index: int) -> bool:
+        """Whether an episode is a success, as all are unless failures are kept."""
+        return not self.keeps_failures or self.metadata["success_once"][index] is True
 
     def __len__(self) -> int:
         count: int = self.metadata["num_episodes"]
@@ -177,6 +181,11 @@ class DemonstrationFolder(Metadata, Sequence):
                 raise DatasetError(
                     f"'{self.files[index]}' has {name} {value}; metadata.json has {listed}"
                 )
+        if episode.success_once != self.succeeds(index):
+            raise DatasetError(
+                f"'{self.files[index]}' has success_once {episode.success_once}; metadata.json has "
+                f"{self.succeeds(index)}"
+            )
         return episode
 
 
@@ -209,6 +218,11 @@ def read_metadata(content: bytes) -> dict[str, Any]:
             raise DatasetError(f"{name}: {checks.short(values)} given; a list of {count} needed")
         for value in values:
             checks.whole_number(name, value, low, high)
+    successes = document.get("success_once", [True] * count)
+    if not isinstance(successes, list) or len(successes) != count:
+        raise DatasetError(
+            f"success_once: {checks.short(successes)} given; a list of {count} needed"
+        )
     return document
 
 

@@ -23,10 +23,11 @@ from engram.datasets.stored import StoredEpisode
 from engram.datasets.work import in_order
 
 
-def differences(env, episode: StoredEpisode) -> list[str]:
+def differences(env, episode: StoredEpisode, succeeds: bool = True) -> list[str]:
     """Plays one episode; returns what is not the same bit for bit, the first step of each field.
 
-    env: an `engram.Env` of the episode's task with obs_mode "rgb".
+    env: an `engram.Env` of the episode's task with obs_mode "rgb". succeeds: whether the episode
+    ends with success.
     """
     observation, _ = env.reset(seed=episode.seed)
     found: dict[str, str] = {}
@@ -47,7 +48,7 @@ def differences(env, episode: StoredEpisode) -> list[str]:
         observation, reward, _, _, info = env.step(action)
         check("reward", step, reward, episode.reward)
         check("success", step, info["success"], episode.success)
-    if not info["success"]:
+    if bool(info["success"]) != succeeds:
         found["end"] = "success at the end"
     return list(found.values())
 
@@ -71,13 +72,14 @@ def compare(
     played = 0
     with _Environments(folder) as environments:
 
-        def play(episode: StoredEpisode) -> tuple[int, list[str]]:
+        def play(item: tuple[int, StoredEpisode]) -> tuple[int, list[str]]:
+            number, episode = item
             with environments.one() as env:
-                return len(episode.action), differences(env, episode)
+                return len(episode.action), differences(env, episode, folder.succeeds(number))
 
         try:
             stored = islice(READERS[source](folder, Path(root)), count)
-            for number, (length, found) in enumerate(in_order(play, stored, jobs)):
+            for number, (length, found) in enumerate(in_order(play, enumerate(stored), jobs)):
                 if found:
                     different[number] = found
                 steps += length

@@ -45,7 +45,7 @@ def convert(
         chosen = dataclasses.replace(asked, frames=smaller_frames(folder, asked))
     place = (layout.FOLDER, folder.env_id)
     with new_folder(root, *place) as path:
-        with _Writer(path, folder.spaces, chosen) as writer:
+        with _Writer(path, folder.spaces, chosen, folder.keeps_failures) as writer:
             for done, episode in enumerate(folder, 1):
                 writer.add(episode)
                 progress(done, len(folder))
@@ -87,8 +87,9 @@ def is_written(folder: CollectedEpisodes, root: Path | str, options: Options) ->
 class _Writer:
     """A data set that grows by episodes."""
 
-    def __init__(self, root: Path, spaces: Spaces, options: Options):
+    def __init__(self, root: Path, spaces: Spaces, options: Options, keeps_failures: bool):
         self.root = root
+        self.keeps_failures = keeps_failures
         self.spaces = spaces
         self.options = options
         self.tasks: dict[str, int] = {}
@@ -117,6 +118,8 @@ class _Writer:
             "length": len(episode),
             "episode_seed": episode.episode_seed,
         }
+        if self.keeps_failures:
+            row["episode_success"] = episode.success_once
         numbers = self._label_columns(episode)
         stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
         table = layout.table(columns | numbers, stored)
