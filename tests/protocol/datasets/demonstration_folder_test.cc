@@ -30,6 +30,7 @@ Demonstration made_up(std::uint64_t seed, int length = 12, bool success = true) 
   const std::vector<float> rewards(static_cast<std::size_t>(length), 0.25F);
   const NpyArray arrays[] = {{"rgb", NpyType::kUint8, {steps, 1, 1, 6}, bytes_of(rgb)},
                              {"reward", NpyType::kFloat32, {steps}, bytes_of(rewards)},
+                             {"success_once", NpyType::kBool, {}, bytes_of(success)},
                              {"episode_length", NpyType::kInt32, {}, bytes_of(count)},
                              {"episode_seed", NpyType::kInt64, {}, bytes_of(number)}};
   if (!success) return {};
