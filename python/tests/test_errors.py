@@ -353,7 +353,7 @@ def test_bad_cameras_and_policies_are_refused(make):
         env.frame(camera="nowhere")
     with pytest.raises(engram.InvalidArgumentError, match="zero, random, oracle, blind, sweep"):
         env.act("greedy")
-    joint = make(control_mode="pd_joint_pos")
+    joint = make(control_mode="pd_ee_pose")
     joint.reset(seed=0)
     with pytest.raises(engram.Error, match="pd_ee_delta_pose"):
         joint.act("oracle")

@@ -142,7 +142,7 @@ def test_all_views_show_the_chosen_task(opened):
     assert page.inner_text("#task-shown") == LONG
     for view in ("watch", "grid"):
         page.click(f"a[href='#{view}']")
-        assert page.input_value(f"#{view}-task") == LONG
+        until(page, f"document.getElementById('{view}-task').value === '{LONG}'")
     page.click("a[href='#watch']")
     page.click("#watch-form button[type=submit]")
     page.wait_for_selector("#playback-human[data-frame='0']")
