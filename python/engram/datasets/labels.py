@@ -34,7 +34,7 @@ _NUMBERS = ("plan_step", "plan_index", "memory_step")  # of the texts
 
 @dataclasses.dataclass(frozen=True)
 class Labels:
-    """Those of one episode."""
+    """Labels of one episode; docs/datasets.md tells what each array holds."""
 
     steps: dict[str, np.ndarray]  # of STEP_FIELDS, without answers in tasks that have none
     plan: list[str]
