@@ -37,6 +37,19 @@ def in_order(function: Callable[[In], Out], items: Iterable[In], jobs: int = 0) 
                 future.cancel()
 
 
+_END = object()
+
+
+def ahead(items: Iterable[In]) -> Iterator[In]:
+    """The items, each made by a thread while the one before is used."""
+    iterator = iter(items)
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:
+        coming = pool.submit(next, iterator, _END)
+        while (item := coming.result()) is not _END:
+            coming = pool.submit(next, iterator, _END)
+            yield item  # type: ignore[misc]
+
+
 def png(image: np.ndarray) -> bytes:
     """An image of (H, W, 3) bytes as a PNG file."""
     out = io.BytesIO()

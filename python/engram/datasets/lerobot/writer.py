@@ -22,6 +22,7 @@ from engram.datasets.lerobot.choice import smaller_frames
 from engram.datasets.lerobot.videos import video_info
 from engram.datasets.lerobot_options import Options
 from engram.datasets.spaces import Spaces
+from engram.datasets.work import ahead
 
 _FILES = {"3.0": v30.Files, "2.1": v21.Files}
 
@@ -45,8 +46,11 @@ def convert(
         chosen = dataclasses.replace(asked, frames=smaller_frames(folder, asked))
     place = (layout.FOLDER, folder.env_id)
     with new_folder(root, *place) as path:
-        with _Writer(path, folder.spaces, chosen, folder.keeps_failures) as writer:
-            for done, episode in enumerate(folder, 1):
+        with (
+            _Writer(path, folder.spaces, chosen, folder.keeps_failures) as writer,
+            contextlib.closing(ahead(folder)) as episodes,
+        ):
+            for done, episode in enumerate(episodes, 1):
                 writer.add(episode)
                 progress(done, len(folder))
         writer.write_meta()
