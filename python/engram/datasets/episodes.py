@@ -112,10 +112,11 @@ def _check_values(episode: Episode, spaces: Spaces) -> None:
     spaces.check_actions("action", episode.action)
     checks.finite("proprio", episode.proprio)
     checks.finite("reward", episode.reward)
-    for name, last in (("success", int(episode.success_once)), ("done", 1)):
+    success = int(episode.success_once)
+    for name, last, why in (("success", success, ", as success_once says"), ("done", 1, "")):
         values = getattr(episode, name)
         if values[-1] != last or values[:-1].any():
-            raise DatasetError(f"{name} is not 0 until the last step and {last} in that")
+            raise DatasetError(f"{name} is not 0 until the last step and {last} in that{why}")
     checks.whole_number("episode_seed", episode.episode_seed, 0, checks.MAX_SEED)
     checks.instruction("language_instruction", episode.language_instruction)
 
