@@ -250,10 +250,13 @@ def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[Demonstratio
     return _found(Path(root) / "data_npz", ids, DemonstrationFolder)
 
 
-# Folder and metadata of converted data sets, by format.
+# Where converters write: folders, and the copies of the metadata in those of a task.
+RLDS_FOLDER, RLDS_VERSION = "data_rlds", "1.0.0"
+LEROBOT_FOLDER = "data_lerobot"
+LEROBOT_METADATA = "source_rlds_metadata.json"
 _CONVERTED = {
-    "rlds": ("data_rlds", Path("1.0.0") / "metadata.json"),
-    "lerobot": ("data_lerobot", Path("source_rlds_metadata.json")),
+    "rlds": (RLDS_FOLDER, Path(RLDS_VERSION) / "metadata.json"),
+    "lerobot": (LEROBOT_FOLDER, Path(LEROBOT_METADATA)),
 }
 
 

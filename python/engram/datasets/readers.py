@@ -10,7 +10,7 @@ import numpy as np
 
 from engram.datasets import checks
 from engram.datasets.checks import DatasetError, reading
-from engram.datasets.episodes import DemonstrationFolder, Metadata
+from engram.datasets.episodes import RLDS_FOLDER, DemonstrationFolder, Metadata
 from engram.datasets.spaces import Spaces
 from engram.datasets.stored import StoredEpisode, pictures
 
@@ -36,7 +36,7 @@ def _floats(values: list[float], *shape: int) -> np.ndarray:
 def _from_rlds(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
     from engram.datasets import rlds, tf_example
 
-    path = root / "data_rlds" / folder.env_id / rlds.VERSION
+    path = root / RLDS_FOLDER / folder.env_id / rlds.VERSION
     shards = sorted(path.glob(f"{rlds.NAME}-{rlds.SPLIT}.tfrecord-*"))
     if not shards:
         raise DatasetError(f"'{path}' holds no records")

@@ -12,13 +12,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 from engram.datasets import card, checks, tf_example
-from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
+from engram.datasets.episodes import (
+    RLDS_FOLDER,
+    RLDS_VERSION,
+    DemonstrationFolder,
+    Episode,
+    no_progress,
+)
 from engram.datasets.folders import new_folder
 from engram.datasets.rlds_features import features, label_values
 from engram.datasets.work import in_order, pngs
 
 NAME = "mikasa_dataset"
-VERSION = "1.0.0"
+VERSION = RLDS_VERSION
 SPLIT = "train"
 SHARD_BYTES = 256 << 20  # of .npz files that go into one shard, about
 
@@ -42,7 +48,7 @@ def convert(
     if labels:
         folder.require_labels()
     lengths = _shard_lengths(folder)
-    place = ("data_rlds", folder.env_id, VERSION)
+    place = (RLDS_FOLDER, folder.env_id, VERSION)
     with new_folder(root, *place) as path:
         instructions: set[str] = set()
 

@@ -13,10 +13,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from engram.datasets import checks
+from engram.datasets.episodes import LEROBOT_FOLDER
 from engram.datasets.spaces import Spaces
 from engram.datasets.work import pngs
 
-FOLDER = "data_lerobot"
+FOLDER = LEROBOT_FOLDER
 ROBOT_TYPE = "mikasa_robo"
 SOURCE = "meta/engram.json"  # how engram wrote the folder; LeRobot does not read it
 

@@ -15,7 +15,12 @@ import engram
 from engram.datasets import frame_stats
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.collected import CollectedEpisodes
-from engram.datasets.episodes import DemonstrationFolder, Episode, no_progress
+from engram.datasets.episodes import (
+    LEROBOT_METADATA,
+    DemonstrationFolder,
+    Episode,
+    no_progress,
+)
 from engram.datasets.folders import new_folder
 from engram.datasets.lerobot import gr00t, label_columns, layout, readme, v21, v30
 from engram.datasets.lerobot.choice import smaller_frames
@@ -56,7 +61,7 @@ def convert(
         writer.write_meta()
         layout.write_json(path / layout.SOURCE, _source(folder, chosen))
         (path / "README.md").write_text(readme.text(folder, chosen, asked, list(writer.tasks)))
-        (path / "source_rlds_metadata.json").write_bytes(folder.metadata_bytes)
+        (path / LEROBOT_METADATA).write_bytes(folder.metadata_bytes)
     return Path(root).joinpath(*place)
 
 
