@@ -68,7 +68,8 @@ const char* list_of_tasks() {
   return lists.emplace(entries.size(), engram::to_text(tasks)).first->second.c_str();
 }
 
-void copy_text(const std::string& from, char* text, size_t capacity) {
+void give_text(const std::string& from, char* text, size_t capacity, size_t* length) {
+  if (length != nullptr) *length = from.size();
   if (capacity == 0) return;
   const size_t count = std::min(from.size(), capacity - 1);
   std::memcpy(text, from.data(), count);
@@ -367,9 +368,7 @@ engram_status engram_instruction(engram_env* env, int32_t index, char* text, siz
                                  size_t* length) {
   if (text == nullptr && capacity > 0) return refuse_null("text");
   return with_env(env, [&](engram_env& of) {
-    const std::string instruction = of.queries.instruction(index);
-    copy_text(instruction, text, capacity);
-    if (length != nullptr) *length = instruction.size();
+    give_text(of.queries.instruction(index), text, capacity, length);
   });
 }
 
@@ -378,9 +377,7 @@ engram_status engram_words(engram_env* env, int32_t index, char* text, size_t ca
   if (text == nullptr && capacity > 0) return refuse_null("text");
   return with_env(env, [&](engram_env& of) {
     const auto [batch, own_index] = of.queries.batch_of(index);
-    const std::string words = engram::to_text(engram::describe_words(batch, own_index));
-    copy_text(words, text, capacity);
-    if (length != nullptr) *length = words.size();
+    give_text(engram::to_text(engram::describe_words(batch, own_index)), text, capacity, length);
   });
 }
 

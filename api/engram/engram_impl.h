@@ -14,6 +14,15 @@ inline void check(engram_status status) {
   }
 }
 
+// A text of an environment that the function copies.
+inline std::string copied(engram_env* env, int index, decltype(&engram_instruction) function) {
+  std::size_t length = 0;
+  check(function(env, index, nullptr, 0, &length));
+  std::string text(length, ' ');
+  check(function(env, index, text.data(), length + 1, nullptr));
+  return text;
+}
+
 // For calls that return NULL where they fail.
 inline const char* checked(const char* text) {
   if (text == nullptr) throw Error(Error::Kind::kUnavailable, engram_last_error());
@@ -360,19 +369,11 @@ inline std::vector<Output> VectorEnv::outputs() const {
 }
 
 inline std::string VectorEnv::instruction(int env) const {
-  std::size_t length = 0;
-  detail::check(engram_instruction(handle(), env, nullptr, 0, &length));
-  std::string text(length, ' ');
-  detail::check(engram_instruction(handle(), env, text.data(), length + 1, nullptr));
-  return text;
+  return detail::copied(handle(), env, engram_instruction);
 }
 
 inline std::string VectorEnv::words(int env) const {
-  std::size_t length = 0;
-  detail::check(engram_words(handle(), env, nullptr, 0, &length));
-  std::string text(length, ' ');
-  detail::check(engram_words(handle(), env, text.data(), length + 1, nullptr));
-  return text;
+  return detail::copied(handle(), env, engram_words);
 }
 
 inline Image VectorEnv::render(int env, const std::string& camera, int width, int height) const {

@@ -3,15 +3,10 @@
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
 #include "core/env/queries.h"
+#include "protocol/formats/document_values.h"
 #include "tasks/paraphrases.h"
 
 namespace engram {
-namespace {
-
-DocumentList list_of(const std::vector<std::string>& texts) { return {texts.begin(), texts.end()}; }
-
-}  // namespace
-
 DocumentTable describe_words(const Batch& env, int index) {
   const Queries queries(env);
   const std::string instruction = queries.instruction(index);
@@ -23,12 +18,12 @@ DocumentTable describe_words(const Batch& env, int index) {
   const int object = annotator->object(index);
   const auto& props = env.physics_model().props();
   const bool named = object >= 0 && static_cast<std::size_t>(object) < props.size();
-  return {{"plan", list_of(annotator->plan(index))},
+  return {{"plan", to_list(annotator->plan(index))},
           {"subtask", annotator->subtask(index)},
           {"subtasks_done", annotator->subtasks_done(index)},
           {"memory", annotator->memory(index)},
           {"object", named ? Document(props[static_cast<std::size_t>(object)].name) : Document()},
-          {"paraphrases", list_of(paraphrases(instruction))}};
+          {"paraphrases", to_list(paraphrases(instruction))}};
 }
 
 }  // namespace engram

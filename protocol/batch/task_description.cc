@@ -8,6 +8,7 @@
 #include "core/env/queries.h"
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/unused_constants.h"
+#include "protocol/formats/document_values.h"
 #include "tasks/paraphrases.h"
 
 namespace engram {
@@ -176,8 +177,6 @@ ConstantList describe_outputs(const Batch& env) {
   return list;
 }
 
-ConstantList list_of(std::span<const std::string> names) { return {names.begin(), names.end()}; }
-
 ConstantList describe_phases(const TaskInfo& info) {
   ConstantList list;
   for (const auto& [name, condition] : info.phases) {
@@ -306,13 +305,13 @@ ConstantTable describe_task(const Batch& env) {
       {"options", describe_options(env)},
       {"changeable", describe_changeable(info)},
       {"changed", changed_constants(info.constants)},
-      {"paraphrases", list_of(paraphrases(info.instruction))},
-      {"warnings", list_of(unused_constants(info, env.options()))},
+      {"paraphrases", to_list(paraphrases(info.instruction))},
+      {"warnings", to_list(unused_constants(info, env.options()))},
       {"phases", describe_phases(info)},
       {"state_dim", env.state_dim()},
       {"state_fields", describe_observation(env)},
       {"proprio", describe_layout(proprio_fields(env.options().joint_proprio))},
-      {"segmentation_names", list_of(env.images().segmentation_names)},
+      {"segmentation_names", to_list(env.images().segmentation_names)},
       {"task_cue_dim", info.task_cue_dim},
       {"oracle_dim", info.oracle_dim},
       {"outputs", describe_outputs(env)},

@@ -52,12 +52,9 @@ std::string text_of(const Document& document, std::string_view key) {
 // Names of the labels beside the frames, or null.
 Document label_document(const RegistryEntry& entry, const CollectionPlan& plan) {
   if (!plan.labels) return {};
-  const auto names = [](const std::vector<std::string>& list) {
-    return DocumentList(list.begin(), list.end());
-  };
   const auto task = make_task(entry.id, plan.constants);
-  return DocumentTable{{"privileged", names(privileged_labels(task->info()))},
-                       {"open", names(open_labels())}};
+  return DocumentTable{{"privileged", to_list(privileged_labels(task->info()))},
+                       {"open", to_list(open_labels())}};
 }
 
 // Where failures are kept, no episode depends on others.

@@ -69,11 +69,6 @@ constexpr const char* kProtocolKeys[] = {
     "start_seed", "n_episodes",  "control_mode", "obs_mode",  "version", "rules",      "model",
     kSealed,      kTellEpisodes, kRepeat,        kPolicySeed, kLatency,  kJointProprio};
 
-template <class T>
-DocumentList to_list(const std::vector<T>& values) {
-  return DocumentList(values.begin(), values.end());
-}
-
 Document start_seed_document(const EvaluationSettings& settings) {
   return settings.tells_seeds() ? Document(settings.start_seed) : Document();
 }

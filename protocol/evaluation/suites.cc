@@ -17,8 +17,6 @@ constexpr Suite kSuites[] = {{"mikasa5", kMikasa5, 100}};
 
 }  // namespace
 
-std::span<const Suite> suites() { return kSuites; }
-
 std::string suite_names() {
   std::string names;
   for (const Suite& suite : kSuites) {

@@ -16,7 +16,6 @@ struct Suite {
   int episodes;  // per task, from kBenchmarkSeed on
 };
 
-std::span<const Suite> suites();
 // Throws Error (kInvalidArgument) for an unknown name. `option`: for the message.
 const Suite& require_suite(std::string_view option, std::string_view name);
 // The names, for messages and help: "mikasa5|...".

@@ -13,8 +13,10 @@
 
 namespace engram::test {
 
+using Texts = std::vector<std::string>;
+
 // What is said of one frame.
-struct ToldFrame {
+struct AnnotatedFrame {
   std::vector<std::string> plan;
   int subtask = 0;
   int done = 0;
@@ -22,18 +24,18 @@ struct ToldFrame {
   int object = -1;
 
   const std::string& words() const { return plan[static_cast<std::size_t>(subtask)]; }
-  friend bool operator==(const ToldFrame&, const ToldFrame&) = default;
+  friend bool operator==(const AnnotatedFrame&, const AnnotatedFrame&) = default;
 };
 
-inline ToldFrame tell(const Batch& env, int index = 0) {
+inline AnnotatedFrame annotate(const Batch& env, int index = 0) {
   const Annotator& annotator = *Queries(env).annotator();
   return {annotator.plan(index), annotator.subtask(index), annotator.subtasks_done(index),
           annotator.memory(index), annotator.object(index)};
 }
 
-struct ToldEpisode {
-  std::vector<ToldFrame> frames;  // frame t is shown before action t
-  ToldFrame end;                  // after the last action
+struct AnnotatedEpisode {
+  std::vector<AnnotatedFrame> frames;  // frame t is shown before action t
+  AnnotatedFrame end;                  // after the last action
   bool success = false;
   int cue_end = 0;
   std::unique_ptr<Batch> env;  // as it is at the end
@@ -41,7 +43,7 @@ struct ToldEpisode {
   // The different subtasks in words, in the order in which each came first.
   std::vector<std::string> subtasks() const {
     std::vector<std::string> all;
-    for (const ToldFrame& frame : frames) {
+    for (const AnnotatedFrame& frame : frames) {
       if (std::find(all.begin(), all.end(), frame.words()) == all.end())
         all.push_back(frame.words());
     }
@@ -50,7 +52,7 @@ struct ToldEpisode {
   // The different memories, likewise.
   std::vector<std::string> memories() const {
     std::vector<std::string> all;
-    for (const ToldFrame& frame : frames) {
+    for (const AnnotatedFrame& frame : frames) {
       if (all.empty() || all.back() != frame.memory) all.push_back(frame.memory);
     }
     return all;
@@ -58,7 +60,8 @@ struct ToldEpisode {
 };
 
 // Plays one to its end, or to its first success.
-inline ToldEpisode play_told(std::string_view id, std::uint64_t seed, std::vector<Pin> pins = {}) {
+inline AnnotatedEpisode play_annotated(std::string_view id, std::uint64_t seed,
+                                       std::vector<Pin> pins = {}) {
   BatchOptions options;
   options.seed = seed;
   options.threads = 1;
@@ -66,17 +69,17 @@ inline ToldEpisode play_told(std::string_view id, std::uint64_t seed, std::vecto
   options.auto_reset = AutoReset::kOff;
   options.terminate_on_success = true;
   options.pins = std::move(pins);
-  ToldEpisode told;
-  told.env = make_env(id, options);
-  told.env->reset();
-  told.cue_end = Queries(*told.env).cue_end(0);
-  while ((told.env->terminated()[0] | told.env->truncated()[0]) == 0) {
-    told.frames.push_back(tell(*told.env));
-    step(*told.env, Policy::kOracle);
+  AnnotatedEpisode episode;
+  episode.env = make_env(id, options);
+  episode.env->reset();
+  episode.cue_end = Queries(*episode.env).cue_end(0);
+  while ((episode.env->terminated()[0] | episode.env->truncated()[0]) == 0) {
+    episode.frames.push_back(annotate(*episode.env));
+    step(*episode.env, Policy::kOracle);
   }
-  told.end = tell(*told.env);
-  told.success = told.env->success()[0] != 0;
-  return told;
+  episode.end = annotate(*episode.env);
+  episode.success = episode.env->success()[0] != 0;
+  return episode;
 }
 
 }  // namespace engram::test

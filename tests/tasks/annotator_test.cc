@@ -10,14 +10,14 @@
 
 #include "protocol/batch/make.h"
 #include "tasks/family_samples.h"
-#include "tests/tasks/told_episode.h"
+#include "tests/tasks/annotated_episode.h"
 
 namespace engram {
 namespace {
 
-using test::play_told;
-using test::ToldEpisode;
-using test::ToldFrame;
+using test::AnnotatedEpisode;
+using test::AnnotatedFrame;
+using test::play_annotated;
 
 // One short task of every family.
 std::vector<std::string> sample_ids() {
@@ -35,12 +35,12 @@ TEST_CASE("Words: subtasks follow one another up to the last", "[labels]") {
     INFO(id);
     const bool has_spare_checks = id.starts_with("Batteries");  // ends when all are found
     for (const std::uint64_t seed : {1U, 2U}) {
-      const ToldEpisode told = play_told(id, seed);
-      if (!told.success) continue;
-      const int props = static_cast<int>(told.env->physics_model().props().size());
+      const AnnotatedEpisode episode = play_annotated(id, seed);
+      if (!episode.success) continue;
+      const int props = static_cast<int>(episode.env->physics_model().props().size());
       std::set<int> visited;
       int most_done = 0;
-      for (const ToldFrame& frame : told.frames) {
+      for (const AnnotatedFrame& frame : episode.frames) {
         const int length = static_cast<int>(frame.plan.size());
         REQUIRE(length > 1);
         REQUIRE((frame.subtask >= 0 && frame.subtask < length));
@@ -52,12 +52,12 @@ TEST_CASE("Words: subtasks follow one another up to the last", "[labels]") {
         visited.insert(frame.subtask);
         most_done = std::max(most_done, frame.done);
       }
-      const int last = static_cast<int>(told.frames.back().plan.size()) - 1;
-      CHECK(told.frames.front().subtask == 0);
+      const int last = static_cast<int>(episode.frames.back().plan.size()) - 1;
+      CHECK(episode.frames.front().subtask == 0);
       if (has_spare_checks) continue;
       CHECK(most_done <= last);
-      CHECK(told.end.subtask == last);
-      CHECK(told.end.done == last);
+      CHECK(episode.end.subtask == last);
+      CHECK(episode.end.done == last);
     }
   }
 }
@@ -70,7 +70,7 @@ struct Twins {
   std::vector<double> other;
 };
 
-TEST_CASE("Words: nothing is told before a picture shows it", "[labels]") {
+TEST_CASE("Words: nothing is episode before a picture shows it", "[labels]") {
   const std::vector<Twins> twins = {
       {"RememberColor5-VLA-v0", "target", {1}, {3}},
       {"FindImposterShape5-VLA-v0", "imposter", {0}, {4}},
@@ -107,24 +107,24 @@ TEST_CASE("Words: nothing is told before a picture shows it", "[labels]") {
     int alike = 0;
     while (std::ranges::equal(first->images().rgb, second->images().rgb)) {
       INFO(alike);
-      REQUIRE(test::tell(*first) == test::tell(*second));
+      REQUIRE(test::annotate(*first) == test::annotate(*second));
       REQUIRE((first->terminated()[0] | first->truncated()[0]) == 0);
       ++alike;
       test::step(*first, Policy::kOracle);
       test::step(*second, Policy::kOracle);
     }
-    // In the end they are told apart.
-    bool differ = !(test::tell(*first) == test::tell(*second));
+    // In the end they are episode apart.
+    bool differ = !(test::annotate(*first) == test::annotate(*second));
     while (!differ && (first->terminated()[0] | first->truncated()[0] | second->terminated()[0] |
                        second->truncated()[0]) == 0) {
       test::step(*first, Policy::kOracle);
       test::step(*second, Policy::kOracle);
-      differ = !(test::tell(*first) == test::tell(*second));
+      differ = !(test::annotate(*first) == test::annotate(*second));
     }
     CHECK(differ);
     all_alike += alike;
   }
-  CHECK(all_alike > 200);  // frames that could have told too much
+  CHECK(all_alike > 200);  // frames that could have episode too much
 }
 
 }  // namespace

@@ -5,25 +5,24 @@
 #include <string>
 #include <vector>
 
-#include "tests/tasks/told_episode.h"
+#include "tests/tasks/annotated_episode.h"
 
 namespace engram {
 namespace {
 
-using test::play_told;
-using test::ToldEpisode;
-using test::ToldFrame;
-
-using Texts = std::vector<std::string>;
+using test::AnnotatedEpisode;
+using test::AnnotatedFrame;
+using test::play_annotated;
+using test::Texts;
 
 TEST_CASE("Words of BatteriesChecker: results as the lamp shows them",
           "[labels][batteries_checker]") {
   for (const char* id : {"BatteriesCheckerEasy-3-VLA-v0", "BatteriesCheckerHard-3-VLA-v0"}) {
     INFO(id);
     const bool hard = std::string(id).find("Hard") != std::string::npos;
-    const ToldEpisode told = play_told(id, 2, {{"working", {1}}});
-    REQUIRE(told.success);
-    CHECK(told.memories() ==
+    const AnnotatedEpisode episode = play_annotated(id, 2, {{"working", {1}}});
+    REQUIRE(episode.success);
+    CHECK(episode.memories() ==
           Texts{"", "battery 1 does not work", "battery 1 does not work and battery 2 works"});
     Texts expected;
     for (const char* battery : {"battery 1", "battery 2", "battery 3"}) {
@@ -31,18 +30,19 @@ TEST_CASE("Words of BatteriesChecker: results as the lamp shows them",
       if (hard) expected.push_back(std::string("put ") + battery + " back into its slot");
       expected.emplace_back("press the button");
     }
-    CHECK(told.frames.front().plan == expected);
+    CHECK(episode.frames.front().plan == expected);
     // The second battery is the one that works: the third one is left.
     const int per_battery = hard ? 3 : 2;
-    CHECK(told.frames.back().subtask == 2 * per_battery - 1);
-    CHECK(told.frames.back().done == 2 * per_battery - 1);
+    CHECK(episode.frames.back().subtask == 2 * per_battery - 1);
+    CHECK(episode.frames.back().done == 2 * per_battery - 1);
     int done = 0;
-    for (const ToldFrame& frame : told.frames) {
+    for (const AnnotatedFrame& frame : episode.frames) {
       CHECK(frame.done >= done);
       done = frame.done;
     }
-    const auto props = told.env->physics_model().props();
-    CHECK(props[static_cast<std::size_t>(told.frames.back().object)].name == "battery_button_cap");
+    const auto props = episode.env->physics_model().props();
+    CHECK(props[static_cast<std::size_t>(episode.frames.back().object)].name ==
+          "battery_button_cap");
   }
 }
 

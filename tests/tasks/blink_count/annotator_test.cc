@@ -5,29 +5,28 @@
 #include <string>
 #include <vector>
 
-#include "tests/tasks/told_episode.h"
+#include "tests/tasks/annotated_episode.h"
 
 namespace engram {
 namespace {
 
-using test::play_told;
+using test::AnnotatedEpisode;
+using test::AnnotatedFrame;
+using test::play_annotated;
 using test::row;
-using test::ToldEpisode;
-using test::ToldFrame;
-
-using Texts = std::vector<std::string>;
+using test::Texts;
 
 TEST_CASE("Words of BlinkCount: blinks as they come, then presses", "[labels][blink_count]") {
   for (int blinks = 1; blinks <= 3; ++blinks) {
     INFO(blinks << " blinks");
-    const ToldEpisode told =
-        play_told("BlinkCountButtonPressEasy-VLA-v0", 3, {{"target_blinks", {1.0 * blinks}}});
-    REQUIRE(told.success);
-    const int* starts = row<std::int32_t>(told.env->memory().find("blink_start"), 0);
-    const int acts = *row<std::int32_t>(told.env->memory().find("cue_steps"), 0);
-    for (int t = 0; t < static_cast<int>(told.frames.size()); ++t) {
+    const AnnotatedEpisode episode =
+        play_annotated("BlinkCountButtonPressEasy-VLA-v0", 3, {{"target_blinks", {1.0 * blinks}}});
+    REQUIRE(episode.success);
+    const int* starts = row<std::int32_t>(episode.env->memory().find("blink_start"), 0);
+    const int acts = *row<std::int32_t>(episode.env->memory().find("cue_steps"), 0);
+    for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
       INFO("frame " << t);
-      const ToldFrame& frame = told.frames[static_cast<std::size_t>(t)];
+      const AnnotatedFrame& frame = episode.frames[static_cast<std::size_t>(t)];
       int seen = 0;
       while (seen < blinks && t >= starts[seen]) ++seen;
       const std::string number = std::to_string(seen) + (seen == 1 ? " time" : " times");
@@ -46,14 +45,14 @@ TEST_CASE("Words of BlinkCount: blinks as they come, then presses", "[labels][bl
                          std::to_string(blinks));
     }
     expected.emplace_back("press the black button");
-    CHECK(told.subtasks() == expected);
-    const auto props = told.env->physics_model().props();
-    const auto object = [&](const ToldFrame& frame) {
+    CHECK(episode.subtasks() == expected);
+    const auto props = episode.env->physics_model().props();
+    const auto object = [&](const AnnotatedFrame& frame) {
       return props[static_cast<std::size_t>(frame.object)].name;
     };
-    CHECK(object(told.frames.front()) == "blink_lamp_bulb");
-    CHECK(object(told.frames[static_cast<std::size_t>(acts)]) == "button_cap");
-    CHECK(object(told.frames.back()) == "confirm_button_cap");
+    CHECK(object(episode.frames.front()) == "blink_lamp_bulb");
+    CHECK(object(episode.frames[static_cast<std::size_t>(acts)]) == "button_cap");
+    CHECK(object(episode.frames.back()) == "confirm_button_cap");
   }
 }
 

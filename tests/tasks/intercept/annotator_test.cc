@@ -5,28 +5,27 @@
 #include <string>
 #include <vector>
 
-#include "tests/tasks/told_episode.h"
+#include "tests/tasks/annotated_episode.h"
 
 namespace engram {
 namespace {
 
-using test::play_told;
-using test::ToldEpisode;
-using test::ToldFrame;
-
-using Texts = std::vector<std::string>;
+using test::AnnotatedEpisode;
+using test::AnnotatedFrame;
+using test::play_annotated;
+using test::Texts;
 
 TEST_CASE("Words of Intercept: nothing to remember, one thing after the other",
           "[labels][intercept]") {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    const ToldEpisode deflect = play_told("InterceptSlow-VLA-v0", seed);
+    const AnnotatedEpisode deflect = play_annotated("InterceptSlow-VLA-v0", seed);
     REQUIRE(deflect.success);
     CHECK(deflect.subtasks() ==
           Texts{"move to the path of the ball", "bring the ball to the target"});
-    const ToldEpisode grab = play_told("InterceptGrabSlow-VLA-v0", seed);
-    for (const ToldEpisode* told : {&deflect, &grab}) {
-      CHECK(told->memories() == Texts{""});
-      for (const ToldFrame& frame : told->frames) CHECK(frame.object == 0);
+    const AnnotatedEpisode grab = play_annotated("InterceptGrabSlow-VLA-v0", seed);
+    for (const AnnotatedEpisode* episode : {&deflect, &grab}) {
+      CHECK(episode->memories() == Texts{""});
+      for (const AnnotatedFrame& frame : episode->frames) CHECK(frame.object == 0);
     }
     if (!grab.success) continue;
     CHECK(grab.subtasks().front() == "move to the path of the ball");
@@ -34,7 +33,7 @@ TEST_CASE("Words of Intercept: nothing to remember, one thing after the other",
   }
 }
 
-// A ball in the hand is held, whatever was told before.
+// A ball in the hand is held, whatever was episode before.
 TEST_CASE("Words of InterceptGrab: a grasped ball is to be held still", "[labels][intercept]") {
   int held = 0;
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
@@ -46,7 +45,7 @@ TEST_CASE("Words of InterceptGrab: a grasped ball is to be held still", "[labels
     env->reset();
     while ((env->terminated()[0] | env->truncated()[0]) == 0) {
       const bool grasped = *test::row<std::uint8_t>(env->output("is_ball_grasped"), 0) != 0;
-      const ToldFrame frame = test::tell(*env);
+      const AnnotatedFrame frame = test::annotate(*env);
       CHECK((frame.words() == "hold the ball still") == grasped);
       held += grasped ? 1 : 0;
       test::step(*env, Policy::kOracle);

@@ -7,33 +7,32 @@
 #include <string>
 #include <vector>
 
-#include "tests/tasks/told_episode.h"
+#include "tests/tasks/annotated_episode.h"
 
 namespace engram {
 namespace {
 
-using test::play_told;
+using test::AnnotatedEpisode;
+using test::play_annotated;
 using test::row;
-using test::ToldEpisode;
-
-using Texts = std::vector<std::string>;
+using test::Texts;
 
 TEST_CASE("Words of Rotate: the angle of the instruction, and the first yaw", "[labels][rotate]") {
   for (const char* id : {"RotateLenientPos-VLA-v0", "RotateStrictPosNeg-VLA-v0"}) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       INFO(id << ", seed " << seed);
-      const ToldEpisode told = play_told(id, seed);
-      REQUIRE(told.success);
-      const double yaw = *row<double>(told.env->memory().find("initial_yaw"), 0);
+      const AnnotatedEpisode episode = play_annotated(id, seed);
+      REQUIRE(episode.success);
+      const double yaw = *row<double>(episode.env->memory().find("initial_yaw"), 0);
       const long degrees = std::lround(yaw * 180 / std::numbers::pi);
-      CHECK(told.memories() ==
+      CHECK(episode.memories() ==
             Texts{"the peg pointed first at a yaw of " + std::to_string(degrees) + " degrees"});
       // "Rotate the peg by 63 degrees to ..."
-      const std::string instruction = Queries(*told.env).instruction(0);
+      const std::string instruction = Queries(*episode.env).instruction(0);
       const std::string turn = "r" + instruction.substr(1, instruction.find(" to ") - 1);
-      CHECK(told.frames.front().plan == Texts{"move to the peg", turn, "let the peg rest"});
-      CHECK(told.end.words() == "let the peg rest");
-      for (const test::ToldFrame& frame : told.frames) CHECK(frame.object == 0);
+      CHECK(episode.frames.front().plan == Texts{"move to the peg", turn, "let the peg rest"});
+      CHECK(episode.end.words() == "let the peg rest");
+      for (const test::AnnotatedFrame& frame : episode.frames) CHECK(frame.object == 0);
     }
   }
 }
@@ -48,9 +47,9 @@ TEST_CASE("Words of Rotate: the peg rests within the threshold", "[labels][rotat
   int rests = 0;
   while ((env->terminated()[0] | env->truncated()[0]) == 0) {
     const double error = static_cast<double>(*row<float>(env->output("y_angle_error"), 0));
-    const bool told = test::tell(*env).subtask == 2;
-    if (std::abs(std::abs(error) - 0.1) > 1e-5) CHECK(told == (std::abs(error) < 0.1));
-    rests += told ? 1 : 0;
+    const bool episode = test::annotate(*env).subtask == 2;
+    if (std::abs(std::abs(error) - 0.1) > 1e-5) CHECK(episode == (std::abs(error) < 0.1));
+    rests += episode ? 1 : 0;
     test::step(*env, Policy::kOracle);
   }
   CHECK(rests > 0);

@@ -6,28 +6,27 @@
 #include <string>
 #include <vector>
 
-#include "tests/tasks/told_episode.h"
+#include "tests/tasks/annotated_episode.h"
 
 namespace engram {
 namespace {
 
-using test::play_told;
+using test::AnnotatedEpisode;
+using test::play_annotated;
 using test::row;
-using test::ToldEpisode;
-
-using Texts = std::vector<std::string>;
+using test::Texts;
 
 TEST_CASE("Words of TakeItBack: where the cube was first", "[labels][take_it_back]") {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
-    const ToldEpisode told = play_told("TakeItBack-VLA-v0", seed);
-    REQUIRE(told.success);
-    const double* initial = row<double>(told.env->memory().find("initial"), 0);
-    CHECK(told.memories() ==
+    const AnnotatedEpisode episode = play_annotated("TakeItBack-VLA-v0", seed);
+    REQUIRE(episode.success);
+    const double* initial = row<double>(episode.env->memory().find("initial"), 0);
+    CHECK(episode.memories() ==
           Texts{"the cube was first at x = " + std::to_string(std::lround(100 * initial[0])) +
                 " cm, y = " + std::to_string(std::lround(100 * initial[1])) + " cm"});
-    CHECK(told.subtasks() == Texts{"move to the cube", "bring the cube onto the red target",
-                                   "bring the cube back to where it was first"});
-    for (const test::ToldFrame& frame : told.frames) CHECK(frame.object == 0);
+    CHECK(episode.subtasks() == Texts{"move to the cube", "bring the cube onto the red target",
+                                      "bring the cube back to where it was first"});
+    for (const test::AnnotatedFrame& frame : episode.frames) CHECK(frame.object == 0);
   }
 }
 
@@ -41,7 +40,7 @@ TEST_CASE("Words of TakeItBack: the way back begins on the target", "[labels][ta
   int back = 0;
   while ((env->terminated()[0] | env->truncated()[0] | env->success()[0]) == 0) {
     const bool reached = *row<std::uint8_t>(env->output("goal_reached_status"), 0) != 0;
-    CHECK((test::tell(*env).subtask == 2) == reached);
+    CHECK((test::annotate(*env).subtask == 2) == reached);
     back += reached ? 1 : 0;
     test::step(*env, Policy::kOracle);
   }

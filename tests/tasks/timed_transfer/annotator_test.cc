@@ -5,26 +5,26 @@
 #include <string>
 #include <vector>
 
-#include "tests/tasks/told_episode.h"
+#include "tests/tasks/annotated_episode.h"
 
 namespace engram {
 namespace {
 
-using test::play_told;
-using test::ToldEpisode;
-using test::ToldFrame;
+using test::AnnotatedEpisode;
+using test::AnnotatedFrame;
+using test::play_annotated;
 
 TEST_CASE("Words of TimedTransfer: the step of the signal", "[labels][timed_transfer]") {
   for (int signal = 1; signal <= 3; ++signal) {
     INFO("signal at " << signal);
-    const ToldEpisode told =
-        play_told("TimedTransferEasy-VLA-v0", 4, {{"signal_step", {1.0 * signal}}});
-    REQUIRE(told.success);
+    const AnnotatedEpisode episode =
+        play_annotated("TimedTransferEasy-VLA-v0", 4, {{"signal_step", {1.0 * signal}}});
+    REQUIRE(episode.success);
     const tasks::TimeWindow window = tasks::time_window(signal, 100);
-    const auto props = told.env->physics_model().props();
-    for (int t = 0; t < static_cast<int>(told.frames.size()); ++t) {
+    const auto props = episode.env->physics_model().props();
+    for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
       INFO("frame " << t);
-      const ToldFrame& frame = told.frames[static_cast<std::size_t>(t)];
+      const AnnotatedFrame& frame = episode.frames[static_cast<std::size_t>(t)];
       CHECK(frame.memory ==
             (t < signal ? "" : "the lamp turned green at step " + std::to_string(signal)));
       CHECK((frame.subtask == 0) == (t < signal));
@@ -33,7 +33,7 @@ TEST_CASE("Words of TimedTransfer: the step of the signal", "[labels][timed_tran
       const char* const objects[] = {"signal_lamp_bulb", "blue_cube", "blue_cube", "red_disc"};
       CHECK(object == objects[frame.subtask]);
     }
-    CHECK(told.subtasks() ==
+    CHECK(episode.subtasks() ==
           std::vector<std::string>{"wait for the lamp to turn green",
                                    "count the steps and grasp the blue cube",
                                    "count the steps and hold the blue cube",
