@@ -59,15 +59,27 @@ constexpr const Family* kFamilies[] = {ENGRAM_FAMILIES(ENGRAM_LIST)};
 
 constexpr std::size_t kLongestId = 100;
 
-struct RegisteredVariant {
-  TaskVariant variant;
+// A user's task or variant. It never moves: entries and texts are pointed to.
+struct UserTask {
   RegistryEntry entry;
+  TaskVariant variant = {};  // of a variant
 };
+using UserTasks = std::vector<std::unique_ptr<UserTask>>;
 
-// Variants never move: entries and texts are pointed to.
-using VariantList = std::vector<std::unique_ptr<RegisteredVariant>>;
+RegistryEntry entry_of(const Family& family, const TaskRow& row) noexcept {
+  return {.id = row.id,
+          .family = family.name,
+          .horizon = row.horizon,
+          .split = row.split,
+          .memory_type = family.memory_type,
+          .canonical = row.split != Split::kExtended,
+          .instruction = row.instruction.empty() ? family.instruction : row.instruction,
+          .oracle_floor = row.oracle_floor,
+          .definition = &family,
+          .base = row.id};
+}
 
-// All tasks: the benchmark's, which never change, then users' variants.
+// All tasks: the benchmark's, which never change, then users' own.
 class TaskRegistry {
  public:
   // Allocates nothing: an allocation could fail where no error can be reported.
@@ -83,16 +95,15 @@ class TaskRegistry {
     const auto found = std::ranges::find(benchmark(), id, &RegistryEntry::id);
     if (found != benchmark().end()) return &*found;
     const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
-    const auto own =
-        std::ranges::find(variants_, id, [](const auto& one) { return one->entry.id; });
-    return own == variants_.end() ? nullptr : &(*own)->entry;
+    const auto own = std::ranges::find(users_, id, [](const auto& one) { return one->entry.id; });
+    return own == users_.end() ? nullptr : &(*own)->entry;
   }
 
   std::vector<const RegistryEntry*> all() const {
     std::vector<const RegistryEntry*> entries;
     for (const RegistryEntry& entry : benchmark()) entries.push_back(&entry);
     const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
-    for (const auto& one : variants_) entries.push_back(&one->entry);
+    for (const auto& one : users_) entries.push_back(&one->entry);
     return entries;
   }
 
@@ -100,16 +111,23 @@ class TaskRegistry {
     const auto place = static_cast<std::size_t>(index);
     if (place < count_) return entries_[place];
     const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
-    return variants_.at(place - count_)->entry;
+    return users_.at(place - count_)->entry;
   }
 
-  // All are in the list, or an exception leaves it as it was.
-  void append(VariantList added) {
+  // All are in the list, those of a known id in its place, or an exception leaves it as it was.
+  void append(UserTasks added) {
     const std::scoped_lock lock(process_mutex(ProcessLock::kVariants));
-    variants_.reserve(variants_.size() + added.size());
-    for (std::unique_ptr<RegisteredVariant>& one : added) {
-      one->entry.index = static_cast<int>(count_ + variants_.size());
-      variants_.push_back(std::move(one));
+    users_.reserve(users_.size() + added.size());
+    replaced_.reserve(replaced_.size() + added.size());
+    for (std::unique_ptr<UserTask>& one : added) {
+      const auto known = std::ranges::find(users_, one->entry.id,
+                                           [](const auto& other) { return other->entry.id; });
+      one->entry.index = static_cast<int>(count_) + static_cast<int>(known - users_.begin());
+      if (known == users_.end()) {
+        users_.push_back(std::move(one));
+      } else {
+        replaced_.push_back(std::exchange(*known, std::move(one)));
+      }
     }
   }
 
@@ -117,24 +135,16 @@ class TaskRegistry {
   static constexpr std::size_t kMostTasks = 512;
 
   void add(const Family& family, const TaskRow& row) {
-    entries_.at(count_) = {
-        .id = row.id,
-        .family = family.name,
-        .horizon = row.horizon,
-        .split = row.split,
-        .memory_type = family.memory_type,
-        .canonical = row.split != Split::kExtended,
-        .instruction = row.instruction.empty() ? family.instruction : row.instruction,
-        .oracle_floor = row.oracle_floor,
-        .definition = &family,
-        .base = row.id,
-        .index = static_cast<int>(count_)};
+    entries_.at(count_) = entry_of(family, row);
+    entries_.at(count_).index = static_cast<int>(count_);
     ++count_;
   }
 
   std::array<RegistryEntry, kMostTasks> entries_;
   std::size_t count_ = 0;
-  VariantList variants_;  // used under ProcessLock::kVariants
+  // Used under ProcessLock::kVariants. What was replaced stays, as somebody may still point to it.
+  UserTasks users_;
+  UserTasks replaced_;
 };
 
 TaskRegistry& task_registry() noexcept {
@@ -153,6 +163,28 @@ bool is_id(std::string_view id) {
   return version != std::string_view::npos && version > 0 && id.size() <= kLongestId &&
          id.size() > version + 2 && std::ranges::all_of(id, is_part) &&
          std::ranges::all_of(id.substr(version + 2), is_digit);
+}
+
+// Throws Error. what: the id belongs to.
+void require_id(std::string_view id, std::string_view what) {
+  if (is_id(id)) return;
+  throw Error(
+      Error::kInvalidArgument,
+      "id of a " + std::string(what) + ": '" + std::string(id) +
+          "' given, letters, digits and '-_.' that end in -v and a number allowed, at most " +
+          std::to_string(kLongestId));
+}
+
+[[noreturn]] void refuse_taken(std::string_view id, const RegistryEntry& taken,
+                               std::string_view other) {
+  const bool own = std::ranges::find(registry(), id, &RegistryEntry::id) != registry().end();
+  throw Error(
+      Error::kInvalidArgument,
+      "id '" + std::string(id) + "' is taken, by " +
+          (own                          ? std::string("a task of the benchmark")
+           : taken.constants != nullptr ? "a variant" + std::string(other)
+                                        : "a task of the family " + std::string(taken.family)) +
+          "; another id needed");
 }
 
 // The same variant, on one of the benchmark's tasks.
@@ -180,19 +212,14 @@ class NewVariants {
  public:
   void add(const TaskVariant& variant) {
     const std::string& id = variant.id;
-    if (!is_id(id)) {
-      throw Error(Error::kInvalidArgument,
-                  "id of a variant: '" + id +
-                      "' given, letters, digits and '-_.' that end in -v and " +
-                      "a number allowed, at most " + std::to_string(kLongestId));
-    }
+    require_id(id, "variant");
     const RegistryEntry& base = base_of(variant);
     TaskVariant own = flattened(variant, base);
     const std::unique_ptr<Task> task = base.definition->make(base, own.constants);
     take_values(task->info(), own.constants);
     if (is_registered(own)) return;
-    list_.push_back(std::make_unique<RegisteredVariant>());
-    RegisteredVariant& added = *list_.back();
+    list_.push_back(std::make_unique<UserTask>());
+    UserTask& added = *list_.back();
     added.variant = std::move(own);
     added.entry = base;
     added.entry.id = added.variant.id;
@@ -202,7 +229,7 @@ class NewVariants {
     added.entry.constants = &added.variant.constants;
   }
 
-  VariantList take() { return std::move(list_); }
+  UserTasks take() { return std::move(list_); }
 
  private:
   const RegistryEntry& base_of(const TaskVariant& variant) const {
@@ -218,14 +245,10 @@ class NewVariants {
     const RegistryEntry* taken = added == list_.end() ? find_entry(own.id) : &(*added)->entry;
     if (taken == nullptr) return false;
     if (taken->constants != nullptr && variant_of(*taken) == own) return true;
-    throw Error(Error::kInvalidArgument,
-                "id '" + own.id + "' is taken, by " +
-                    (taken->constants == nullptr ? "a task of the benchmark"
-                                                 : "a variant that is defined in another way") +
-                    "; another id needed");
+    refuse_taken(own.id, *taken, " that is defined in another way");
   }
 
-  VariantList list_;
+  UserTasks list_;
 };
 
 }  // namespace
@@ -251,6 +274,23 @@ void register_variants(std::span<const TaskVariant> variants) {
   NewVariants added;
   for (const TaskVariant& variant : variants) added.add(variant);
   task_registry().append(added.take());
+}
+
+void register_family(const Family& family) {
+  const std::scoped_lock one_at_a_time(process_mutex(ProcessLock::kRegistering));
+  UserTasks added;
+  for (const TaskRow& row : family.tasks) {
+    require_id(row.id, "task");
+    const RegistryEntry* taken = find_entry(row.id);
+    if (taken != nullptr) {
+      const bool of_family = taken->definition->name == family.name && taken->constants == nullptr;
+      const bool own =
+          std::ranges::find(registry(), row.id, &RegistryEntry::id) == registry().end();
+      if (!of_family || !own) refuse_taken(row.id, *taken, "");
+    }
+    added.push_back(std::make_unique<UserTask>(UserTask{entry_of(family, row)}));
+  }
+  task_registry().append(std::move(added));
 }
 
 TaskVariant variant_of(const RegistryEntry& entry) {

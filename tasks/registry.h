@@ -50,11 +50,17 @@ struct TaskVariant {
 // name-vN, or the base's family refuses the constants.
 void register_variants(std::span<const TaskVariant> variants);
 
+// Adds the ids of a family of a user's own, for the life of the process, or none of them; may be
+// called from any thread. The family, and all that it points to, stays where it is. Ids that a
+// family of the same name has brought before are this one's from now on. Throws Error
+// (kInvalidArgument) if an id is not of the form name-vN, or is another task's.
+void register_family(const Family& family);
+
 // The benchmark's tasks, in its order.
 std::span<const RegistryEntry> registry() noexcept;
 
-// These, then users' variants in the order in which they were registered. Entries stay where they
-// are for the life of the process.
+// These, then users' tasks and variants in the order in which they were registered. Entries stay
+// where they are for the life of the process.
 std::vector<const RegistryEntry*> all_entries();
 const RegistryEntry& entry_at(int index);
 
