@@ -36,9 +36,12 @@ from engram.tasks import describe
 from engram.tasks import list_tasks as list
 
 if TYPE_CHECKING:
+    from engram import kit
     from engram.envs.compat import AutoresetMode
     from engram.envs.env import Env
     from engram.envs.vector_env import VectorEnv
+    from engram.kit.registration import register_task
+    from engram.kit.task import Task
 
 __all__ = [
     "AutoresetMode",
@@ -48,17 +51,20 @@ __all__ = [
     "InternalError",
     "InvalidArgumentError",
     "IoError",
+    "Task",
     "UnavailableError",
     "UnknownIdError",
     "VectorEnv",
     "compare",
     "describe",
     "evaluate",
+    "kit",
     "list",
     "load_variants",
     "make",
     "make_vec",
     "register",
+    "register_task",
     "report",
     "suites",
 ]
@@ -70,13 +76,20 @@ _distribution.warn_of_other_distribution(stacklevel=2)
 # Former names of modules are found there, with a warning.
 __path__ += _deprecated.__path__
 
-# Names that need Gymnasium, and their modules. They are loaded on first use, because Gymnasium
-# imports this package, to register its tasks, while it is itself being imported.
-_LAZY = {"AutoresetMode": "envs.compat", "Env": "envs.env", "VectorEnv": "envs.vector_env"}
+# Names that are loaded on first use, and their modules: those that need Gymnasium, because it
+# imports this package, to register its tasks, while it is itself being imported; and what only
+# tasks of users need.
+_LAZY = {
+    "AutoresetMode": "envs.compat",
+    "Env": "envs.env",
+    "Task": "kit.task",
+    "VectorEnv": "envs.vector_env",
+    "register_task": "kit.registration",
+}
 
 
 def __getattr__(name: str) -> Any:
-    if name in _deprecated.MOVED:
+    if name in _deprecated.MOVED or name == "kit":
         return importlib.import_module(f"{__name__}.{name}")
     if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -86,7 +99,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> builtins.list[str]:
-    return sorted({*globals(), *_LAZY})
+    return sorted({*globals(), *_LAZY, "kit"})
 
 
 register()

@@ -1,0 +1,66 @@
+"""Tasks in files of users: ``my_tasks.py:LampOrder-v0``."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+from engram._args import values
+from engram.errors import InvalidArgumentError, IoError
+
+
+def split_target(target: str) -> tuple[str | None, str | None]:
+    """File and id of a target such as "my_tasks.py:LampOrder-v0"; either may be None."""
+    values.text("target", target)
+    if target.endswith(".py"):
+        return target, None
+    file, colon, id = target.rpartition(":")
+    if colon and file.endswith(".py"):
+        return file, id or None
+    return None, target
+
+
+def load_file(path: str | os.PathLike[str]) -> list[str]:
+    """Runs a file with tasks, as an import would, and returns the ids that it registered.
+
+    Modules beside the file can be imported by it. Exceptions of the file come out as they are.
+
+    Raises:
+        IoError: There is no such file.
+        InvalidArgumentError: The file registers no task.
+    """
+    from engram.kit.registration import registered
+
+    file = Path(values.path("path", path)).resolve()
+    if not file.is_file():
+        raise IoError(f"{file}: no such file")
+    name = _module_name(file)
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise InvalidArgumentError(f"path: {os.fspath(path)!r} given; a Python file needed")
+    before = dict(registered)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    sys.path.insert(0, str(file.parent))
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        sys.modules.pop(name, None)
+        raise
+    finally:
+        sys.path.remove(str(file.parent))
+    found = [id for id, cls in registered.items() if before.get(id) is not cls]
+    if not found:
+        raise InvalidArgumentError(f"{file}: registers no task; engram.register_task(...) does")
+    return found
+
+
+def _module_name(file: Path) -> str:
+    """The name that an import would use, unless another module has it."""
+    taken = sys.modules.get(file.stem)
+    if taken is None or getattr(taken, "__file__", None) == str(file):
+        return file.stem
+    return f"{file.stem}_{hashlib.sha256(str(file).encode()).hexdigest()[:8]}"
