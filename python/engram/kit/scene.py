@@ -209,7 +209,7 @@ class Scene:
     ) -> NDArray[np.int64]:
         """The point (n, k, 3) nearest to the TCP, if within radius, m: (n,), otherwise -1."""
         found = np.full(self.n, -1)
-        rows = self.rows if where is None else np.flatnonzero(where)
+        rows = self.rows if where is None else where.nonzero()[0]
         if len(rows) == 0:
             return found
         away = length(self.tcp_pos[rows, None] - points[rows])
@@ -220,8 +220,8 @@ class Scene:
 
     def robot_is_static(self, speed: float = 0.2) -> Mask:
         """Whether no joint of the arm is faster, rad/s: (n,)."""
-        arm = self.qvel[:, :_ARM_JOINTS]
-        return (arm.max(axis=1) <= speed) & (arm.min(axis=1) >= -speed)
+        arm = self.qvel.T[:_ARM_JOINTS].copy()
+        return np.abs(arm, out=arm).max(axis=0) <= speed  # type: ignore[no-any-return]
 
     def prop_is_static(self, props: AnyProps, speed: float = 1e-2, spin: float = 1e-1) -> Mask:
         """Whether props are slower than that, m/s and rad/s: (n,), of a group (n, k)."""
@@ -283,7 +283,7 @@ class Scene:
                 raise InvalidArgumentError(
                     f"where: {where.dtype} of shape {where.shape} given; bool of shape ({self.n},)"
                 )
-            rows = np.flatnonzero(where)
+            rows = where.nonzero()[0]
             if len(rows) == 0:
                 return None
         if isinstance(props, Props):

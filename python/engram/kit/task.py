@@ -363,7 +363,7 @@ def _store(name: str, out: NDArray[Any], value: Any) -> None:
     given = np.asarray(value)
     if given.dtype.kind not in "biuf":
         raise InvalidArgumentError(f"{name}: {value!r} returned; an array of numbers needed")
-    if given.shape != out.shape and given.size != out.size:
+    if given.shape != out.shape and (given.shape[:1], given.size) != (out.shape[:1], out.size):
         raise InvalidArgumentError(
             f"{name}: an array of shape {given.shape} returned; {out.shape} needed"
         )
