@@ -72,7 +72,7 @@ def length(vectors: NDArray[Any]) -> Reals:
     total = parts[0]
     for i in range(1, len(parts)):
         total += parts[i]
-    return np.sqrt(total, out=total).T  # type: ignore[no-any-return]
+    return np.sqrt(total, out=total).T
 
 
 def distance(first: NDArray[Any], second: NDArray[Any]) -> Reals:

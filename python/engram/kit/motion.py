@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engram import _core
 from engram.errors import InvalidArgumentError
-from engram.kit.scene import Mask
+from engram.kit.scene import Mask, checked_mask
 
 GRIPPER_OPEN = 1.0
 GRIPPER_CLOSED = -0.6  # closed, without squeezing
@@ -128,7 +128,7 @@ class Motion:
             rest,
         )
         moving = rest == 0
-        chosen = moving if where is None else where & moving
+        chosen = moving if where is None else checked_mask(where, self.n) & moving
         self.rest(gripper=gripper, where=where)
         self.servo(goal, orientation=self.lean(goal), gripper=gripper, where=chosen)
 
@@ -197,7 +197,7 @@ class Motion:
         if where is None:
             self.actions[:] = out
         else:
-            np.copyto(self.actions, out, where=where[:, None])
+            np.copyto(self.actions, out, where=checked_mask(where, self.n)[:, None])
 
     def _rows(self, name: str, value: ArrayLike, width: int) -> Reals:
         given = np.asarray(value, np.float64)

@@ -48,8 +48,6 @@ def register_task(
     """
     if not (isinstance(cls, type) and issubclass(cls, Task) and cls is not Task):
         raise InvalidArgumentError(f"cls: {cls!r} given; a class derived from engram.Task needed")
-    if cls.__init__ is not Task.__init__:
-        raise InvalidArgumentError(f"cls: {cls.__name__} has __init__; build() takes its place")
     for name in _NEEDED:
         if getattr(cls, name) is getattr(Task, name):
             raise InvalidArgumentError(f"cls: {cls.__name__} has no method {name}()")

@@ -47,6 +47,16 @@ class Props:
         return f"Props({self.slice.start} to {self.slice.stop - 1})"
 
 
+def checked_mask(where: Any, n: int) -> Mask:
+    """A choice of environments."""
+    given = np.asarray(where)
+    if given.shape != (n,) or given.dtype != np.bool_:
+        raise InvalidArgumentError(
+            f"where: {given.dtype} of shape {given.shape} given; bool of shape ({n},) needed"
+        )
+    return given
+
+
 # One prop, one in every environment (n,), or a group.
 AnyProps = int | NDArray[np.integer[Any]] | Props
 
@@ -70,6 +80,8 @@ class Scene:
     prop_emission: NDArray[np.float32]
     finger_force: NDArray[np.float64]
     moved: NDArray[np.bool_]
+    success: NDArray[np.bool_]
+    answer: str
     answered: NDArray[np.bool_]
     first_answer: NDArray[np.int32]
     first_answer_correct: NDArray[np.bool_]
@@ -209,7 +221,7 @@ class Scene:
     ) -> NDArray[np.int64]:
         """The point (n, k, 3) nearest to the TCP, if within radius, m: (n,), otherwise -1."""
         found = np.full(self.n, -1)
-        rows = self.rows if where is None else where.nonzero()[0]
+        rows = self.rows if where is None else checked_mask(where, self.n).nonzero()[0]
         if len(rows) == 0:
             return found
         away = length(self.tcp_pos[rows, None] - points[rows])
@@ -221,7 +233,7 @@ class Scene:
     def robot_is_static(self, speed: float = 0.2) -> Mask:
         """Whether no joint of the arm is faster, rad/s: (n,)."""
         arm = self.qvel.T[:_ARM_JOINTS].copy()
-        return np.abs(arm, out=arm).max(axis=0) <= speed  # type: ignore[no-any-return]
+        return np.abs(arm, out=arm).max(axis=0) <= speed
 
     def prop_is_static(self, props: AnyProps, speed: float = 1e-2, spin: float = 1e-1) -> Mask:
         """Whether props are slower than that, m/s and rad/s: (n,), of a group (n, k)."""
@@ -273,29 +285,46 @@ class Scene:
             np.copyto(self.first_answer_correct, correct, where=given)
             self.answered |= given
 
+    def answer_by_touch(
+        self, points: NDArray[np.float64], right: NDArray[Any], radius: float, *, where: Mask
+    ) -> None:
+        """Writes success, and the answer, of tasks in which a point has to be touched.
+
+        A touch is a TCP within radius of a point while the arm is static. The nearest point that
+        is touched first is the answer.
+
+        Args:
+            points: (n, k, 3), m.
+            right: Number of the right one, (n,).
+            radius: m.
+            where: Environments in which touches count (n,).
+        """
+        resting = checked_mask(where, self.n) & self.robot_is_static()
+        self.success[:] = resting & (self.tcp_distance(points[self.rows, right]) <= radius)
+        if self.answer:
+            touched = self.nearest(points, radius, where=resting & ~self.answered)
+            self.give_answer(touched, touched == right, touched >= 0)
+
     # --- indices and values ---
 
     def _choose(self, props: AnyProps, where: Mask | None) -> tuple[tuple[Any, Any], int] | None:
         """Indices of environments and props, and the size of a group or 0; None: nothing to do."""
         rows: Any = slice(None)
         if where is not None:
-            if where.shape != (self.n,) or where.dtype != np.bool_:
-                raise InvalidArgumentError(
-                    f"where: {where.dtype} of shape {where.shape} given; bool of shape ({self.n},)"
-                )
-            rows = where.nonzero()[0]
+            rows = checked_mask(where, self.n).nonzero()[0]
             if len(rows) == 0:
                 return None
         if isinstance(props, Props):
             return (rows, props.slice), len(props)
-        if isinstance(props, np.ndarray):
-            if props.shape != (self.n,) or props.dtype.kind not in "iu":
-                raise InvalidArgumentError(
-                    f"props: {props.dtype} of shape {props.shape} given; an index, a group, or "
-                    f"integers of shape ({self.n},)"
-                )
-            return (self.rows, props) if where is None else (rows, props[rows]), 0
-        return (rows, props), 0
+        if isinstance(props, (int, np.integer)):
+            return (rows, props), 0
+        given = np.asarray(props)
+        if given.shape != (self.n,) or given.dtype.kind not in "iu":
+            raise InvalidArgumentError(
+                f"props: {given.dtype} of shape {given.shape} given; an index, a group of "
+                f"add_props, or integers of shape ({self.n},) needed"
+            )
+        return (self.rows, given) if where is None else (rows, given[rows]), 0
 
     def _set_pos(
         self, name: str, index: Any, group: int, pos: ArrayLike, where: Mask | None

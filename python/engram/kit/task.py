@@ -26,6 +26,11 @@ METHODS = (
 )  # fmt: skip
 _OPTIONAL = ("before_physics", "observe", "blind", "sweep")
 _TERMINATIONS = ("never", "success", "success_or_failed")
+# Attributes of the base class alone.
+_OWN = frozenset({
+    "_calls", "_current", "_declared", "_resting_height", "_reward", "_sealed", "_spare",
+    "_starts", "_state", "_upright", "_whole",
+})  # fmt: skip
 
 
 class Task(Declarations, Scene, Motion, Phases):
@@ -71,6 +76,7 @@ class Task(Declarations, Scene, Motion, Phases):
     n                                  int      environments
     rows                 (n,)          int64    0, ..., n - 1, for indices
     elapsed              (n,)          int32    control steps since the episode began
+    seed, episode        (n,)          uint64   of the episode
     qpos, qvel           (n, 9)        float64  seven joints, two fingers; rad, m, and per s
     tcp_pos              (n, 3)        float64  m
     tcp_quat             (n, 4)        float64  w, x, y, z
@@ -125,7 +131,6 @@ class Task(Declarations, Scene, Motion, Phases):
     seed: NDArray[np.uint64]
     covered: NDArray[np.uint64]
     qpos: NDArray[np.float64]
-    success: NDArray[np.bool_]
     failed: NDArray[np.bool_]
     oracle_info: NDArray[np.int32]
 
@@ -170,7 +175,25 @@ class Task(Declarations, Scene, Motion, Phases):
     def _missing(self, name: str) -> BadStateError:
         return BadStateError(f"{type(self).__name__} has no method {name}()")
 
-    # --- instances ---
+    # --- classes and instances ---
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for name in vars(cls):
+            if name in ENGINE_NAMES:
+                raise InvalidArgumentError(
+                    f"class {cls.__name__}: {name} is a column of the engine; another name"
+                )
+            if name in ("__init__", "__setattr__", "__getattr__"):
+                raise InvalidArgumentError(
+                    f"class {cls.__name__}: {name} given; build() declares what a task has"
+                )
+            if name in METHODS or name == "build" or name.startswith("__"):
+                continue
+            if callable(getattr(Task, name, None)):
+                raise InvalidArgumentError(
+                    f"class {cls.__name__}: {name} is a method of engram.Task; another name"
+                )
 
     def __init__(self, id: str, horizon: int, constants: Mapping[str, Any]) -> None:
         """The engine makes instances; ``engram.register_task`` makes one to check the class."""
@@ -186,7 +209,7 @@ class Task(Declarations, Scene, Motion, Phases):
         heights = [one.resting_height for one in props]
         held["_resting_height"] = np.array([np.nan if h is None else h for h in heights], float)
         for name, value in held.items():
-            if not name.startswith("_"):
+            if name not in _OWN:
                 held[name] = _frozen(value)
         held["_sealed"] = True
 
@@ -200,6 +223,8 @@ class Task(Declarations, Scene, Motion, Phases):
 
     def _check_attribute(self, name: str) -> None:
         cls = type(self).__name__
+        if name in _OWN:
+            raise InvalidArgumentError(f"self.{name} = ...: {name} belongs to engram.Task")
         if name in self._declared.columns or name in ENGINE_NAMES:
             raise InvalidArgumentError(f"self.{name} = ...: {name} is a column; another name")
         if name in constants_of(type(self)):

@@ -53,12 +53,8 @@ class RememberColor(engram.Task):
         self.place(self.cubes, self.positions, where=self.begins("act"))
 
     def evaluate(self):
-        may_touch = self.in_phase("act") & self.robot_is_static()
-        self.success[:] = may_touch & (self.tcp_distance(self.goal) <= self.GOAL_THRESH)
-        touched = self.nearest(
-            self.pos_of(self.cubes), self.GOAL_THRESH, where=may_touch & ~self.answered
-        )
-        self.give_answer(touched, touched == self.target, where=touched >= 0)
+        acts = self.in_phase("act")
+        self.answer_by_touch(self.pos_of(self.cubes), self.target, self.GOAL_THRESH, where=acts)
 
     def reward(self):
         away = self.tcp_distance(self.goal)

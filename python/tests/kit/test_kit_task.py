@@ -92,9 +92,13 @@ def refusal(method="advance", **methods):
     """What a step says of a Counter with other methods."""
     cls = type("Refused", (Counter,), methods)
     columns = ColumnsByHand(cls)
-    with pytest.raises(Exception) as refused:  # noqa: PT011 (tests compare type and text)
+
+    def run():
         columns.reset()
         columns.step()
+
+    with pytest.raises(Exception) as refused:  # noqa: PT011 (tests compare type and text)
+        run()
     return refused.value
 
 
@@ -159,3 +163,47 @@ def test_optional_methods_are_listed():
     columns.call("oracle")
     with pytest.raises(engram.BadStateError, match=r"Full has no method blind"):
         columns.call("blind")
+
+
+@pytest.mark.parametrize(
+    ("attributes", "message"),
+    [
+        ({"elapsed": 3}, "class Bad: elapsed is a column of the engine"),
+        ({"place": lambda t: None}, "class Bad: place is a method of engram.Task; another name"),
+        ({"describe": lambda t: ""}, "class Bad: describe is a method"),
+        ({"__init__": lambda t: None}, r"class Bad: __init__ given; build\(\) declares"),
+    ],
+)
+def test_names_of_the_base_class_are_refused(attributes, message):
+    with pytest.raises(engram.InvalidArgumentError, match=message):
+        type("Bad", (Counter,), attributes)
+
+
+def test_touches_are_answers():
+    class Touch(engram.Task):
+        answer = "a point"
+
+        def build(self):
+            self.points = np.array([[0.0, 0, 0], [0.1, 0, 0]])
+            self.draw_integer("right", 0, 1, text="the point to touch")
+
+        def evaluate(self):
+            points = np.broadcast_to(self.points, (self.n, 2, 3))
+            self.answer_by_touch(points, self.right, 0.05, where=self.elapsed > 0)
+
+        def reward(self):
+            return self.success * 1.0
+
+    columns = ColumnsByHand(Touch)
+    columns.all["tcp_pos"][:] = [[0, 0, 0], [0, 0, 0], [0.1, 0, 0], [0.1, 0.2, 0]]
+    columns.reset(right=[0, 1, 1, 0])
+    assert not columns.all["answered"].any()
+    columns.all["qvel"][2, 0] = 1
+    columns.step()
+    assert columns.all["success"][:, 0].tolist() == [1, 0, 0, 0]
+    assert columns.all["answered"][:, 0].tolist() == [1, 1, 0, 0]
+    assert columns.all["first_answer_correct"][:, 0].tolist() == [1, 0, 0, 0]
+    columns.all["qvel"][:] = 0
+    columns.step()
+    assert columns.all["first_answer"][:, 0].tolist() == [0, 0, 1, 0]
+    assert columns.all["reward"][:, 0].tolist() == [1, 0, 1, 0]
