@@ -26,6 +26,7 @@ from engram.errors import (
     InternalError,
     InvalidArgumentError,
     IoError,
+    TaskFailedError,
     UnavailableError,
     UnknownIdError,
 )
@@ -48,6 +49,7 @@ __all__ = [
     "InternalError",
     "InvalidArgumentError",
     "IoError",
+    "TaskFailedError",
     "UnavailableError",
     "UnknownIdError",
     "VectorEnv",
