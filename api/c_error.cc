@@ -30,6 +30,8 @@ engram_status status_of(Error::Kind kind) {
       return ENGRAM_IO;
     case Error::kInternal:
       return ENGRAM_INTERNAL;
+    case Error::kTaskFailed:
+      return ENGRAM_TASK_FAILED;
   }
   return ENGRAM_INTERNAL;
 }

@@ -56,6 +56,7 @@ class ENGRAM_API Error : public std::runtime_error {
     kBadState = ENGRAM_BAD_STATE,       ///< not allowed at this point
     kIo = ENGRAM_IO,                    ///< a file could not be read or written
     kInternal = ENGRAM_INTERNAL,        ///< a defect of the library itself
+    kTaskFailed = ENGRAM_TASK_FAILED,   ///< the code of a user's task has failed
   };
 
   Error(Kind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}

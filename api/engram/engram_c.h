@@ -48,7 +48,8 @@ typedef enum engram_status {
   ENGRAM_UNAVAILABLE = 3,      /**< the machine lacks it: threads, memory, a device */
   ENGRAM_BAD_STATE = 4,        /**< not allowed at this point */
   ENGRAM_IO = 5,               /**< a file could not be read or written */
-  ENGRAM_INTERNAL = 6          /**< a defect of the library itself */
+  ENGRAM_INTERNAL = 6,         /**< a defect of the library itself */
+  ENGRAM_TASK_FAILED = 7       /**< the code of a user's task has failed */
 } engram_status;
 
 /** The message of this thread's last failing call; "" if there was none. Valid until this thread's

@@ -47,7 +47,9 @@ ColumnView ColumnStore::add(Field field) {
   entry.low = wide ? -kLargestCount : 0;
   entry.high = wide ? kLargestCount : 255;
   entry.row_bytes = static_cast<std::size_t>(field.width) * size_of(field.dtype);
-  entry.bytes = AlignedArray<std::byte>(entry.row_bytes * static_cast<std::size_t>(num_envs_));
+  entry.memory = std::make_shared<AlignedArray<std::byte>>(entry.row_bytes *
+                                                           static_cast<std::size_t>(num_envs_));
+  entry.bytes = entry.memory->data();
   entry.field = std::move(field);
   row_bytes_ += entry.row_bytes;
   columns_.push_back(std::move(entry));
@@ -90,7 +92,7 @@ ColumnView ColumnStore::find_beyond_limits(std::span<const std::byte> row) const
 
 ColumnView ColumnStore::operator[](std::size_t index) const {
   const Entry& entry = columns_[index];
-  return {&entry.field, const_cast<std::byte*>(entry.bytes.data())};
+  return {&entry.field, entry.bytes};
 }
 
 ColumnView ColumnStore::find(std::string_view name) const {
@@ -100,11 +102,17 @@ ColumnView ColumnStore::find(std::string_view name) const {
   return {};
 }
 
+std::shared_ptr<void> ColumnStore::memory_of(std::string_view name) const {
+  for (const Entry& entry : columns_) {
+    if (entry.field.name == name) return entry.memory;
+  }
+  return {};
+}
+
 void ColumnStore::save_row(int env, std::span<std::byte> out) const {
   std::byte* to = out.data();
   for (const Entry& entry : columns_) {
-    std::memcpy(to, entry.bytes.data() + static_cast<std::size_t>(env) * entry.row_bytes,
-                entry.row_bytes);
+    std::memcpy(to, entry.bytes + static_cast<std::size_t>(env) * entry.row_bytes, entry.row_bytes);
     to += entry.row_bytes;
   }
 }
@@ -112,7 +120,7 @@ void ColumnStore::save_row(int env, std::span<std::byte> out) const {
 void ColumnStore::load_row(int env, std::span<const std::byte> in) {
   const std::byte* from = in.data();
   for (Entry& entry : columns_) {
-    std::memcpy(entry.bytes.data() + static_cast<std::size_t>(env) * entry.row_bytes, from,
+    std::memcpy(entry.bytes + static_cast<std::size_t>(env) * entry.row_bytes, from,
                 entry.row_bytes);
     from += entry.row_bytes;
   }
@@ -120,15 +128,14 @@ void ColumnStore::load_row(int env, std::span<const std::byte> in) {
 
 void ColumnStore::clear_row(int env) {
   for (Entry& entry : columns_) {
-    std::memset(entry.bytes.data() + static_cast<std::size_t>(env) * entry.row_bytes, 0,
-                entry.row_bytes);
+    std::memset(entry.bytes + static_cast<std::size_t>(env) * entry.row_bytes, 0, entry.row_bytes);
   }
 }
 
 void ColumnStore::copy_row_to(ColumnStore& other, int env) const {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     const std::size_t offset = static_cast<std::size_t>(env) * columns_[i].row_bytes;
-    std::memcpy(other.columns_[i].bytes.data() + offset, columns_[i].bytes.data() + offset,
+    std::memcpy(other.columns_[i].bytes + offset, columns_[i].bytes + offset,
                 columns_[i].row_bytes);
   }
 }

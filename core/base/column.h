@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -81,6 +82,8 @@ class ColumnStore {
   ColumnView operator[](std::size_t index) const;
   // The column of that name; its field is null where there is none.
   ColumnView find(std::string_view name) const;
+  // Keeps the memory of that column for those that may outlive the store; null where there is none.
+  std::shared_ptr<void> memory_of(std::string_view name) const;
 
   // Bytes of one environment's rows of all columns, in order.
   std::size_t row_bytes() const { return row_bytes_; }
@@ -97,7 +100,8 @@ class ColumnStore {
  private:
   struct Entry {
     Field field;
-    AlignedArray<std::byte> bytes;
+    std::shared_ptr<AlignedArray<std::byte>> memory;
+    std::byte* bytes = nullptr;  // in it
     std::size_t row_bytes = 0;
     std::int32_t low = 0;
     std::int32_t high = 0;

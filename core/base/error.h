@@ -18,6 +18,7 @@ class Error : public std::runtime_error {
     kBadState,         // the call is not allowed at this point
     kIo,               // a file could not be read or written
     kInternal,         // a defect of the library itself
+    kTaskFailed,       // the code of a user's task has failed
   };
   // Short names. `using enum` would do, but crashes GCC 12 when a template uses them.
   static constexpr Kind kInvalidArgument = Kind::kInvalidArgument;
@@ -26,6 +27,7 @@ class Error : public std::runtime_error {
   static constexpr Kind kBadState = Kind::kBadState;
   static constexpr Kind kIo = Kind::kIo;
   static constexpr Kind kInternal = Kind::kInternal;
+  static constexpr Kind kTaskFailed = Kind::kTaskFailed;
 
   Error(Kind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
 

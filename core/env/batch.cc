@@ -129,6 +129,11 @@ void Batch::allocate() {
   add_state_fields();
   add_outputs();
   task_->bind(bindings_);
+  rules_ = task_->batch_rules();
+  if (rules_ != nullptr) {
+    work_.begins.resize(static_cast<std::size_t>(num_envs()));
+    work_.episodes.resize(static_cast<std::size_t>(num_envs()));
+  }
   if (observes_pictures(options_.obs_mode)) add_images();
   if (observes_objects(options_.obs_mode)) add_objects();
   final_outputs_.add_like(outputs_);
@@ -155,9 +160,10 @@ void Batch::add_outputs() {
   observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation",
                                      observes_state(options_.obs_mode));
   const bool joints = options_.joint_proprio;
-  proprio_ = outputs_.add<float>("proprio", engram::proprio_dim(joints), joints ? "rad, m" : "m, rad",
-                                 joints ? "joint angles of the arm, gripper opening"
-                                        : "TCP position, roll, pitch, yaw, gripper opening");
+  proprio_ =
+      outputs_.add<float>("proprio", engram::proprio_dim(joints), joints ? "rad, m" : "m, rad",
+                          joints ? "joint angles of the arm, gripper opening"
+                                 : "TCP position, roll, pitch, yaw, gripper opening");
   reward_ = outputs_.add<float>("reward");
   terminated_ = outputs_.add<std::uint8_t>("terminated");
   truncated_ = outputs_.add<std::uint8_t>("truncated");
@@ -205,6 +211,11 @@ void Batch::check_env(int env) const {
 }
 
 void Batch::require_started(const char* what) const {
+  if (interrupted_) {
+    throw Error(Error::kBadState, std::string(what) + " after " + info().id +
+                                      " has failed in the middle of a step or reset; reset all "
+                                      "environments first");
+  }
   if (started_) return;
   throw Error(Error::kBadState, std::string(what) + " before the first reset; reset first");
 }
@@ -219,10 +230,12 @@ Batch::CheckedReset Batch::checked_reset(const ResetRequest& request) const {
   CheckedReset reset{request, request.pins, {}};
   if (reset.pins == nullptr && !started_) reset.pins = &options_.pins;
   if (request.constants != nullptr) reset.ranges = pins_.narrowed_ranges(*request.constants);
-  for (int env = 0; !started_ && env < num_envs(); ++env) {
+  for (int env = 0; (!started_ || interrupted_) && env < num_envs(); ++env) {
     if (reset.selects(env)) continue;
-    throw Error(Error::kBadState, "first reset with environment " + std::to_string(env) +
-                                      " masked out; the first one must reset all");
+    throw Error(Error::kBadState,
+                std::string(interrupted_ ? "reset after a failure of the task" : "first reset") +
+                    " with environment " + std::to_string(env) +
+                    " masked out; this one must reset all");
   }
   return reset;
 }
@@ -230,6 +243,10 @@ Batch::CheckedReset Batch::checked_reset(const ResetRequest& request) const {
 void Batch::reset(const ResetRequest& request) {
   const IeeeScope scope;
   const CheckedReset reset = checked_reset(request);
+  if (rules_ != nullptr) {
+    reset_by_rules(reset);
+    return;
+  }
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     reset_range(worker, {begin, end}, reset);
   });
@@ -241,14 +258,7 @@ void Batch::reset_range(int worker, Range envs, const CheckedReset& reset) {
   if (clock_ != nullptr) clock(worker)->start();
   for (int env = envs.begin; env < envs.end; ++env) {
     if (!reset.selects(env)) continue;
-    std::uint64_t seed = options_.seed + static_cast<std::uint64_t>(env);
-    std::uint64_t episode = 0;
-    if (!request.seeds.empty()) {
-      seed = request.seeds[static_cast<std::size_t>(env)];
-    } else if (started_) {
-      seed = state_.seed[env];
-      episode = state_.episode[env] + 1;
-    }
+    const auto [seed, episode] = next_episode(env, request);
     if (reset.pins != nullptr) pins_.set(env, *reset.pins);
     if (request.constants != nullptr) pins_.narrow(env, reset.ranges);
     reset_env(worker, env, seed, episode);
@@ -259,7 +269,22 @@ void Batch::reset_range(int worker, Range envs, const CheckedReset& reset) {
   copy_outputs(envs);
 }
 
-void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode_number) {
+std::pair<std::uint64_t, std::uint64_t> Batch::next_episode(int env,
+                                                            const ResetRequest& request) const {
+  if (!request.seeds.empty()) return {request.seeds[static_cast<std::size_t>(env)], 0};
+  if (started_) return {state_.seed[env], state_.episode[env] + 1};
+  return {options_.seed + static_cast<std::uint64_t>(env), 0};
+}
+
+void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode) {
+  begin_episode(worker, env, seed, episode);
+  const Range self{env, env + 1};
+  task_->advance(self);
+  evaluate(self);
+  observe(self);
+}
+
+void Batch::begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t episode_number) {
   memory_.clear_row(env);
   outputs_.clear_row(env);
   state_.seed[env] = seed;
@@ -278,10 +303,6 @@ void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t epi
   controller_->reset(state_, env);
 
   task_->reset(episode);
-  const Range self{env, env + 1};
-  task_->advance(self);
-  evaluate(self);
-  observe(self);
 }
 
 }  // namespace engram

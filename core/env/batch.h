@@ -7,9 +7,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/thread_pool.h"
+#include "core/env/batch_rules.h"
 #include "core/env/object_view.h"
 #include "core/env/options.h"
 #include "core/env/output_copies.h"
@@ -162,7 +164,11 @@ class Batch {
   };
   CheckedReset checked_reset(const ResetRequest& request) const;
   void reset_range(int worker, Range envs, const CheckedReset& reset);
+  // The seed and the number of the episode that a reset begins in an environment.
+  std::pair<std::uint64_t, std::uint64_t> next_episode(int env, const ResetRequest& request) const;
   void reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode);
+  // The part of it without rules: the robot stands, and the task has sampled.
+  void begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t episode);
   // Throw Error. first: number of environment 0 in the message.
   void check_no_action(int first = 0) const;
   void refuse_ended(int first = 0) const;
@@ -173,12 +179,26 @@ class Batch {
   }
   // actions: of all environments; null: none.
   void step_all(const float* actions);
+  // Steps and resets of a task with BatchRules; commanded: empty, or 0 for environments without a
+  // new command.
+  void step_by_rules(const float* actions, std::span<const std::uint8_t> commanded);
+  void reset_by_rules(const CheckedReset& reset);
+  void list_steps();
+  void move_stepping(const float* actions, std::span<const std::uint8_t> commanded);
+  void judge(std::span<const int> envs);
+  void end_steps();
+  void begin_episodes();
   void step_range(int worker, Range envs, const float* actions);
   void simulate(int worker, Range envs, const float* actions);
+  void run_physics(int worker, Range envs, const float* actions);
   void take_action(int env, const float* actions);
   void evaluate(Range envs);
+  void fail_wrong_answers(int env);
   void finish_steps(int worker, Range envs);
   void finish_step(int worker, int env);
+  // Sets the endings of a step, and keeps the last outputs of an episode that is replaced at once.
+  // True if that one has ended.
+  bool end_step(int env);
   bool outputs_finite(int env) const;
   void render_observation(int worker, int env);
   void copy_outputs(Range envs) const {
@@ -189,13 +209,27 @@ class Batch {
   }
   void observe(Range envs);
   void observe_proprio(int env);
-  void observe_state(Range envs);
+  void observe_robot(int env);
+  // The task's part of the observation's rows.
+  FloatRows task_rows();
   void observe_objects(int env);
+  bool has_dense_reward() const;
   void compute_rewards(Range envs);
+  void scale_reward(int env);
   template <class T>
   std::span<const T> whole(const Column<T>& column) const;
 
+  // Environments of a step or reset by rules.
+  struct RulesWork {
+    std::vector<int> stepping;  // ascending
+    std::vector<int> beginning;
+    std::vector<std::uint8_t> begins;  // 1: an episode begins, whose seed and number are these
+    std::vector<std::pair<std::uint64_t, std::uint64_t>> episodes;
+  };
+
   std::unique_ptr<Task> task_;
+  BatchRules* rules_ = nullptr;  // of the task, if it has some
+  RulesWork work_;
   BatchOptions options_;
   std::vector<double> option_values_;          // of the task's own options
   std::shared_ptr<const PhysicsModel> model_;  // of all batches of this task
@@ -229,7 +263,8 @@ class Batch {
 
   const OutputCopies* copies_ = nullptr;
   StepClock* clock_ = nullptr;
-  bool started_ = false;  // a first reset has been made
+  bool started_ = false;      // a first reset has been made
+  bool interrupted_ = false;  // rules have failed in the middle of a step or reset
   std::atomic<std::uint64_t> unstable_count_ = 0;
 };
 

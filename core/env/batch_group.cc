@@ -94,13 +94,14 @@ BatchGroup::BatchGroup(std::vector<std::unique_ptr<Batch>> batches, int threads)
       outputs_(plain(parts_), true) {
   if (threads == 0) threads = std::min(available_processors(), kMaxThreads);
   for (int i = 0; i < num_parts(); ++i) {
+    if (part(i).rules_ != nullptr) continue;  // which shares its own work
     const int envs = part(i).num_envs();
     const int length = segment_length(part(i).simulator_->lanes(), num_envs_, threads);
     for (int begin = 0; begin < envs; begin += length) {
       segments_.push_back({i, {begin, std::min(begin + length, envs)}});
     }
   }
-  pool_.emplace(std::min(threads, static_cast<int>(segments_.size())));
+  pool_.emplace(std::clamp(static_cast<int>(segments_.size()), 1, threads));
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     outputs_.add_copies(i, parts_[i].copies[0]);
   }
@@ -168,7 +169,9 @@ void BatchGroup::reset(const ResetRequest& request) {
     if (reset) part.batch->reset_range(worker, segment.envs, *reset);
   });
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    if (resets[i]) parts_[i].batch->started_ = true;
+    Batch& batch = *parts_[i].batch;
+    if (resets[i] && batch.rules_ != nullptr) batch.reset_by_rules(*resets[i]);
+    if (resets[i]) batch.started_ = true;
   }
 }
 
@@ -202,13 +205,17 @@ void BatchGroup::step_all(const float* actions) {
     part(0).step_all(actions);
     return;
   }
+  const auto actions_of = [&](const Part& part) {
+    return actions == nullptr
+               ? nullptr
+               : actions + static_cast<std::ptrdiff_t>(part.first) * part.batch->action_dim();
+  };
   run([&](Part& part, int worker, const Segment& segment) {
-    const float* const own =
-        actions == nullptr
-            ? nullptr
-            : actions + static_cast<std::ptrdiff_t>(part.first) * part.batch->action_dim();
-    part.batch->step_range(worker, segment.envs, own);
+    part.batch->step_range(worker, segment.envs, actions_of(part));
   });
+  for (const Part& part : parts_) {
+    if (part.batch->rules_ != nullptr) part.batch->step_by_rules(actions_of(part), {});
+  }
 }
 
 void BatchGroup::act(Policy policy, std::span<float> actions) {
@@ -224,6 +231,12 @@ void BatchGroup::act(Policy policy, std::span<float> actions) {
     float* const own = actions.data() + static_cast<std::size_t>(part.first) * dim;
     ScriptedPolicy(*part.batch, policy).act_range(segment.envs, own);
   });
+  for (const Part& part : parts_) {
+    if (part.batch->rules_ == nullptr) continue;
+    const auto length = static_cast<std::size_t>(part.batch->num_envs()) * dim;
+    ScriptedPolicy(*part.batch, policy)
+        .act(actions.subspan(static_cast<std::size_t>(part.first) * dim, length));
+  }
 }
 
 // --- arrays of users ---

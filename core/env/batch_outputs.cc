@@ -8,13 +8,31 @@
 namespace engram {
 
 void Batch::observe(Range envs) {
-  for (int env = envs.begin; env < envs.end; ++env) {
-    elapsed_steps_[env] = state_.elapsed[env];
-    observe_proprio(env);
-  }
-  if (observes_state(options_.obs_mode)) observe_state(envs);
-  if (!objects_) return;
-  for (int env = envs.begin; env < envs.end; ++env) observe_objects(env);
+  for (int env = envs.begin; env < envs.end; ++env) observe_robot(env);
+  if (observes_state(options_.obs_mode)) task_->observe(envs, task_rows());
+}
+
+// All but the task's part.
+void Batch::observe_robot(int env) {
+  elapsed_steps_[env] = state_.elapsed[env];
+  observe_proprio(env);
+  if (objects_) observe_objects(env);
+  if (!observes_state(options_.obs_mode)) return;
+  float* out = observation_.row(env);
+  const auto append = [&out](const double* values, int count) {
+    out = std::transform(values, values + count, out,
+                         [](double value) { return static_cast<float>(value); });
+  };
+  append(state_.qpos.row(env), kRobotJoints);
+  append(state_.qvel.row(env), kRobotJoints);
+  append(controller_->state_row(state_, env), controller_->state_dim());
+  append(state_.tcp_pos.row(env), 3);
+  append(state_.tcp_quat.row(env), 4);
+}
+
+FloatRows Batch::task_rows() {
+  const int behind = 2 * kRobotJoints + controller_->state_dim() + 7;
+  return {observation_.data() + behind, observation_.width()};
 }
 
 void Batch::observe_proprio(int env) {
@@ -42,43 +60,30 @@ void Batch::observe_objects(int env) {
   objects_->write(state_, env, bindings_.stream_key(env), cue);
 }
 
-void Batch::observe_state(Range envs) {
-  int offset = 0;
-  for (int env = envs.begin; env < envs.end; ++env) {
-    float* out = observation_.row(env);
-    const auto append = [&out](const double* values, int count) {
-      out = std::transform(values, values + count, out,
-                           [](double value) { return static_cast<float>(value); });
-    };
-    append(state_.qpos.row(env), kRobotJoints);
-    append(state_.qvel.row(env), kRobotJoints);
-    append(controller_->state_row(state_, env), controller_->state_dim());
-    append(state_.tcp_pos.row(env), 3);
-    append(state_.tcp_quat.row(env), 4);
-    offset = static_cast<int>(out - observation_.row(env));
-  }
-  task_->observe(envs, {observation_.data() + offset, observation_.width()});
+bool Batch::has_dense_reward() const {
+  return options_.reward_mode == RewardMode::kDense ||
+         options_.reward_mode == RewardMode::kNormalizedDense;
 }
 
 void Batch::compute_rewards(Range envs) {
-  const RewardMode mode = options_.reward_mode;
-  if (mode == RewardMode::kDense || mode == RewardMode::kNormalizedDense) {
-    task_->dense_reward(envs, {reward_.data(), 1});
-  }
-  for (int env = envs.begin; env < envs.end; ++env) {
-    switch (mode) {
-      case RewardMode::kNone:
-        reward_[env] = 0;
-        break;
-      case RewardMode::kSparse:
-        reward_[env] = bindings_.success[env] != 0 ? 1.0F : 0.0F;
-        break;
-      case RewardMode::kDense:
-        break;
-      case RewardMode::kNormalizedDense:
-        reward_[env] /= static_cast<float>(task_->info().success_reward);
-        break;
-    }
+  if (has_dense_reward()) task_->dense_reward(envs, {reward_.data(), 1});
+  for (int env = envs.begin; env < envs.end; ++env) scale_reward(env);
+}
+
+// From the dense reward, where the mode has it.
+void Batch::scale_reward(int env) {
+  switch (options_.reward_mode) {
+    case RewardMode::kNone:
+      reward_[env] = 0;
+      break;
+    case RewardMode::kSparse:
+      reward_[env] = bindings_.success[env] != 0 ? 1.0F : 0.0F;
+      break;
+    case RewardMode::kDense:
+      break;
+    case RewardMode::kNormalizedDense:
+      reward_[env] /= static_cast<float>(task_->info().success_reward);
+      break;
   }
 }
 

@@ -50,6 +50,10 @@ void Batch::step(std::span<const float> actions) {
 void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> commanded) {
   check_actions(actions);
   require_length("commanded", commanded.size(), static_cast<std::size_t>(num_envs()));
+  if (rules_ != nullptr) {
+    step_by_rules(actions.data(), commanded);
+    return;
+  }
   const auto moves = [&](int env) { return commanded[static_cast<std::size_t>(env)] != 0; };
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     // Runs of neighbours that are alike.
@@ -67,6 +71,10 @@ void Batch::step_no_action() {
 }
 
 void Batch::step_all(const float* actions) {
+  if (rules_ != nullptr) {
+    step_by_rules(actions, {});
+    return;
+  }
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
     step_range(worker, {begin, end}, actions);
   });
@@ -105,13 +113,18 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
   copy_outputs(envs);
 }
 
-// Action, controller and physics of environments that move side by side.
+// Action, task, controller and physics of environments that move side by side.
 void Batch::simulate(int worker, Range envs, const float* actions) {
-  StepClock::Worker* const time = clock(worker);
   for (int env = envs.begin; env < envs.end; ++env) take_action(env, actions);
-  mark(time, StepPart::kController);
+  mark(clock(worker), StepPart::kController);
   task_->before_physics(envs);
-  mark(time, StepPart::kTask);
+  mark(clock(worker), StepPart::kTask);
+  run_physics(worker, envs, actions);
+}
+
+// Controller and physics.
+void Batch::run_physics(int worker, Range envs, const float* actions) {
+  StepClock::Worker* const time = clock(worker);
   std::array<DriveTarget, kMostLanes> drives;
   std::array<bool, kMostLanes> stable{};
   const std::span<DriveTarget> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
@@ -165,15 +178,17 @@ void Batch::finish_steps(int worker, Range envs) {
   mark(time, StepPart::kTask);
 }
 
-// A wrong first answer fails the episode where users want that.
 void Batch::evaluate(Range envs) {
   task_->evaluate(envs);
   if (!bindings_.strict) return;
-  for (int env = envs.begin; env < envs.end; ++env) {
-    if (!bindings_.answers.wrong(env)) continue;
-    bindings_.success[env] = 0;
-    bindings_.failed[env] = 1;
-  }
+  for (int env = envs.begin; env < envs.end; ++env) fail_wrong_answers(env);
+}
+
+// A wrong first answer fails the episode where users want that.
+void Batch::fail_wrong_answers(int env) {
+  if (!bindings_.answers.wrong(env)) return;
+  bindings_.success[env] = 0;
+  bindings_.failed[env] = 1;
 }
 
 // False if policies or learners would see NaN or infinity.
@@ -193,6 +208,19 @@ bool Batch::outputs_finite(int env) const {
 }
 
 void Batch::finish_step(int worker, int env) {
+  if (!end_step(env)) return;
+  const float reward = reward_[env];
+  const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
+  reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
+  mark(clock(worker), StepPart::kReset);
+  reward_[env] = reward;
+  terminated_[env] = flags[0];
+  truncated_[env] = flags[1];
+  unstable_[env] = flags[2];
+  render_observation(worker, env);
+}
+
+bool Batch::end_step(int env) {
   // Physics has checked its own columns. A snapshot may also hold NaN or infinity in the task's.
   if (!outputs_finite(env)) {
     if (unstable_[env] == 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
@@ -211,21 +239,13 @@ void Batch::finish_step(int worker, int env) {
   truncated_[env] = (state_.elapsed[env] >= task_->info().horizon || unstable_[env] != 0) ? 1 : 0;
   state_.finished[env] = terminated_[env] | truncated_[env];
 
-  if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return;
+  if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return false;
   // The new episode's outputs replace the old ones, except for reward and endings of this step.
   outputs_.copy_row_to(final_outputs_, env);
   if (images_) images_->keep_final(env);
   if (objects_) objects_->keep_final(env);
   final_mask_[static_cast<std::size_t>(env)] = 1;
-  const float reward = reward_[env];
-  const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
-  reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
-  mark(clock(worker), StepPart::kReset);
-  reward_[env] = reward;
-  terminated_[env] = flags[0];
-  truncated_[env] = flags[1];
-  unstable_[env] = flags[2];
-  render_observation(worker, env);
+  return true;
 }
 
 void Batch::draw_into(const ImageTargets& now, const ImageTargets& finals) {

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "core/base/error.h"
+#include "core/base/ieee_scope.h"
 #include "core/env/expert.h"
 
 namespace engram {
@@ -46,6 +48,11 @@ void ScriptedPolicy::act(std::span<float> actions) const {
       "actions", actions.size(),
       static_cast<std::size_t>(batch_.num_envs()) * static_cast<std::size_t>(batch_.action_dim()));
   check();
+  const std::optional<Script> script = script_of(policy_);
+  if (script && batch_.rules_ != nullptr) {
+    run_script_by_rules(*script, {actions.data(), batch_.action_dim()});
+    return;
+  }
   batch_.pool_.run(batch_.num_envs(), batch_.options().chunk,
                    [&](int /*worker*/, int begin, int end) {
                      act_range({begin, end}, actions.data());
@@ -56,39 +63,56 @@ void ScriptedPolicy::act_range(Range envs, float* actions) const {
   const int dim = batch_.action_dim();
   const std::optional<Script> script = script_of(policy_);
   const FloatRows all{actions, dim};
-  const Controller& controller = *batch_.controller_;
   if (script) run_script(envs, *script, all);
   for (int env = envs.begin; env < envs.end; ++env) {
     float* row = all.row(env);
     if (policy_ == Policy::kZero) std::fill_n(row, dim, 0.0F);
     if (policy_ == Policy::kRandom) act_randomly(env, row);
-    // Scripts act for rotation sign -1.
-    if (script && batch_.options().rotation_sign == 1) {
-      for (int i = 3; i < 6; ++i) row[i] = -row[i];
-    }
-    if (script && controller.follows_pose_actions()) {
-      controller.joint_action(batch_.state(), env, row, row);
+    if (script) adapt(env, row);
+  }
+}
+
+// From pd_ee_delta_pose with rotation sign -1, for which scripts act, to the batch's mode.
+void ScriptedPolicy::adapt(int env, float* action) const {
+  if (batch_.options().rotation_sign == 1) {
+    for (int i = 3; i < 6; ++i) action[i] = -action[i];
+  }
+  const Controller& controller = *batch_.controller_;
+  if (controller.follows_pose_actions()) {
+    controller.joint_action(batch_.state(), env, action, action);
+  }
+}
+
+// True for an environment that waits behind its episode for a reset.
+bool ScriptedPolicy::stands_still(int env) const {
+  const BatchOptions& options = batch_.options();
+  return batch_.state().finished[env] != 0 && options.auto_reset == AutoReset::kOff &&
+         options.after_end != AfterEnd::kContinue;
+}
+
+// Environments that stand still are left out: their actions are zero.
+void ScriptedPolicy::run_script(Range envs, Script script, FloatRows actions) const {
+  const Expert& expert = batch_.task_->expert();
+  for (int env = envs.begin; env < envs.end;) {
+    const int begin = env;
+    while (env < envs.end && !stands_still(env)) ++env;
+    if (begin < env) expert.act({begin, env}, script, actions);
+    for (; env < envs.end && stands_still(env); ++env) {
+      std::fill_n(actions.row(env), batch_.action_dim(), 0.0F);
     }
   }
 }
 
-// Environments that stand still after their episode are left out: their actions are zero.
-void ScriptedPolicy::run_script(Range envs, Script script, FloatRows actions) const {
-  const Expert& expert = batch_.task_->expert();
-  const BatchOptions& options = batch_.options();
-  if (options.auto_reset != AutoReset::kOff || options.after_end == AfterEnd::kContinue) {
-    expert.act(envs, script, actions);
-    return;
+void ScriptedPolicy::run_script_by_rules(Script script, FloatRows actions) const {
+  const IeeeScope scope;
+  std::vector<int> acting;
+  for (int env = 0; env < batch_.num_envs(); ++env) {
+    std::fill_n(actions.row(env), batch_.action_dim(), 0.0F);
+    if (!stands_still(env)) acting.push_back(env);
   }
-  const auto& finished = batch_.state().finished;
-  for (int env = envs.begin; env < envs.end;) {
-    const int begin = env;
-    while (env < envs.end && finished[env] == 0) ++env;
-    if (begin < env) expert.act({begin, env}, script, actions);
-    for (; env < envs.end && finished[env] != 0; ++env) {
-      std::fill_n(actions.row(env), batch_.action_dim(), 0.0F);
-    }
-  }
+  if (acting.empty()) return;
+  batch_.rules_->act(acting, script, actions);
+  for (const int env : acting) adapt(env, actions.row(env));
 }
 
 // Uniform over the action space; a function of seed, episode and step alone. Unbounded components

@@ -19,9 +19,10 @@
 
 namespace engram {
 
-class Expert;     // core/env/expert.h
-class Annotator;  // core/env/annotator.h
-struct Overlay;   // core/image/overlay.h
+class Expert;      // core/env/expert.h
+class Annotator;   // core/env/annotator.h
+class BatchRules;  // core/env/batch_rules.h
+struct Overlay;    // core/image/overlay.h
 
 // Rule by which an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
@@ -111,7 +112,8 @@ struct Bindings {
 
 // A task drives a batch through its phases. Calls get a range of environments, never one virtual
 // call per environment and step; environments do not know of one another. One object serves one
-// batch; different ranges may be worked on at the same time by different threads.
+// batch; different ranges may be worked on at the same time by different threads. A task that has
+// BatchRules gets those calls instead.
 class Task {
  public:
   virtual ~Task() = default;
@@ -144,6 +146,9 @@ class Task {
   virtual const Expert& expert() const = 0;
   // Words and labels of an episode, for data sets; null where a task has none. For use after bind.
   virtual const Annotator* annotator() const { return nullptr; }
+
+  // What is called instead of all methods with ranges and of the expert; null: those.
+  virtual BatchRules* batch_rules() { return nullptr; }
 
   // The value of elapsed from which on nothing shows the hidden draw any more.
   virtual int cue_end(int env) const = 0;

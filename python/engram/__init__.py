@@ -26,6 +26,7 @@ from engram.errors import (
     InternalError,
     InvalidArgumentError,
     IoError,
+    TaskFailedError,
     UnavailableError,
     UnknownIdError,
 )
@@ -52,6 +53,7 @@ __all__ = [
     "InvalidArgumentError",
     "IoError",
     "Task",
+    "TaskFailedError",
     "UnavailableError",
     "UnknownIdError",
     "VectorEnv",

@@ -12,6 +12,7 @@ __all__ = [
     "InternalError",
     "InvalidArgumentError",
     "IoError",
+    "TaskFailedError",
     "UnavailableError",
     "UnknownIdError",
 ]
@@ -57,6 +58,10 @@ class BadStateError(Error, RuntimeError):
 
 class IoError(Error, OSError):
     """A file could not be read or written."""
+
+
+class TaskFailedError(Error, RuntimeError):
+    """The code of a user's task has failed where its own exception cannot come out."""
 
 
 class InternalError(Error, RuntimeError):

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "calls.h"
+#include "task.h"
 
 namespace engram_python {
 namespace {
@@ -23,6 +24,8 @@ const char* exception_name(engram_status status) {
       return "BadStateError";
     case ENGRAM_IO:
       return "IoError";
+    case ENGRAM_TASK_FAILED:
+      return "TaskFailedError";
     default:
       return "InternalError";
   }
@@ -54,6 +57,8 @@ bool is_writable(std::string_view name) {
   return std::find(std::begin(kWritable), std::end(kWritable), name) != std::end(kWritable);
 }
 
+}  // namespace
+
 nb::dlpack::dtype dtype_of(int32_t dtype) {
   switch (dtype) {
     case ENGRAM_BOOL:
@@ -75,9 +80,8 @@ nb::dlpack::dtype dtype_of(int32_t dtype) {
   }
 }
 
-}  // namespace
-
 void raise(engram_status status, const char* message) {
+  if (status == ENGRAM_TASK_FAILED) raise_task_failure();
   const nb::object type = nb::module_::import_("engram.errors").attr(exception_name(status));
   PyErr_SetString(type.ptr(), message);
   throw nb::python_error();

@@ -117,6 +117,9 @@ class Batch {
   std::shared_ptr<Handle> handle_;
 };
 
+// NumPy's type for an engram_dtype.
+nb::dlpack::dtype dtype_of(int32_t dtype);
+
 // Raises the Python exception for a status, with the library's message. Needs the GIL.
 [[noreturn]] void raise(engram_status status, const char* message);
 // A text for the C API. Raises InvalidArgumentError if it holds a character 0, at which the C API

@@ -11,6 +11,7 @@
 #include "calls.h"
 #include "copies.h"
 #include "evaluate.h"
+#include "task.h"
 
 namespace engram_python {
 namespace {
@@ -23,13 +24,26 @@ std::string list_json() {
   return text;
 }
 
-void register_variant(const std::string& id, const std::string& base, const std::string& constants,
-                      const std::optional<std::string>& instruction) {
-  check(engram_register_variant(c_text(id), c_text(base), c_text(constants),
-                                instruction ? c_text(*instruction) : nullptr));
+// Registering makes a task, whose code may be Python's: no thread waits for another one's
+// registration while it has the GIL.
+template <class Call>
+void register_without_lock(Call&& call) {
+  engram_status status = ENGRAM_OK;
+  without_lock([&] { status = call(); });
+  check(status);
 }
 
-void load_variants(const std::string& path) { check(engram_load_variants(c_text(path))); }
+void register_variant(const std::string& id, const std::string& base, const std::string& constants,
+                      const std::optional<std::string>& instruction) {
+  register_without_lock([&, id = c_text(id), base = c_text(base), values = c_text(constants),
+                         text = instruction ? c_text(*instruction) : nullptr] {
+    return engram_register_variant(id, base, values, text);
+  });
+}
+
+void load_variants(const std::string& path) {
+  register_without_lock([file = c_text(path)] { return engram_load_variants(file); });
+}
 
 void bind_variants(nb::module_& module) {
   module.def("register_variant", &register_variant, "id"_a, "base"_a, "constants"_a,
@@ -151,4 +165,6 @@ NB_MODULE(_core, module) {
   engram_python::bind_batch(module);
   engram_python::bind_copies(module);
   engram_python::bind_evaluate(module);
+  engram_python::bind_tasks(module);
+  engram_python::bind_task_functions(module);
 }

@@ -25,7 +25,8 @@ TEST_CASE("Each kind of error has a status", "[c_api]") {
       {Error::kUnavailable, ENGRAM_UNAVAILABLE},
       {Error::kBadState, ENGRAM_BAD_STATE},
       {Error::kIo, ENGRAM_IO},
-      {Error::kInternal, ENGRAM_INTERNAL}};
+      {Error::kInternal, ENGRAM_INTERNAL},
+      {Error::kTaskFailed, ENGRAM_TASK_FAILED}};
   for (const auto& [kind, status] : kinds) {
     CHECK(status_of(Error(kind, "what was wrong")) == status);
     CHECK(engram_last_error() == std::string("what was wrong"));

@@ -1,0 +1,18 @@
+// Tasks whose rules are outside of the library, as JSON: their definition and their description
+// (docs/own_tasks.md).
+#pragma once
+
+#include <string_view>
+
+#include "protocol/formats/document.h"
+#include "tasks/external/external_family.h"
+
+namespace engram {
+
+// Throw Error (kInvalidArgument) if the text is not JSON, a key is missing, unknown or of the wrong
+// type, or a value is out of range.
+tasks::ExternalDefinition parse_definition(std::string_view json);
+// what: the task, for messages.
+tasks::ExternalDescription parse_task_description(std::string_view json, std::string_view what);
+
+}  // namespace engram

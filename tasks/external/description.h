@@ -1,0 +1,83 @@
+// What a task says of itself whose rules are not in C++: facts, scene, draws and columns.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/constant.h"
+#include "core/base/field.h"
+#include "core/env/task.h"
+#include "mjcf/prop.h"
+
+namespace engram::tasks {
+
+// A constant that users may change, or a fixed one.
+struct ExternalConstant {
+  std::string name;
+  TaskConstant::Kind kind =
+      TaskConstant::Kind::kFixed;  // or kInteger, kReal, a range of them, kName
+  Constant value;
+  double low = 0;
+  double high = 0;
+  std::string unit;
+  std::string text;
+  std::vector<std::string> names;  // those of kName
+};
+
+// A random variable of its episodes.
+struct ExternalDraw {
+  enum class Kind {
+    kInteger,  // `width` numbers of low..high
+    kReal,
+    kOrder,   // 0, ..., width - 1 in any order
+    kChoice,  // `width` different ones of 0, ..., high
+    kPlaces,  // points x, y of an area, all at least `least_distance` apart; width: 2 for each
+  };
+
+  std::string name;
+  Kind kind = Kind::kInteger;
+  int width = 1;
+  double low = 0;
+  double high = 0;
+  std::array<double, 2> area_low{};  // m: x, y
+  std::array<double, 2> area_high{};
+  double least_distance = 0;  // m
+  std::string unit;
+  std::string text;
+  std::string constant;  // whose range it is; or empty
+
+  bool is_real() const { return kind == Kind::kReal || kind == Kind::kPlaces; }
+};
+
+// A column of its memory or of its infos.
+struct ExternalColumn {
+  Field field;
+  std::optional<std::pair<int, int>> limits;  // least and greatest value, of int32 and bool
+};
+
+struct ExternalDescription {
+  int candidates = 1;
+  double guess_rate = 0;
+  std::string answer;
+  double answer_rate = 0;
+  Termination termination = Termination::kNever;
+  bool frozen_cue = false;
+  double success_reward = 1;
+  int oracle_dim = 0;
+  std::string hidden;
+  std::vector<std::pair<std::string, std::string>> phases;
+  bool table_ends = false;
+  std::vector<mjcf::Prop> props;
+  std::vector<ExternalDraw> draws;
+  std::vector<ExternalColumn> memory;
+  std::vector<ExternalColumn> infos;
+  std::vector<Field> state_fields;
+  bool moves_before_physics = false;
+  bool has_oracle = false;
+  bool has_blind = false;
+  bool has_sweep = false;
+};
+
+}  // namespace engram::tasks

@@ -1,0 +1,43 @@
+// Random variables of a task whose rules are outside of the library: declared from its description,
+// sampled into columns.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/base/column.h"
+#include "core/env/episode.h"
+#include "tasks/external/description.h"
+
+namespace engram::tasks {
+
+class ExternalDraws {
+ public:
+  // Throws Error (kInvalidArgument) for places that do not fit into their area.
+  explicit ExternalDraws(std::vector<ExternalDraw> draws);
+
+  std::span<const ExternalDraw> list() const { return draws_; }
+  std::vector<RandomVariable> variables() const;
+  // All values, in order, as a batch shows them to privileged users.
+  std::vector<Field> fields() const;
+
+  // Adds the columns, "draw:" before the name.
+  void bind(ColumnStore& memory);
+  // Samples an episode. Throws Error (kTaskFailed) if places do not fit, which the constructor
+  // has tried before.
+  void sample(const Episode& episode) const;
+  // Writes all values of an environment.
+  void write(int env, float* out) const;
+  // Value of a draw, or of its first number, as text; nothing if there is none of that name.
+  std::optional<std::string> text_of(std::string_view name, int env) const;
+
+ private:
+  std::vector<ExternalDraw> draws_;
+  std::vector<Column<std::int32_t>> integers_;  // one of the two is used for each
+  std::vector<Column<double>> reals_;
+};
+
+// Name of the column of a draw.
+std::string draw_column(const std::string& name);
+
+}  // namespace engram::tasks

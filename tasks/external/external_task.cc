@@ -1,0 +1,230 @@
+#include "tasks/external/external_task.h"
+
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "tasks/common/task_options.h"
+
+namespace engram::tasks {
+namespace {
+
+constexpr std::size_t kMostDraws = 60;
+constexpr int kActionDim = 7;  // of pd_ee_delta_pose
+
+[[noreturn]] void refuse(const std::string& id, const std::string& why) {
+  throw Error(Error::kInvalidArgument, "task '" + id + "': " + why);
+}
+
+int width_of(const std::vector<Field>& fields) {
+  int width = 0;
+  for (const Field& field : fields) width += field.width;
+  return width;
+}
+
+const char* name_of(Script script) {
+  switch (script) {
+    case Script::kOracle:
+      return "oracle";
+    case Script::kBlind:
+      return "blind";
+    case Script::kSweep:
+      return "sweep";
+  }
+  return "";
+}
+
+}  // namespace
+
+ExternalTask::ExternalTask(const RegistryEntry& entry, std::unique_ptr<ExternalInstance> instance)
+    : FamilyBase(entry),
+      instance_(std::move(instance)),
+      about_(instance_->description()),
+      draws_(about_.draws) {
+  describe(about_);
+}
+
+void ExternalTask::describe(const ExternalDescription& about) {
+  if (about.draws.size() > kMostDraws) {
+    refuse(info_.id, std::to_string(about.draws.size()) + " draws given, at most " +
+                         std::to_string(kMostDraws) + " allowed");
+  }
+  info_.candidates = about.candidates;
+  info_.guess_rate = about.guess_rate;
+  info_.answer = about.answer;
+  info_.answer_rate = about.answer_rate;
+  info_.termination = about.termination;
+  info_.frozen_cue = about.frozen_cue;
+  info_.success_reward = about.success_reward;
+  info_.oracle_dim = about.oracle_dim;
+  info_.hidden_variable = about.hidden;
+  info_.phases = about.phases;
+  info_.random_variables = draws_.variables();
+  info_.sampled_values = draws_.fields();
+  info_.state_fields = about.state_fields;
+  scene_.props = about.props;
+  scene_.table_ends = about.table_ends;
+  const bool hidden_known = std::ranges::any_of(
+      about.draws, [&](const ExternalDraw& draw) { return draw.name == about.hidden; });
+  if (!about.hidden.empty() && !hidden_known) {
+    refuse(info_.id, "hidden variable '" + about.hidden + "' given, the name of a draw needed");
+  }
+}
+
+// --- columns ---
+
+void ExternalTask::bind(const Bindings& bindings) {
+  FamilyBase::bind(bindings);
+  arrays_ = std::make_unique<ArrayExchange>(bindings.memory->num_envs());
+  draws_.bind(*bindings.memory);
+  cue_end_ = bindings.memory->add<std::int32_t>("cue_end", 1, "control steps");
+  add_engine_columns();
+  add_own_columns();
+  arrays_->bind(*instance_);
+}
+
+void ExternalTask::add_engine_columns() {
+  const ColumnStore& memory = *engine_.memory;
+  for (const char* name : {"elapsed", "seed", "episode", "qpos", "qvel", "tcp_pos", "tcp_quat",
+                           "action", "previous_action", "finger_force"}) {
+    arrays_->add(memory, name, false);
+  }
+  for (const char* name : {"prop_pos", "prop_quat", "prop_qvel", "prop_rgba", "prop_emission",
+                           "covered", "freeze_steps", "cue_end"}) {
+    arrays_->add(memory, name, true);
+  }
+  arrays_->add_bytes(memory, "prop_status", true);
+  const ColumnStore& outputs = *engine_.outputs;
+  for (const char* name : {"success", "failed"}) arrays_->add(outputs, name, true);
+  if (info_.oracle_dim > 0) arrays_->add(outputs, "oracle_info", true);
+  if (info_.answer.empty()) return;
+  for (const char* name : {"answered", "first_answer", "first_answer_correct"}) {
+    arrays_->add(outputs, name, true);
+  }
+}
+
+void ExternalTask::add_own_columns() {
+  const auto add_work = [this]<class T>(Column<T>& column, const char* name, int width,
+                                        bool is_written) {
+    std::byte* rows = arrays_->add_own({name, width, dtype_of<T>(), "", ""}, is_written);
+    column = Column<T>(reinterpret_cast<T*>(rows), width);
+  };
+  const int props = std::max(1, engine_.state->num_props);
+  add_work(moved_, "moved", props, true);
+  add_work(reward_, "reward", 1, true);
+  add_work(actions_, "actions", kActionDim, true);
+  add_work(policy_key_, "policy_key", 1, false);
+  const int state_dim = width_of(info_.state_fields);
+  if (state_dim > 0) add_work(state_, "state", state_dim, true);
+  for (const ExternalDraw& draw : about_.draws) {
+    arrays_->add(*engine_.memory, draw_column(draw.name), false);
+  }
+  const auto add = [this](ColumnStore& store, ExternalColumn column, const std::string& prefix,
+                          bool in_store) {
+    const std::string shown = prefix + column.field.name;
+    if (!in_store) column.field.name = shown;
+    const std::string name = column.field.name;
+    store.add(column.field);
+    if (column.limits) store.limit(name, column.limits->first, column.limits->second);
+    arrays_->add(store, name, true, shown);
+  };
+  for (const ExternalColumn& column : about_.memory) {
+    add(*engine_.memory, column, "memory:", false);
+  }
+  for (const ExternalColumn& column : about_.infos) add(*engine_.outputs, column, "info:", true);
+}
+
+// --- calls ---
+
+void ExternalTask::reset(std::span<const int> envs) {
+  arrays_->call(*instance_, ExternalMethod::kReset, envs);
+  settle_props(envs);
+}
+
+void ExternalTask::before_physics(std::span<const int> envs) {
+  arrays_->call(*instance_, ExternalMethod::kBeforePhysics, envs);
+  settle_props(envs);
+}
+
+void ExternalTask::advance(std::span<const int> envs) {
+  arrays_->call(*instance_, ExternalMethod::kAdvance, envs);
+  settle_props(envs);
+}
+
+void ExternalTask::evaluate(std::span<const int> envs) {
+  arrays_->call(*instance_, ExternalMethod::kEvaluate, envs);
+}
+
+void ExternalTask::observe(std::span<const int> envs, FloatRows out) {
+  if (info_.state_fields.empty()) return;
+  arrays_->call(*instance_, ExternalMethod::kObserve, envs);
+  for (const int env : envs) std::copy_n(state_.row(env), state_.width(), out.row(env));
+}
+
+void ExternalTask::dense_reward(std::span<const int> envs, FloatRows out) {
+  arrays_->call(*instance_, ExternalMethod::kReward, envs);
+  for (const int env : envs) *out.row(env) = reward_[env];
+}
+
+void ExternalTask::act(std::span<const int> envs, Script script, FloatRows actions) {
+  const bool known = script == Script::kOracle  ? about_.has_oracle
+                     : script == Script::kBlind ? about_.has_blind
+                                                : about_.has_sweep;
+  if (!known) refuse(info_.id, std::string("it has no ") + name_of(script));
+  for (const int env : envs) policy_key_[env] = engine_.policy_key(env);
+  const ExternalMethod method = script == Script::kOracle  ? ExternalMethod::kOracle
+                                : script == Script::kBlind ? ExternalMethod::kBlind
+                                                           : ExternalMethod::kSweep;
+  arrays_->call(*instance_, method, envs);
+  for (const int env : envs) std::copy_n(actions_.row(env), kActionDim, actions.row(env));
+}
+
+// What the engine has to know of poses that the rules have set.
+void ExternalTask::settle_props(std::span<const int> envs) const {
+  const State& state = *engine_.state;
+  for (const int env : envs) {
+    for (int prop = 0; prop < state.num_props; ++prop) {
+      if (state.prop_status.row(env)[prop] > static_cast<std::uint8_t>(PropStatus::kAwake)) {
+        state.prop_status.row(env)[prop] = 0;
+        throw Error(Error::kTaskFailed,
+                    "task '" + info_.id + "': prop '" +
+                        scene_.props[static_cast<std::size_t>(prop)].name +
+                        "' has a status that there is not, 0 (hidden), 1 (asleep) or 2 (awake) "
+                        "allowed");
+      }
+      std::uint8_t& moved = moved_.row(env)[prop];
+      if (moved == 0) continue;
+      moved = 0;
+      std::fill_n(state.finger_force.row(env) + 6 * prop, 6, 0.0);
+      state.prop_slow_steps.row(env)[prop] = 0;
+      state.forget_contacts(env, prop);
+    }
+  }
+}
+
+std::string ExternalTask::instruction(int env) const {
+  std::string text = info_.instruction;
+  for (std::size_t open = text.find('{'); open != std::string::npos; open = text.find('{', open)) {
+    const std::size_t close = text.find('}', open);
+    if (close == std::string::npos) break;
+    const auto value = draws_.text_of(text.substr(open + 1, close - open - 1), env);
+    if (value) text.replace(open, close - open + 1, *value);
+    open += value ? value->size() : 1;
+  }
+  return text;
+}
+
+namespace {
+
+[[noreturn]] void refuse_range() {
+  throw Error(Error::kInternal, "a task with batch rules was called for a range");
+}
+
+}  // namespace
+
+void ExternalTask::advance(Range /*envs*/) { refuse_range(); }
+void ExternalTask::evaluate(Range /*envs*/) { refuse_range(); }
+void ExternalTask::observe(Range /*envs*/, FloatRows /*out*/) { refuse_range(); }
+void ExternalTask::dense_reward(Range /*envs*/, FloatRows /*out*/) { refuse_range(); }
+const Expert& ExternalTask::expert() const { refuse_range(); }
+
+}  // namespace engram::tasks
