@@ -72,7 +72,7 @@ def length(vectors: NDArray[Any]) -> Reals:
     total = parts[0]
     for i in range(1, len(parts)):
         total += parts[i]
-    return np.sqrt(total, out=total).T
+    return np.sqrt(total).T
 
 
 def distance(first: NDArray[Any], second: NDArray[Any]) -> Reals:
@@ -81,18 +81,16 @@ def distance(first: NDArray[Any], second: NDArray[Any]) -> Reals:
 
 
 def _apply(name: str, x: ArrayLike, y: ArrayLike | None = None) -> Reals:
-    first = np.asarray(x, np.float64)
-    if y is None:
-        first = np.ascontiguousarray(first)
-        second = None
-    else:
+    first = np.asarray(x, np.float64, order="C")
+    second = None
+    if y is not None:
         try:
             pair = np.broadcast_arrays(first, np.asarray(y, np.float64))
         except ValueError:
             raise InvalidArgumentError(
                 f"{name}: shapes {np.shape(x)} and {np.shape(y)} given, which do not go together"
             ) from None
-        first, second = (np.ascontiguousarray(one) for one in pair)
+        first, second = (np.asarray(one, order="C") for one in pair)
     out = np.empty_like(first)
     _core.real_function(name, first, second, out)
     return out

@@ -16,7 +16,7 @@ from engram.kit.task import Task
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-_NEEDED = ("evaluate", "reward", "oracle")
+_NEEDED = ("evaluate", "reward")
 # Ids in the order of registration, and their classes.
 registered: dict[str, type[Task]] = {}
 

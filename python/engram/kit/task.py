@@ -24,7 +24,7 @@ METHODS = (
     "reset", "before_physics", "advance", "evaluate", "reward", "observe", "oracle", "blind",
     "sweep",
 )  # fmt: skip
-_OPTIONAL = ("before_physics", "observe", "blind", "sweep")
+_OPTIONAL = ("before_physics", "oracle", "blind", "sweep")
 _TERMINATIONS = ("never", "success", "success_or_failed")
 # Attributes of the base class alone.
 _OWN = frozenset({
@@ -265,7 +265,6 @@ class Task(Declarations, Scene, Motion, Phases):
         declared = self._declared
         return json.dumps(
             {
-                "horizon": self.horizon,
                 **self._facts(),
                 "phases": self._conditions() or [list(phase) for phase in self.phases],
                 "props": [prop.definition() for prop in declared.props],

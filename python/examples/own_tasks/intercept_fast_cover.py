@@ -46,7 +46,7 @@ class InterceptFastCover(engram.Task):
         self.draw_real("ball_y", -0.9, -0.65, unit="m", text="where the ball starts")
         self.draw_real("velocity_x", 0, 0.05, unit="m/s", text="of the ball's launch")
         self.draw_range("velocity_y", "VELOCITY_RANGE")
-        self.draw_real("goal_y", 0.15, 0.3, unit="m", text="where the target lies")
+        self.draw_real("goal_y", 0.1, 0.2, unit="m", text="where the target lies")
         self.remember("reached", bool, text="the hand was once behind the ball")
         self.remember("caught", bool, text="the hand held the ball")
         self.add_state("ball_pos", 3, unit="m", text="the ball")
@@ -68,7 +68,7 @@ class InterceptFastCover(engram.Task):
         start = np.stack([self.ball_x, self.ball_y, zero + 2 * BALL_RADIUS], axis=1)
         velocity = np.stack([self.velocity_x, self.velocity_y, zero], axis=1)
         self.place(self.ball, start, awake=True, velocity=velocity)
-        self.place(self.goal_disc, np.stack([self.ball_x + 0.1, self.goal_y], axis=1))
+        self.place(self.goal_disc, np.stack([self.ball_x + 0.2, self.goal_y], axis=1))
         self.place(self.cover, COVER_POS)
         self.cue_end[:] = self.horizon
 

@@ -44,7 +44,6 @@ class Everything(engram.Task):
 
 def test_the_description_has_all_that_was_declared():
     described = ColumnsByHand(Everything).description
-    assert described["horizon"] == 50
     assert described["candidates"] == 6
     assert described["hidden"] == "order"
     assert [prop["kind"] for prop in described["props"]] == ["button_base"] + ["sphere"] * 3

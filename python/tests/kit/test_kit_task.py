@@ -156,7 +156,7 @@ def test_optional_methods_are_listed():
             self.rest()
 
     columns = ColumnsByHand(Full)
-    assert columns.description["methods"] == ["before_physics", "observe", "sweep"]
+    assert columns.description["methods"] == ["before_physics", "oracle", "sweep"]
     columns.reset()
     columns.call("sweep")
     assert columns.all["actions"][0].tolist() == [0, 0, 0, 0, 0, 0, np.float32(kit.GRIPPER_CLOSED)]
