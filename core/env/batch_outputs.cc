@@ -1,5 +1,6 @@
 // Outputs of a batch: observations, rewards, images, and all of them by name.
 #include <algorithm>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/join.h"
@@ -9,7 +10,14 @@ namespace engram {
 
 void Batch::observe(Range envs) {
   for (int env = envs.begin; env < envs.end; ++env) observe_robot(env);
-  if (observes_state(options_.obs_mode)) task_->observe(envs, task_rows());
+  if (!observes_state(options_.obs_mode)) return;
+  if (rules_ == nullptr) {
+    task_->observe(envs, task_rows());
+    return;
+  }
+  work_.stepping.resize(static_cast<std::size_t>(envs.end - envs.begin));
+  std::iota(work_.stepping.begin(), work_.stepping.end(), envs.begin);
+  rules_->observe(work_.stepping, task_rows());
 }
 
 // All but the task's part.

@@ -179,9 +179,9 @@ void Snapshotter::restore_range(Range envs, std::span<const std::byte> bytes) co
     batch_.final_mask_[static_cast<std::size_t>(env)] = 0;
     // The snapshot may be of a batch with other observations; this batch makes its own.
     std::fill_n(observation.row(env), observation.width(), 0.0F);
-    batch_.observe({env, env + 1});
-    batch_.render_observation(0, env);
   }
+  batch_.observe(envs);
+  for (int env = envs.begin; env < envs.end; ++env) batch_.render_observation(0, env);
   batch_.copy_outputs(envs);
 }
 
@@ -210,6 +210,7 @@ void Snapshotter::check(std::span<const std::byte> bytes) const { check(bytes, b
 void Snapshotter::restore(std::span<const std::byte> bytes) const {
   restore_range({0, batch_.num_envs()}, bytes);
   batch_.started_ = true;
+  batch_.interrupted_ = false;
 }
 
 }  // namespace engram

@@ -50,9 +50,10 @@ const std::vector<Module> kModules = {
     {"protocol/datasets",
      {"core/*", "media", "tasks", "protocol/formats", "protocol/work", "protocol/batch"}},
     {"api/engram", {}},
-    {"api", {"core/*", "tasks/external", "render", "render/egl", "media", "protocol/*", "api/engram"}},
+    {"api",
+     {"core/*", "tasks/external", "render", "render/egl", "media", "protocol/*", "api/engram"}},
     {"bench", {"core/*", "tasks", "render", "render/cpu", "protocol/*"}},
-    {"apps", {"core/base", "core/env", "protocol/*", "api", "bench"}},
+    {"apps", {"core/base", "core/env", "tasks/external", "protocol/*", "api", "bench"}},
     {"apps/examples", {"api/engram"}},
     {"python/src", {"api/engram"}},
 };
