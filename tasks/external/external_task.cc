@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::size_t kMostDraws = 60;
 constexpr int kActionDim = 7;  // of pd_ee_delta_pose
+// In the column "moved": the pose is the same, but contact points are to be found anew.
+constexpr std::uint8_t kOnlyContacts = 2;
 
 [[noreturn]] void refuse(const std::string& id, const std::string& why) {
   throw Error(Error::kInvalidArgument, "task '" + id + "': " + why);
@@ -193,9 +195,11 @@ void ExternalTask::settle_props(std::span<const int> envs) const {
       }
       std::uint8_t& moved = moved_.row(env)[prop];
       if (moved == 0) continue;
+      if (moved != kOnlyContacts) {
+        std::fill_n(state.finger_force.row(env) + 6 * prop, 6, 0.0);
+        state.prop_slow_steps.row(env)[prop] = 0;
+      }
       moved = 0;
-      std::fill_n(state.finger_force.row(env) + 6 * prop, 6, 0.0);
-      state.prop_slow_steps.row(env)[prop] = 0;
       state.forget_contacts(env, prop);
     }
   }

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-_WRITTEN = _FLAG = True
+_WRITTEN = True
 
 
 class Column(NamedTuple):
@@ -18,7 +18,7 @@ class Column(NamedTuple):
 
     shape: tuple[int, ...] = ()  # of one row, without the environments
     writable: bool = False
-    boolean: bool = False
+    dtype: Any = None  # seen as that type of the same size
 
     @property
     def width(self) -> int:
@@ -27,8 +27,8 @@ class Column(NamedTuple):
     def view(self, raw: Array) -> Array:
         """The view of an array of shape (environments, width or more)."""
         rows = raw[:, : self.width]
-        if self.boolean:
-            rows = rows.view(np.bool_)
+        if self.dtype is not None:
+            rows = rows.view(self.dtype)
         shaped = rows.reshape(raw.shape[0], *self.shape)
         if not self.writable:
             shaped = shaped[...]
@@ -54,14 +54,14 @@ def engine_columns(
         "prop_pos": Column((props, 3), _WRITTEN),
         "prop_quat": Column((props, 4), _WRITTEN),
         "prop_qvel": Column((props, 6), _WRITTEN),
-        "prop_status": Column((props,), _WRITTEN),
+        "prop_status": Column((props,), _WRITTEN, np.uint8),
         "prop_rgba": Column((props, 4), _WRITTEN),
         "prop_emission": Column((props,), _WRITTEN),
         "covered": Column((), _WRITTEN),
         "finger_force": Column((props, 2, 3)),
-        "moved": Column((props,), _WRITTEN, _FLAG),
-        "success": Column((), _WRITTEN, _FLAG),
-        "failed": Column((), _WRITTEN, _FLAG),
+        "moved": Column((props,), _WRITTEN, np.uint8),
+        "success": Column((), _WRITTEN, np.bool_),
+        "failed": Column((), _WRITTEN, np.bool_),
         "freeze_steps": Column((), _WRITTEN),
         "cue_end": Column((), _WRITTEN),
         "actions": Column((7,), _WRITTEN),
@@ -69,9 +69,9 @@ def engine_columns(
     if oracle_dim > 0:
         columns["oracle_info"] = Column((oracle_dim,) if oracle_dim > 1 else (), _WRITTEN)
     if answers:
-        columns["answered"] = Column((), _WRITTEN, _FLAG)
+        columns["answered"] = Column((), _WRITTEN, np.bool_)
         columns["first_answer"] = Column((), _WRITTEN)
-        columns["first_answer_correct"] = Column((), _WRITTEN, _FLAG)
+        columns["first_answer_correct"] = Column((), _WRITTEN, np.bool_)
     return columns
 
 

@@ -218,7 +218,7 @@ class Declarations:
         self, name: str, kind: str, dtype: Any, width: int | tuple[int, ...], unit: str, text: str
     ) -> tuple[Column, dict[str, Any]]:
         known = _dtype(f"dtype of {kind} {name!r}", dtype)
-        column = Column(_shape(width), writable=True, boolean=known == "bool")
+        column = Column(_shape(width), writable=True, dtype=np.bool_ if known == "bool" else None)
         listed = {
             "name": name,
             "dtype": known,

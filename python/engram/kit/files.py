@@ -32,7 +32,7 @@ def load_file(path: str | os.PathLike[str]) -> list[str]:
         IoError: There is no such file.
         InvalidArgumentError: The file registers no task.
     """
-    from engram.kit.registration import registered
+    from engram.kit.registration import definitions
 
     file = Path(values.path("path", path)).resolve()
     if not file.is_file():
@@ -41,7 +41,7 @@ def load_file(path: str | os.PathLike[str]) -> list[str]:
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
         raise InvalidArgumentError(f"path: {os.fspath(path)!r} given; a Python file needed")
-    before = dict(registered)
+    before = dict(definitions)
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     sys.path.insert(0, str(file.parent))
@@ -52,7 +52,7 @@ def load_file(path: str | os.PathLike[str]) -> list[str]:
         raise
     finally:
         sys.path.remove(str(file.parent))
-    found = [id for id, cls in registered.items() if before.get(id) is not cls]
+    found = [id for id, one in definitions.items() if before.get(id) is not one]
     if not found:
         raise InvalidArgumentError(f"{file}: registers no task; engram.register_task(...) does")
     return found

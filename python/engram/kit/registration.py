@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from engram import _core
 from engram._args import values
@@ -13,12 +14,9 @@ from engram.gym_registration import register
 from engram.kit.constants import constants_of
 from engram.kit.task import Task
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
 _NEEDED = ("evaluate", "reward")
-# Ids in the order of registration, and their classes.
-registered: dict[str, type[Task]] = {}
+# By id, in the order of registration: the definition as JSON, and what makes instances.
+definitions: dict[str, tuple[str, Callable[[str, str], Task]]] = {}
 
 
 def register_task(
@@ -62,10 +60,11 @@ def register_task(
         "constants": [one.definition(name) for name, one in constants_of(cls).items()],
     }
     cls(id, horizon, {}).describe()  # its mistakes come out here
-    _core.register_task(json.dumps(definition), _factory(cls, horizon))
+    text, factory = json.dumps(definition), _factory(cls, horizon)
+    _core.register_task(text, factory)
     _replace_in_gymnasium(id)
-    registered.pop(id, None)
-    registered[id] = cls
+    definitions.pop(id, None)
+    definitions[id] = text, factory
 
 
 def _factory(cls: type[Task], horizon: int) -> Callable[[str, str], Task]:

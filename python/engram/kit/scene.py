@@ -15,6 +15,7 @@ from engram.kit.props import rgba
 
 HIDDEN_HEIGHT = 1000.0  # m: where a hidden prop is reported
 _HIDDEN, _ASLEEP, _AWAKE = 0, 1, 2
+_POSED, _ONLY_CONTACTS = 1, 2  # in the column moved
 _ARM_JOINTS = 7
 
 Mask = NDArray[np.bool_]
@@ -79,7 +80,7 @@ class Scene:
     prop_rgba: NDArray[np.float32]
     prop_emission: NDArray[np.float32]
     finger_force: NDArray[np.float64]
-    moved: NDArray[np.bool_]
+    moved: NDArray[np.uint8]
     success: NDArray[np.bool_]
     answer: str
     answered: NDArray[np.bool_]
@@ -133,7 +134,7 @@ class Scene:
                 moved = self._values(name, value, 3, group, where)
                 self.prop_qvel[(*index, slice(first, first + 3))] = moved
         self.prop_status[index] = _AWAKE if awake else _ASLEEP
-        self.moved[index] = True
+        self.moved[index] = _POSED
 
     def hide(
         self, props: AnyProps, *, where: Mask | None = None, pos: ArrayLike | None = None
@@ -156,7 +157,7 @@ class Scene:
         self.prop_quat[index] = (1.0, 0.0, 0.0, 0.0)
         self.prop_qvel[index] = 0
         self.prop_status[index] = _HIDDEN
-        self.moved[index] = True
+        self.moved[index] = _POSED
 
     def move(self, props: AnyProps, pos: ArrayLike, *, where: Mask | None = None) -> None:
         """Moves kinematic or visual props to a position over this step, in ``before_physics``.
@@ -170,6 +171,16 @@ class Scene:
         goal = self._values("move: pos", pos, 3, group, where)
         self.prop_qvel[(*index, slice(0, 3))] = goal - self.prop_pos[index]
         self.prop_status[index] = _AWAKE
+
+    def forget_contacts(self, props: AnyProps, *, where: Mask | None = None) -> None:
+        """Lets physics find contact points anew, as where a pose is set to what it is.
+
+        The original benchmark does that in every step for some props, which makes a difference in
+        the last digits of what touches them. Other tasks need it not.
+        """
+        chosen = self._choose(props, where)
+        if chosen is not None:
+            self.moved[chosen[0]] = _ONLY_CONTACTS
 
     def paint(
         self,

@@ -72,9 +72,7 @@ def serve(file: str) -> None:
             connection.end.close()
             asked_for = json.loads(message)
             factory = definitions[asked_for["id"]][1]
-            _run_instance(
-                _Connection(socket.socket(fileno=descriptor)), factory, asked_for
-            )
+            _run_instance(_Connection(socket.socket(fileno=descriptor)), factory, asked_for)
             os._exit(0)
         os.close(descriptor)
 

@@ -89,7 +89,7 @@ class Task(Declarations, Scene, Motion, Phases):
     prop_status          (n, P)        uint8    0 hidden, 1 at rest, 2 moving; may be written
     prop_rgba            (n, P, 4)     float32  colour, if its opacity is not 0; may be written
     prop_emission        (n, P)        float32  emitted light; may be written
-    moved                (n, P)        bool     set it where a pose was written; helpers do
+    moved                (n, P)        uint8    set 1 where a pose was written; helpers do
     covered              (n,)          uint64   bits of props that something stands over
     success, failed      (n,)          bool     written by ``evaluate``
     oracle_info          (n,), (n, K)  int32    written by ``evaluate``, if oracle_dim > 0

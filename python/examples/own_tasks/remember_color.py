@@ -50,6 +50,7 @@ class RememberColor(engram.Task):
     def advance(self):
         self.place(self.cubes[self.target], (0, 0), where=self.in_phase("cue"))
         self.hide(self.cubes, where=self.begins("empty"))
+        self.forget_contacts(self.cubes, where=self.in_phase("act"))  # as the built-in task
         self.place(self.cubes, self.positions, where=self.begins("act"))
 
     def evaluate(self):

@@ -36,7 +36,7 @@ class Table(engram.Task):
 def columns():
     made = ColumnsByHand(Table)
     made.reset(target=[0, 1, 2, 0])
-    made.task.moved[:] = False
+    made.task.moved[:] = 0
     return made
 
 
@@ -97,19 +97,21 @@ def test_props_stand_upright_on_the_table(columns):
 def test_hide_and_move(columns):
     task = columns.task
     task.place(task.cubes, (0, 0))
-    task.moved[:] = False
+    task.moved[:] = 0
     task.hide(task.cubes, where=MASK, pos=(1, 2, 3))
     assert task.prop_status[:, 1:4].tolist() == [[0] * 3, [1] * 3] * 2
     assert task.prop_pos[0, 1].tolist() == [1, 2, 3]
     task.hide(task.lamp)
     assert task.prop_pos[3, 0].tolist() == [0, 0, kit.HIDDEN_HEIGHT]
     task.place(task.tray, (0, 0, 0.1))
-    task.moved[:] = False
+    task.moved[:] = 0
     task.move(task.tray, (0.01, 0, 0.1), where=MASK)
     assert task.prop_qvel[0, 4].tolist() == [0.01, 0, 0, 0, 0, 0]
     assert task.prop_pos[0, 4].tolist() == [0, 0, 0.1]  # the engine moves it
     assert task.prop_status[:, 4].tolist() == [2, 1, 2, 1]
     assert not task.moved.any()
+    task.forget_contacts(task.tray, where=MASK)
+    assert task.moved[:, 4].tolist() == [2, 0, 2, 0]
 
 
 def test_paint(columns):

@@ -82,10 +82,10 @@ def test_remember_color_is_like_the_built_in_one(noise):
 
 @pytest.mark.parametrize("id", IDS)
 def test_threads_slots_and_batches_do_not_matter(id):
-    whole = played(id, 30, num_envs=6, threads=1)
-    assert_equal(whole, played(id, 30, num_envs=6, threads=2))
+    whole = played(id, 20, num_envs=6, threads=1)
+    assert_equal(whole, played(id, 20, num_envs=6, threads=2))
     seeds = list(range(3, 9))
-    part = played(id, 30, num_envs=2, seed=seeds[2:4])
+    part = played(id, 20, num_envs=2, seed=seeds[2:4])
     assert_equal([one[2:4] for one in whole], part)
 
 
@@ -170,7 +170,7 @@ def test_evaluation_and_strict_mode():
     result = engram.evaluate(
         lambda seen: np.zeros((len(seen["episode"]), 7), np.float32), OWN, episodes=4, obs="state"
     )
-    assert result["tasks"][0]["success_rate"] == 0
+    assert not any(result["tasks"][0]["successes"])
     with made(strict=True, num_envs=32) as env:
         env.reset(seed=0)
         failed = np.zeros(32, bool)
