@@ -40,7 +40,7 @@ class RememberColorSequence(engram.Task):
         colors = list(kit.COLORS)[: self.COLORS]
         self.cubes = self.add_props(kit.Cube(f"cube_{color}", color=color) for color in colors)
         self.marks = self.add_props(
-            kit.Sphere(f"mark_{i}", radius=0.01, color=(1, 1, 1), body="visual", object="part")
+            kit.Sphere(f"mark_{i}", radius=0.02, color=(1, 1, 1), body="visual", object="part")
             for i in range(self.LENGTH)
         )
         self.draw_choice("sequence", self.LENGTH, self.COLORS, text="the cubes that are shown")
@@ -78,7 +78,7 @@ class RememberColorSequence(engram.Task):
         act = self.begins("act")
         self.place(self.cubes, self.positions, where=act)
         for i, mark in enumerate(self.marks):
-            self.place(mark, (0.12, 0.04 * i), where=act & (self.asked >= i))
+            self.place(mark, (0.15, 0.07 * (i - 1)), where=act & (self.asked >= i))
 
     def evaluate(self):
         acts = self.in_phase("act")
