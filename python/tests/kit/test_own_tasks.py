@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
+import textwrap
 from contextlib import closing
 from pathlib import Path
 
@@ -118,7 +120,7 @@ def test_environments_are_reset_by_themselves(mode):
 
 
 def rates(id, policy, episodes=200):
-    with made(id, episodes) as env:
+    with made(id, episodes, after_end="hold") as env:
         env.reset(seed=11)
         success = np.zeros(episodes, bool)
         for _ in range(env.description["horizon"]):
@@ -171,7 +173,7 @@ def test_evaluation_and_strict_mode():
         lambda seen: np.zeros((len(seen["episode"]), 7), np.float32), OWN, episodes=4, obs="state"
     )
     assert not any(result["tasks"][0]["successes"])
-    with made(strict=True, num_envs=32) as env:
+    with made(task_options={"strict": 1}, num_envs=32, after_end="hold") as env:
         env.reset(seed=0)
         failed = np.zeros(32, bool)
         for _ in range(25):
@@ -258,3 +260,13 @@ def test_files_can_be_loaded_again(tmp_path):
     file.write_text(text.replace(OWN, "Spare-v0").replace("horizon=25", "horizon=30"))
     assert kit.load_file(str(file)) == ["Spare-v0"]
     assert engram.describe("Spare-v0")["horizon"] == 30
+
+
+def test_the_example_of_the_class_works():
+    """The code in the docstring of engram.Task."""
+    text = inspect.getdoc(engram.Task)
+    block = text[text.index("class TouchRed") - 4 : text.index("**Arrays.**")]
+    code = textwrap.dedent(block)
+    exec(code, {"engram": engram, "kit": kit, "np": np})
+    assert rates("TouchRed-v0", "oracle") >= 0.95
+    assert rates("TouchRed-v0", "zero") <= 0.1
