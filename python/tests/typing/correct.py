@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engram
+from engram import kit
 from engram.typing import EnvOptions, RgbObservation, TaskDescription
 
 TASK = "RememberColor9-VLA-v0"
@@ -65,3 +66,36 @@ def descriptions() -> TaskDescription:
     except (engram.UnknownIdError, engram.BadStateError) as error:
         print(error)
     return described
+
+
+class Touch(engram.Task):
+    COLORS = kit.Integer(3, low=2, high=9, text="cubes")
+    WAIT = kit.Steps(1, 5, text="steps")
+    REACH = kit.Real(0.05, low=0.01, high=0.2, text="m")
+
+    success_reward = 3.0
+
+    def build(self) -> None:
+        self.candidates = self.COLORS
+        low, high = self.WAIT
+        self.cubes = self.add_props(kit.Cube(f"c_{i}", color="red") for i in range(self.COLORS))
+        self.draw_integer("target", 0, self.COLORS - 1, text="x")
+        self.remember("seen", bool, width=(2, low + high))
+
+    def advance(self) -> None:
+        self.place(self.cubes[self.target], (0, 0), where=self.elapsed == 1)
+        self.place(self.cubes, (0, 0, 0.1), where=self.begins("act"))
+
+    def evaluate(self) -> None:
+        self.success[:] = self.tcp_distance(self.pos_of(self.cubes[0])) < self.REACH
+        self.seen |= True
+
+    def reward(self) -> NDArray[np.float64]:
+        return np.where(self.success, 3.0, 0.0)
+
+    def oracle(self) -> None:
+        self.touch(self.pos_of(self.cubes[self.target]))
+
+
+def register() -> None:
+    engram.register_task(Touch, "Typed-v0", 20, "Touch it.")
