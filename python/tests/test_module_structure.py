@@ -24,8 +24,8 @@ PACKAGE = Path(engram.__file__).parent
 FIRST_LEVEL = {
     "__init__", "__main__", "_args", "_core", "_deprecated", "_distribution", "_ids",
     "_interpreter", "_io", "command",
-    "datasets", "envs", "errors", "evaluation", "factory", "gym_registration", "integrations", "kit",
-    "mikasa", "play", "scores", "servers", "tasks", "typing",
+    "datasets", "envs", "errors", "evaluation", "factory", "gym_registration", "integrations",
+    "kit", "mikasa", "play", "scores", "servers", "tasks", "typing",
 }  # fmt: skip
 
 
