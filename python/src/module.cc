@@ -31,10 +31,13 @@ void register_variant(const std::string& id, const std::string& base, const std:
 
 void load_variants(const std::string& path) { check(engram_load_variants(c_text(path))); }
 
+void load_tasks(const std::string& path) { check(engram_load_tasks(c_text(path))); }
+
 void bind_variants(nb::module_& module) {
   module.def("register_variant", &register_variant, "id"_a, "base"_a, "constants"_a,
              "instruction"_a.none());
   module.def("load_variants", &load_variants, "path"_a);
+  module.def("load_tasks", &load_tasks, "path"_a);
 }
 
 // The fields of engram_options, in its order.
