@@ -279,15 +279,18 @@ void add_collect_command(const Command& program,
       "Keeps episodes that succeed, up to their first success. After an interruption, the same "
       "command continues. Files do not depend on --num-envs, --threads or the number of "
       "processes.");
-  command.when_parsed([command, options, task_options] {
-    options->passed = *task_options;
+  command.when_parsed([command, options] {
     for (const char* name : kPassedOn) {
       for (const std::string& value : command.values(name)) {
         options->passed.push_back(fmt::format("{}={}", name, value));
       }
     }
   });
-  command.on_run([options] { with_mpi([&](Ranks& ranks) { run(ranks, *options); }); });
+  command.on_run([options, task_options] {
+    // Taken after this command's own options.
+    options->passed.insert(options->passed.begin(), task_options->begin(), task_options->end());
+    with_mpi([&](Ranks& ranks) { run(ranks, *options); });
+  });
 }
 
 }  // namespace engram::apps

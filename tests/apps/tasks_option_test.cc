@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "tests/apps/command.h"
+#include "tests/apps/fake_python.h"
 
 namespace engram::tests {
 namespace {
@@ -67,17 +68,19 @@ TEST_CASE("ENGRAM_TASKS names libraries, whose tasks variants may change", "[app
   CHECK_THAT(result.err, Catch::Contains("libother_version.so': made for engram '0.0.1'"));
 }
 
-TEST_CASE("play hands libraries on to Python, before variants", "[apps][task_library]") {
+TEST_CASE("Libraries are handed on to Python, before variants", "[apps][task_library]") {
   const TemporaryFolder folder;
-  const fs::path python = folder.path() / "python";
-  std::ofstream(python) << "#!/bin/sh\nshift 2; printf '%s\\n' \"$@\"\n";
-  fs::permissions(python, fs::perms::owner_all);
   const std::string variants = std::string(test::kRoot) + "/apps/examples/medium_variants.json";
-  const CommandResult result = engram_command("play --stay --variants " + variants + tasks(), "",
-                                              "ENGRAM_PYTHON='" + python.string() + "'");
-  CHECK(result.code == 0);
-  CHECK(result.out ==
-        "--tasks=" + library("touch_spot") + "\n--variants=" + variants + "\n--stay\n");
+  const std::string options = " --variants " + variants + tasks();
+  const std::string python = fake_python(folder, kPrintArguments);
+  const CommandResult played = engram_command("play --stay" + options, "", python);
+  const std::string words = "--tasks=" + library("touch_spot") + "\n--variants=" + variants + "\n";
+  CHECK(played.out == words + "--stay\n");
+  const std::string collect =
+      std::string("collect ") + kId + " --format lerobot --out " + (folder.path() / "out").string();
+  const CommandResult collected = engram_command(collect + options, "", python);
+  CHECK_THAT(collected.out, Catch::Contains("--word=--tasks=" + library("touch_spot") +
+                                            "\n--word=--variants=" + variants + "\n"));
 }
 
 TEST_CASE("A library that does not fit is refused by every command", "[apps][task_library]") {
