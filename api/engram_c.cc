@@ -14,9 +14,11 @@
 #include "api/c_text.h"
 #include "core/base/join.h"
 #include "core/base/process_mutex.h"
+#include "protocol/batch/environment_files.h"
 #include "protocol/batch/episode_words.h"
 #include "protocol/batch/group_description.h"
 #include "protocol/batch/task_description.h"
+#include "protocol/batch/task_library.h"
 #include "protocol/batch/variants.h"
 
 namespace {
@@ -85,7 +87,7 @@ const char* engram_version() { return engram::version(); }
 size_t engram_num_tasks() {
   size_t count = 0;
   guarded([&count] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     count = engram::all_entries().size();
   });
   return count;
@@ -94,7 +96,7 @@ size_t engram_num_tasks() {
 const char* engram_task_id(size_t index) {
   const char* id = nullptr;
   guarded([&] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     const size_t count = engram::all_entries().size();
     if (index >= count) {
       throw Error(Error::kInvalidArgument, "task " + std::to_string(index) + " given, 0 to " +
@@ -108,7 +110,7 @@ const char* engram_task_id(size_t index) {
 const char* engram_list_json() {
   const char* text = nullptr;
   guarded([&text] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     text = list_of_tasks();
   });
   return text;
@@ -119,7 +121,7 @@ engram_status engram_register_variant(const char* id, const char* base, const ch
   if (id == nullptr) return refuse_null("id");
   if (base == nullptr) return refuse_null("base");
   return guarded([&] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     engram::TaskVariant variant{id, base};
     if (constants != nullptr) variant.constants = engram::parse_constants(constants);
     if (instruction != nullptr) variant.instruction = instruction;
@@ -130,6 +132,11 @@ engram_status engram_register_variant(const char* id, const char* base, const ch
 engram_status engram_load_variants(const char* path) {
   if (path == nullptr) return refuse_null("path");
   return guarded([&] { engram::load_variants(path); });
+}
+
+engram_status engram_load_tasks(const char* path) {
+  if (path == nullptr) return refuse_null("path");
+  return guarded([&] { engram::load_tasks(path); });
 }
 
 // ---- life of a batch ----
@@ -146,7 +153,7 @@ namespace {
 
 // Options as given; NULL: the defaults.
 engram::MakeOptions given_options(const engram_options* options) {
-  engram::load_environment_variants();
+  engram::load_environment_files();
   return engram::c::to_make_options(options != nullptr ? *options : engram::c::default_options());
 }
 

@@ -75,6 +75,24 @@ def load_variants(path: str | os.PathLike[str]) -> None:
     _register_all()
 
 
+def load_tasks(path: str | os.PathLike[str]) -> None:
+    """Loads a library of tasks (docs/adding_a_task.md), here and for Gymnasium.
+
+    It stays loaded for the life of the process; the same library twice is one.
+
+    Args:
+        path: The library, such as "libtouch_spot.so". Its code runs with all rights of the
+            process.
+
+    Raises:
+        IoError: The file cannot be read.
+        InvalidArgumentError: It is no such library, was made for another version of engram or with
+            another ABI, or one of its ids is taken.
+    """
+    _core.load_tasks(values.path("path", path))
+    _register_all()
+
+
 def _register_all() -> None:
     # Imported here: Gymnasium calls this function while it is itself being imported.
     from gymnasium.envs import registration
