@@ -21,6 +21,7 @@
 #include "apps/rollout_command.h"
 #include "apps/serve_command.h"
 #include "apps/soak_command.h"
+#include "apps/task_files.h"
 #include "apps/verify_command.h"
 #include "protocol/batch/environment_files.h"
 #include "protocol/batch/make.h"
@@ -52,9 +53,10 @@ std::shared_ptr<const std::vector<std::string>> add_task_options(const Command& 
     };
     program.add_repeatable(name, take, help).type_name("FILE");
   };
-  add("--tasks", load_tasks,
-      "Loads a library of tasks (docs/adding_a_task.md), as the environment variable ENGRAM_TASKS "
-      "does (repeatable)");
+  add("--tasks", load_task_file,
+      "Loads the tasks of a Python file (docs/own_tasks.md; FILE.py:ID for an id does the same) or "
+      "of a library (docs/adding_a_task.md; as the environment variable ENGRAM_TASKS does) "
+      "(repeatable)");
   add("--variants", load_variants,
       "Registers the variants of a file of ids and constants (docs/variants.md), as the "
       "environment "
@@ -85,7 +87,10 @@ int run(int argc, char** argv) {
   add_verify_command(program);
   add_doctor_command(program);
   load_environment_files();
-  const std::string asked_for = line.parse(argc, argv);
+  std::vector<std::string> words = with_task_files({argv + 1, argv + argc});
+  std::vector<char*> arguments = {argv[0]};
+  for (std::string& word : words) arguments.push_back(word.data());
+  const std::string asked_for = line.parse(static_cast<int>(arguments.size()), arguments.data());
   if (!asked_for.empty()) print(asked_for);
   return kSuccess;
 }
