@@ -1,5 +1,5 @@
-// Libraries that say they were made for something else: one for each macro, and one that is
-// compiled with another ABI.
+// Libraries that say they were made for something else: one for each macro, one that is compiled
+// with another ABI, and one that merely has no tasks.
 #include "tasks/task_library.h"
 
 namespace {
