@@ -58,9 +58,8 @@ std::shared_ptr<const std::vector<std::string>> add_task_options(const Command& 
       "of a library (docs/adding_a_task.md; as the environment variable ENGRAM_TASKS does) "
       "(repeatable)");
   add("--variants", load_variants,
-      "Registers the variants of a file of ids and constants (docs/variants.md), as the "
-      "environment "
-      "variable ENGRAM_VARIANTS does (repeatable)");
+      "Registers the variants of a file of ids and constants (docs/variants.md), as "
+      "the environment variable ENGRAM_VARIANTS does (repeatable)");
   return given;
 }
 

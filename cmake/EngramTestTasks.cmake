@@ -17,12 +17,14 @@ foreach(name no_entry taken_id)
   engram_add_tasks(engram_${name} "${folder}/${name}.cc")
   list(APPEND test_libraries ${name})
 endforeach()
-foreach(name other_version other_abi other_headers)
+foreach(name no_tasks other_version other_abi other_headers)
   engram_add_tasks(engram_${name} "${folder}/altered.cc")
-  string(TOUPPER ${name} macro)
-  target_compile_definitions(engram_${name} PRIVATE ${macro})
   list(APPEND test_libraries ${name})
 endforeach()
+target_compile_definitions(engram_other_version PRIVATE OTHER_VERSION)
+target_compile_definitions(engram_other_headers PRIVATE OTHER_HEADERS)
+# As -march=native does on many machines.
+target_compile_definitions(engram_other_abi PRIVATE EIGEN_MAX_STATIC_ALIGN_BYTES=128)
 
 foreach(name IN LISTS test_libraries)
   set_target_properties(engram_${name} PROPERTIES

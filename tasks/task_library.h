@@ -16,16 +16,16 @@
 // What both sides' compilers have to agree on: names, layouts and calls; the standard library's
 // classes; and how Eigen aligns vectors, which depends on instruction sets (-march).
 #if defined(_GLIBCXX_DEBUG)
-#define ENGRAM_TASKS_LIBRARY "libstdc++ with _GLIBCXX_DEBUG"
+#define ENGRAM_TASKS_STDLIB "libstdc++ with _GLIBCXX_DEBUG"
 #elif defined(_GLIBCXX_USE_CXX11_ABI)
-#define ENGRAM_TASKS_LIBRARY "libstdc++ with CXX11_ABI=" ENGRAM_TEXT_OF(_GLIBCXX_USE_CXX11_ABI)
+#define ENGRAM_TASKS_STDLIB "libstdc++ with CXX11_ABI=" ENGRAM_TEXT_OF(_GLIBCXX_USE_CXX11_ABI)
 #else
-#define ENGRAM_TASKS_LIBRARY "another standard library"
+#define ENGRAM_TASKS_STDLIB "another standard library"
 #endif
-#define ENGRAM_TASKS_ABI                                                                       \
-  "C++ ABI " ENGRAM_TEXT_OF(__GXX_ABI_VERSION) ", " ENGRAM_TASKS_LIBRARY                       \
-                                               ", Eigen's vectors aligned to " ENGRAM_TEXT_OF( \
-                                                   EIGEN_MAX_STATIC_ALIGN_BYTES) " bytes"
+#define ENGRAM_TASKS_CXX "C++ ABI " ENGRAM_TEXT_OF(__GXX_ABI_VERSION)
+#define ENGRAM_TASKS_ALIGNED "vectors aligned to " ENGRAM_TEXT_OF(EIGEN_MAX_STATIC_ALIGN_BYTES)
+#define ENGRAM_TASKS_ABI \
+  ENGRAM_TASKS_CXX ", " ENGRAM_TASKS_STDLIB ", " ENGRAM_TASKS_ALIGNED " bytes"
 
 #ifdef __FAST_MATH__
 #error "-ffast-math changes results from machine to machine: tasks are compiled without it"

@@ -77,6 +77,9 @@ void register_library(const fs::path& file) {
   const TaskLibrary& description = described_by(library.get());
   require_compatible(description);
   const std::span families(description.families, description.count);
+  if (std::ranges::all_of(families, [](const Family* family) { return family->tasks.empty(); })) {
+    refuse("a library without tasks; one row of a family's table or more needed");
+  }
   if (are_registered(families)) return;
   register_families(families);
   library.release();  // NOLINT(bugprone-unused-return-value): it stays for the process's life

@@ -24,7 +24,7 @@ std::unique_ptr<Task> make_like(const RegistryEntry& entry, const ConstantTable&
   return like.definition->make(like, constants);
 }
 
-Family family_of(std::string_view name, std::span<const TaskRow> rows) {
+constexpr Family family_of(std::string_view name, std::span<const TaskRow> rows) {
   return {.name = name,
           .memory_type = "Object",
           .instruction = "Touch it.",
@@ -36,7 +36,7 @@ TEST_CASE("A registered family's tasks are tasks like any other", "[registry][fa
   static constexpr std::array kRows = {
       TaskRow{"OwnA-VLA-v0", 25, Split::kExtended},
       TaskRow{"OwnB-VLA-v1", 25, Split::kExtended, 0.9, "Touch that."}};
-  static const Family kFamily = family_of("Own", kRows);
+  static constexpr Family kFamily = family_of("Own", kRows);
   const std::vector<const RegistryEntry*> before = all_entries();
   register_family(kFamily);
   const std::vector<const RegistryEntry*> after = all_entries();
@@ -64,7 +64,7 @@ TEST_CASE("A registered family's tasks are tasks like any other", "[registry][fa
 
 TEST_CASE("A registered family's tasks have variants", "[registry][families]") {
   static constexpr std::array kRows = {TaskRow{"OwnVaried-VLA-v0", 25, Split::kExtended}};
-  static const Family kFamily = family_of("OwnVaried", kRows);
+  static constexpr Family kFamily = family_of("OwnVaried", kRows);
   register_family(kFamily);
   const TaskVariant variant = {"OwnVaried-Two-v0", "OwnVaried-VLA-v0", {{"COLORS", 2}}, {}};
   register_variants({&variant, 1});
@@ -79,8 +79,8 @@ TEST_CASE("A family of the same name replaces its own tasks", "[registry][famili
   static constexpr std::array kFirst = {TaskRow{"Replaced-VLA-v0", 25, Split::kExtended}};
   static constexpr std::array kSecond = {TaskRow{"Replaced-VLA-v0", 60, Split::kExtended},
                                          TaskRow{"Replaced-VLA-v1", 60, Split::kExtended}};
-  static const Family kOld = family_of("Replaced", kFirst);
-  static const Family kNew = family_of("Replaced", kSecond);
+  static constexpr Family kOld = family_of("Replaced", kFirst);
+  static constexpr Family kNew = family_of("Replaced", kSecond);
   register_family(kOld);
   const RegistryEntry& old = require_entry("Replaced-VLA-v0");
   const std::size_t count = all_entries().size();
@@ -99,9 +99,9 @@ TEST_CASE("A family of the same name replaces its own tasks", "[registry][famili
 TEST_CASE("Ids that are taken or malformed are refused, with all families that came along",
           "[registry][families]") {
   static constexpr std::array kFree = {TaskRow{"Unheard-VLA-v0", 25, Split::kExtended}};
-  static const Family kFreeFamily = family_of("Unheard", kFree);
+  static constexpr Family kFreeFamily = family_of("Unheard", kFree);
   static constexpr std::array kOwn = {TaskRow{"OwnTaken-VLA-v0", 25, Split::kExtended}};
-  static const Family kOwnFamily = family_of("OwnTaken", kOwn);
+  static constexpr Family kOwnFamily = family_of("OwnTaken", kOwn);
   register_family(kOwnFamily);
   const TaskVariant variant = {"OwnTaken-Variant-v0", kLike, {{"COLORS", 2}}, {}};
   register_variants({&variant, 1});
@@ -140,18 +140,18 @@ TEST_CASE("Ids that are taken or malformed are refused, with all families that c
 
 TEST_CASE("Entries stay where they are while families are registered", "[registry][families]") {
   static constexpr std::array kRows = {TaskRow{"OwnStays-VLA-v0", 25, Split::kExtended}};
-  static const Family kFamily = family_of("OwnStays", kRows);
+  static constexpr Family kFamily = family_of("OwnStays", kRows);
   register_family(kFamily);
   const RegistryEntry* entry = find_entry("OwnStays-VLA-v0");
   // For the life of the process.
-  static std::vector<std::string> ids;
-  static std::vector<TaskRow> rows;
-  static std::vector<Family> families;
-  for (int i = 0; i < 200; ++i) ids.push_back("OwnStays" + std::to_string(i) + "-VLA-v0");
-  for (const std::string& id : ids) rows.push_back({id, 25, Split::kExtended});
-  for (int i = 0; i < 200; ++i) {
-    const auto place = static_cast<std::size_t>(i);
-    families.push_back(family_of(std::string_view(ids[place]), {&rows[place], 1}));
+  constexpr std::size_t kCount = 200;
+  static std::array<std::string, kCount> ids;
+  static std::array<TaskRow, kCount> rows;
+  static std::array<Family, kCount> families;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    ids[i] = "OwnStays" + std::to_string(i) + "-VLA-v0";
+    rows[i] = {ids[i], 25, Split::kExtended};
+    families[i] = family_of(ids[i], {&rows[i], 1});
   }
   std::vector<std::thread> threads;
   for (std::size_t first = 0; first < 2; ++first) {

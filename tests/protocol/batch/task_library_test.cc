@@ -103,8 +103,9 @@ TEST_CASE("What is no library of tasks of this version is refused by name", "[ta
       {folder.path(), Error::kIo, "cannot be read; a library of tasks needed"},
       {text, Error::kInvalidArgument, "not a library that can be loaded"},
       {library("no_entry"), Error::kInvalidArgument, "without the function engram_task_library"},
+      {library("no_tasks"), Error::kInvalidArgument, "a library without tasks"},
       {library("other_version"), Error::kInvalidArgument, "made for engram '0.0.1', this is '"},
-      {library("other_abi"), Error::kInvalidArgument, "made with 'C++ ABI 1, Eigen's vectors"},
+      {library("other_abi"), Error::kInvalidArgument, "aligned to 128 bytes', this engram with"},
       {library("other_headers"), Error::kInvalidArgument, "made with other headers of engram '"},
       {library("taken_id"), Error::kInvalidArgument, "is taken, by a task of the benchmark"}};
   const std::size_t count = all_entries().size();

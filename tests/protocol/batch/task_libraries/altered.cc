@@ -1,4 +1,5 @@
-// Libraries that say they were made for something else: one for each macro.
+// Libraries that say they were made for something else: one for each macro, one that is compiled
+// with another ABI, and one that merely has no tasks.
 #include "tasks/task_library.h"
 
 namespace {
@@ -13,8 +14,6 @@ extern "C" __attribute__((visibility("default"))) const engram::TaskLibrary* eng
   static engram::TaskLibrary library = engram::task_library(kFamilies);
 #if defined(OTHER_VERSION)
   library.version = "0.0.1";
-#elif defined(OTHER_ABI)
-  library.abi = "C++ ABI 1, Eigen's vectors aligned to 64 bytes";
 #elif defined(OTHER_HEADERS)
   library.headers = "0123456789abcdef";
 #endif
