@@ -55,19 +55,32 @@ engram_array named(const std::vector<OutputArray>& arrays, const char* name) {
                                      "'; this batch has: " + engram::join(names));
 }
 
-// All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when there are
-// more tasks.
+// All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when other
+// tasks are registered. To describe one makes it, which may run a user's code: without the lock.
 const char* list_of_tasks() {
-  static std::map<size_t, std::string> lists;  // by number of tasks
-  const std::lock_guard lock(engram::process_mutex(engram::ProcessLock::kTaskTexts));
-  const std::vector<const engram::RegistryEntry*> entries = engram::all_entries();
-  const auto found = lists.find(entries.size());
-  if (found != lists.end()) return found->second.c_str();
+  using Entries = std::vector<const engram::RegistryEntry*>;
+  static std::map<const engram::RegistryEntry*, engram::Document> described;
+  static std::map<Entries, std::string> lists;
+  const Entries entries = engram::all_entries();
+  std::mutex& mutex = engram::process_mutex(engram::ProcessLock::kTaskTexts);
   engram::ConstantList tasks;
   for (const engram::RegistryEntry* entry : entries) {
+    {
+      const std::lock_guard lock(mutex);
+      const auto known = described.find(entry);
+      if (known != described.end()) {
+        tasks.push_back(known->second);
+        continue;
+      }
+    }
     tasks.emplace_back(engram::describe_entry(*entry));
+    const std::lock_guard lock(mutex);
+    described.emplace(entry, tasks.back());
   }
-  return lists.emplace(entries.size(), engram::to_text(tasks)).first->second.c_str();
+  const std::lock_guard lock(mutex);
+  const auto found = lists.find(entries);
+  if (found != lists.end()) return found->second.c_str();
+  return lists.emplace(entries, engram::to_text(tasks)).first->second.c_str();
 }
 
 void give_text(const std::string& from, char* text, size_t capacity, size_t* length) {
