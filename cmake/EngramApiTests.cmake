@@ -27,7 +27,7 @@ endif()
 # Programs of others would have to be instrumented as the library is.
 if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
   add_test(NAME exported_symbols COMMAND "${CMAKE_COMMAND}" "-DNM=${CMAKE_NM}"
-    "-DLIBRARY=$<TARGET_FILE:engram_shared>" "-DHEADER=${PROJECT_SOURCE_DIR}/api/engram/engram_c.h"
+    "-DLIBRARY=$<TARGET_FILE:engram_shared>" "-DHEADERS=${PROJECT_SOURCE_DIR}/api/engram"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_symbols.cmake")
   find_program(ENGRAM_PKG_CONFIG pkg-config REQUIRED)
   add_test(NAME installed_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
