@@ -36,3 +36,10 @@ sheet timed_transfer TimedTransferEasy-VLA-v0 "${human[@]}" --seed 0 --at 0,2,17
 sheet gather_and_recall GatherAndRecall3-VLA-v0 "${human[@]}" --seed 0 --pin flash_trigger_count=2 --pin flash_color=1 --at 0,54,123,150,192,212
 sheet batteries_checker BatteriesCheckerHard-3-VLA-v0 "${human[@]}" --seed 0 --pin working=1 --at 0,30,155,174,187,201
 sheet cameras GatherAndRecall3-VLA-v0 --camera all --size 256 --seed 0 --at 30
+
+# Examples of tasks in Python, for which the package has to be installed.
+export ENGRAM_PYTHON=${ENGRAM_PYTHON:-$PWD/build/python-env/bin/python}
+examples=python/examples/own_tasks
+sheet remember_color_sequence "$examples/remember_color_sequence.py:RememberColorSequence3-v0" "${human[@]}" --seed 3 --pin show_steps=4 --pin empty_steps=3 --pin sequence=0,3,4 --pin asked=1 --at 0,4,8,13,18,40
+sheet intercept_fast_cover "$examples/intercept_fast_cover.py:InterceptFastCover-v0" "${human[@]}" --seed 1 --at 0,5,12,20,28,36
+sheet keep_track "$examples/keep_track.py:KeepTrack4-v0" "${human[@]}" --seed 5 --at 0,5,10,15,250,270
