@@ -17,28 +17,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from engram._args import values
-from engram.kit.checks import (
-    constants,
-    draws,
-    episodes,
-    leaks,
-    runs,
-    scripts,
-    snapshots,
-    speed,
-)
+from engram.errors import IoError, UnknownIdError
+from engram.kit.checks import constants, draws, leaks, runs, scripts, snapshots, speed
+from engram.kit.checks import episodes as determinism
 from engram.kit.checks.play import StoppedError, described
 from engram.kit.checks.report import Finding, Report
-from engram.kit.checks.subject import Subject, watched
+from engram.kit.checks.subject import Settings, Subject, watched
 from engram.kit.files import load_file, split_target
 
 __all__ = ["Finding", "Report", "check"]
 
 _CHECKS: tuple[tuple[str, Callable[[Subject], None]], ...] = (
     ("runs", runs.check),
-    ("episodes", episodes.check),
+    ("episodes", determinism.check),
     ("snapshots", snapshots.check),
     ("draws", draws.check),
     ("constants", constants.check),
@@ -53,7 +47,7 @@ EPISODES, FAST_EPISODES = 200, 64
 def check(
     target: str | Sequence[str],
     *,
-    episodes: int | None = None,  # noqa: F811 (the argument's name is the command's)
+    episodes: int | None = None,
     fast: bool = False,
     hidden: str = "",
     only: Sequence[str] = CHECK_NAMES,
@@ -74,42 +68,56 @@ def check(
         IoError: There is no such file.
         UnknownIdError: There is no such task.
     """
-    count = (FAST_EPISODES if fast else EPISODES) if episodes is None else \
-        values.integer("episodes", episodes, 8, 100_000)  # fmt: skip
-    for name in only:
-        values.one_of("only", name, {known: 0 for known in CHECK_NAMES})
-    report, begin = Report(), time.perf_counter()
-    for one in [target] if isinstance(target, str) else target:
-        for id, file in _ids(one, report):
-            _check_one(id, file, count, fast, hidden, only, report)
-    report.seconds = time.perf_counter() - begin
+    report = Report()
+    targets = [target] if isinstance(target, str) else target
+    fill(report, targets, episodes=episodes, fast=fast, hidden=hidden, only=only)
     return report
 
 
-def _ids(target: str, report: Report) -> list:  # type: ignore[type-arg]
-    """Ids of a target and the file they come from."""
-    from pathlib import Path
+def fill(
+    report: Report,
+    targets: Sequence[str],
+    *,
+    episodes: int | None,
+    fast: bool,
+    hidden: str,
+    only: Sequence[str],
+) -> None:
+    """What ``check`` does; the report has all that was found before a KeyboardInterrupt."""
+    standard = FAST_EPISODES if fast else EPISODES
+    count = standard if episodes is None else values.integer("episodes", episodes, 8, 100_000)
+    for name in only:
+        values.one_of("only", name, dict.fromkeys(CHECK_NAMES, 0))
+    begin = time.perf_counter()
+    try:
+        for target in targets:
+            for id, file in _found(target, report):
+                _check_one(Settings(id, file, count, fast, hidden), only, report)
+    finally:
+        report.seconds = time.perf_counter() - begin
 
+
+def _found(target: str, report: Report) -> list[tuple[str, Path | None]]:
+    """Ids of a target and the file they come from; none if it cannot be loaded."""
     file, id = split_target(target)
     if file is None:
+        assert id is not None
         return [(id, None)]
     try:
-        found = load_file(file)
+        ids = load_file(file)
+    except IoError:
+        raise
     except Exception as error:
-        if isinstance(error, OSError):
-            raise
         report.findings.append(Finding(target, "load", "wrong", described(error)))
         return []
-    if id is not None and id not in found:
-        from engram.errors import UnknownIdError
-
-        raise UnknownIdError(f"{file}: registers {', '.join(found)}, not {id!r}")
-    return [(one, Path(file).resolve()) for one in found if id in (None, one)]
+    if id is not None and id not in ids:
+        raise UnknownIdError(f"{file}: registers {', '.join(ids)}, not {id!r}")
+    return [(one, Path(file).resolve()) for one in ids if id in (None, one)]
 
 
-def _check_one(id, file, count, fast, hidden, only, report) -> None:  # type: ignore[no-untyped-def]
-    with watched(id) as tasks:
-        subject = Subject(id, file, count, fast, hidden, report.findings, tasks)
+def _check_one(settings: Settings, only: Sequence[str], report: Report) -> None:
+    with watched(settings.id) as tasks:
+        subject = Subject(settings, report.findings, tasks)
         for name, run in _CHECKS:
             if name not in only:
                 continue
@@ -117,7 +125,7 @@ def _check_one(id, file, count, fast, hidden, only, report) -> None:  # type: ig
                 run(subject)
             except StoppedError as error:
                 subject.add(name, "wrong", str(error))
-                return
+                return  # the others would meet it as well
             except KeyboardInterrupt as error:
                 subject.add(name, "wrong", described(error))
                 raise

@@ -36,27 +36,30 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
-    from engram.kit.checks import CHECK_NAMES, check
+    from engram.kit.checks import CHECK_NAMES, Report, fill
 
+    report, status = Report(), None
     try:
         if options.digests:
             print(json.dumps(_digests(options.target[0])))
             return 0
-        report = check(
-            options.target, episodes=options.episodes, fast=options.fast, hidden=options.hidden,
+        fill(
+            report, options.target, episodes=options.episodes, fast=options.fast, hidden=options.hidden,
             only=options.only or CHECK_NAMES,
         )  # fmt: skip
     except errors.Error as error:
         print(f"engram check: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        status = _INTERRUPTED
     print(json.dumps(report.document(), indent=2) if options.json else report)
-    return 0 if report.ok else 1
+    return status if status is not None else int(not report.ok)
 
 
 def _digests(target: str) -> dict[str, list[str]]:
     """What an episode's outputs are in this process."""
     from engram.kit.checks.episodes import digests
-    from engram.kit.checks.subject import Subject, watched
+    from engram.kit.checks.subject import Settings, Subject, watched
     from engram.kit.files import load_file, split_target
 
     file, id = split_target(target)
@@ -64,7 +67,7 @@ def _digests(target: str) -> dict[str, list[str]]:
         load_file(file)
     assert id is not None
     with watched(id) as tasks:
-        return digests(Subject(id, None, 1, True, "", [], tasks))
+        return digests(Subject(Settings(id), [], tasks))
 
 
 def run() -> None:

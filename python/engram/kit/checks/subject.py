@@ -24,24 +24,33 @@ _DEFAULT_FLOOR = 0.95
 COMMON = ("robot_uids", "max_episode_steps", "robot_init_qpos_noise")
 
 
-@dataclasses.dataclass
-class Subject:
-    """A task and what is asked about it."""
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    """What is checked, and how thoroughly."""
 
     id: str
-    file: Path | None  # if it comes from one
-    episodes: int
-    fast: bool
-    hidden: str
-    findings: list[Finding]
-    tasks: list[Task] = dataclasses.field(default_factory=list)  # instances, the latest at the end
+    file: Path | None = None  # if it comes from one
+    episodes: int = 64  # of success rates
+    fast: bool = False
+    hidden: str = ""  # draw of ids that are not written with engram.Task
 
-    def __post_init__(self) -> None:
+
+class Subject:
+    """A task, and what is asked about it."""
+
+    def __init__(self, settings: Settings, findings: list[Finding], tasks: list[Task]) -> None:
+        self.id = settings.id
+        self.file = settings.file
+        self.episodes = settings.episodes
+        self.fast = settings.fast
+        self.hidden = settings.hidden
+        self.findings = findings
+        self.tasks = tasks  # instances that the engine has made, the latest at the end
         self.description: Any = engram.describe(self.id)
         self.floor = _DEFAULT_FLOOR
         self.declared: dict[str, dict[str, Any]] = {}  # draws
-        self.scripts = ("oracle", "blind", "sweep")
-        if self.id in definitions:
+        self.scripts: tuple[str, ...] = ("oracle", "blind", "sweep")
+        if self.is_own:
             self.floor = json.loads(definitions[self.id][0])["oracle_floor"]
             about = json.loads(self.tasks[-1].describe())
             self.declared = {draw["name"]: draw for draw in about["draws"]}
