@@ -13,6 +13,7 @@ import numpy as np
 
 from engram.kit.checks.hints import suspicious_lines
 from engram.kit.checks.play import (
+    causes_first,
     Player,
     actions_of,
     difference,
@@ -113,7 +114,8 @@ def _after_partial_resets(
             given = np.array([actions[own[i] - 1][i] for i in range(count)])
             outputs = player.step(given)
             valid = ~mask | (step > late)
-            for name, value in outputs.items():
+            for name in sorted(outputs, key=causes_first):
+                value = outputs[name]
                 expected = np.array([whole[own[i]][name][i] for i in range(count)])
                 unlike = different_rows(value, expected) & valid
                 if unlike.any():
@@ -155,11 +157,12 @@ def _in_a_fresh_process(subject: Subject) -> str:
         last = (run.stderr.strip().splitlines() or ["no message"])[-1]
         return f"the task fails in a fresh process: {last}"
     other, own = json.loads(run.stdout), digests(subject)
-    for name, listed in own.items():
-        for step, (one, two) in enumerate(zip(listed, other.get(name, []))):
-            if one != two:
-                return (
-                    f"{name} in step {step} differs in a fresh process: something depends on the "
-                    "order of a set, on hash(), on the time or on files" + _lines(subject)
-                )
+    for name in sorted(own, key=causes_first):
+        unlike = [i for i, (one, two) in enumerate(zip(own[name], other[name])) if one != two]
+        if unlike:
+            return (
+                f"{name} differs in a fresh process, first {unlike[0]} steps after its first value: "
+                "something depends on the order of a set, on hash(), on the time or on files"
+                + _lines(subject)
+            )
     return ""

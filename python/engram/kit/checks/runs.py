@@ -10,6 +10,7 @@ from engram.kit.checks.play import Player
 from engram.kit.checks.subject import Subject
 
 _ROUNDING = 1e-6
+_METHODS = {"_reward": "reward()", "_state": "observe()", "prop_pos": "place() or move()"}
 
 
 def check(subject: Subject) -> None:
@@ -18,13 +19,20 @@ def check(subject: Subject) -> None:
     seen = np.zeros(len(subject.prop_names), bool)
     for policy in (*subject.scripts, "random"):
         _play(subject, policy, seen)
+        if len(subject.findings) > found:
+            return  # others would only say it again
     with subject.batch(4, obs_mode="objects") as env:
         player = Player(subject, env, None)
         player.begin(range(4))
-        for _ in range(min(subject.horizon, 20)):
-            _check_values(subject, "zero", player.step(np.zeros(env.action_space.shape)))
+        for step in range(1, min(subject.horizon, 20) + 1):
+            outputs = player.step(np.zeros(env.action_space.shape))
+            if _check_values(subject, "zero", outputs, step):
+                return
+            if not env.observation_space.contains(outputs["objects"]):
+                subject.add("runs", "wrong", f"objects leave their space in step {step}")
+                return
     if subject.is_own:
-        for name in np.array(subject.prop_names)[~seen]:
+        for name in [name for name, shown in zip(subject.prop_names, seen) if not shown]:
             subject.add(
                 "runs", "note",
                 f"prop {name!r} is hidden in every step of all episodes; place() puts it there",
@@ -73,15 +81,14 @@ def _note_props(subject: Subject, seen: Any) -> None:
         seen |= (subject.view("prop_status") != 0).any(axis=0)
 
 
-def _check_values(subject: Subject, policy: str, outputs: dict[str, Any], step: int = 0) -> bool:
+def _check_values(subject: Subject, policy: str, outputs: dict[str, Any], step: int) -> bool:
     """Whether a step has a value that is wrong."""
     if outputs["info unstable"].any():
         env = int(outputs["info unstable"].argmax())
         subject.add(
             "runs", "wrong",
-            f"step {step} of environment {env} with {policy} actions: physics diverged (info "
-            "unstable); props that overlap, or velocities out of the ordinary? See place()",
-            step=step,
+            f"step {step} of environment {env} with {policy} actions is unstable: "
+            + _reason(subject, env), step=step,
         )  # fmt: skip
         return True
     for name, value in outputs.items():
@@ -97,3 +104,12 @@ def _check_values(subject: Subject, policy: str, outputs: dict[str, Any], step: 
         )  # fmt: skip
         return True
     return False
+
+
+def _reason(subject: Subject, env: int) -> str:
+    """Why physics gave up."""
+    if subject.is_own:
+        for column, method in _METHODS.items():
+            if not np.isfinite(subject.view(column)[env]).all():
+                return f"{method} has given a value that is not finite"
+    return "physics diverged; props that overlap, or great velocities? See place()"

@@ -87,7 +87,7 @@ class Subject:
 
     def view(self, column: str) -> Any:
         """A copy of a column of the latest batch, of tasks of one's own only."""
-        return np.array(self.tasks[-1].__dict__["_whole"][column])
+        return np.array(self.tasks[-1].__dict__["_whole"].get(column, np.zeros(1)))
 
     @property
     def prop_names(self) -> list[str]:
