@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/bench_command.h"
+#include "apps/check_command.h"
 #include "apps/collect_command.h"
 #include "apps/command_line.h"
 #include "apps/compare_command.h"
@@ -64,6 +65,7 @@ int run(int argc, char** argv) {
   add_collect_command(program, variants);
   add_record_command(program);
   add_play_command(program, variants);
+  add_check_command(program, variants);
   add_serve_command(program, variants);
   add_bench_command(program);
   add_soak_command(program);

@@ -30,16 +30,23 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument(
         "--only", action="append", choices=CHECK_NAMES, help="a kind of checks (repeatable)"
     )
+    found.add_argument(
+        "--variants", action="append", default=[], metavar="FILE",
+        help="registers the variants of a file (repeatable)",
+    )  # fmt: skip
     found.add_argument("--digests", action="store_true", help=argparse.SUPPRESS)
     return found
 
 
 def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
+    from engram.gym_registration import load_variants
     from engram.kit.checks import CHECK_NAMES, Report, fill
 
     report, status = Report(), None
     try:
+        for file in options.variants:
+            load_variants(file)
         if options.digests:
             print(json.dumps(_digests(options.target[0])))
             return 0

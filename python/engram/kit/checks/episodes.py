@@ -25,6 +25,10 @@ from engram.kit.checks.subject import Subject
 
 _SEEDS = tuple(range(40, 56))
 _FRESH_SECONDS = 300
+_PROGRAM = (  # imports nothing from the current folder
+    "import sys; sys.path[:] = [path for path in sys.path if path]; "
+    "from engram.kit.checks.__main__ import run; run()"
+)
 
 
 def check(subject: Subject) -> None:
@@ -146,7 +150,7 @@ def _in_a_fresh_process(subject: Subject) -> str:
     target = subject.id if subject.file is None else f"{subject.file}:{subject.id}"
     seed = "1" if os.environ.get("PYTHONHASHSEED") != "1" else "2"
     run = subprocess.run(
-        [sys.executable, "-m", "engram.kit.checks", "--digests", target],
+        [sys.executable, "-c", _PROGRAM, "--digests", target],
         env={**os.environ, "PYTHONHASHSEED": seed},
         capture_output=True,
         text=True,
