@@ -14,9 +14,11 @@
 #include "api/c_text.h"
 #include "core/base/join.h"
 #include "core/base/process_mutex.h"
+#include "protocol/batch/environment_files.h"
 #include "protocol/batch/episode_words.h"
 #include "protocol/batch/group_description.h"
 #include "protocol/batch/task_description.h"
+#include "protocol/batch/task_library.h"
 #include "protocol/batch/variants.h"
 
 namespace {
@@ -53,19 +55,32 @@ engram_array named(const std::vector<OutputArray>& arrays, const char* name) {
                                      "'; this batch has: " + engram::join(names));
 }
 
-// All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when there are
-// more tasks.
+// All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when other
+// tasks are registered. To describe one makes it, which may run a user's code: without the lock.
 const char* list_of_tasks() {
-  static std::map<size_t, std::string> lists;  // by number of tasks
-  const std::lock_guard lock(engram::process_mutex(engram::ProcessLock::kTaskTexts));
-  const std::vector<const engram::RegistryEntry*> entries = engram::all_entries();
-  const auto found = lists.find(entries.size());
-  if (found != lists.end()) return found->second.c_str();
+  using Entries = std::vector<const engram::RegistryEntry*>;
+  static std::map<const engram::RegistryEntry*, engram::Document> described;
+  static std::map<Entries, std::string> lists;
+  const Entries entries = engram::all_entries();
+  std::mutex& mutex = engram::process_mutex(engram::ProcessLock::kTaskTexts);
   engram::ConstantList tasks;
   for (const engram::RegistryEntry* entry : entries) {
+    {
+      const std::lock_guard lock(mutex);
+      const auto known = described.find(entry);
+      if (known != described.end()) {
+        tasks.push_back(known->second);
+        continue;
+      }
+    }
     tasks.emplace_back(engram::describe_entry(*entry));
+    const std::lock_guard lock(mutex);
+    described.emplace(entry, tasks.back());
   }
-  return lists.emplace(entries.size(), engram::to_text(tasks)).first->second.c_str();
+  const std::lock_guard lock(mutex);
+  const auto found = lists.find(entries);
+  if (found != lists.end()) return found->second.c_str();
+  return lists.emplace(entries, engram::to_text(tasks)).first->second.c_str();
 }
 
 void give_text(const std::string& from, char* text, size_t capacity, size_t* length) {
@@ -85,7 +100,7 @@ const char* engram_version() { return engram::version(); }
 size_t engram_num_tasks() {
   size_t count = 0;
   guarded([&count] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     count = engram::all_entries().size();
   });
   return count;
@@ -94,7 +109,7 @@ size_t engram_num_tasks() {
 const char* engram_task_id(size_t index) {
   const char* id = nullptr;
   guarded([&] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     const size_t count = engram::all_entries().size();
     if (index >= count) {
       throw Error(Error::kInvalidArgument, "task " + std::to_string(index) + " given, 0 to " +
@@ -108,7 +123,7 @@ const char* engram_task_id(size_t index) {
 const char* engram_list_json() {
   const char* text = nullptr;
   guarded([&text] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     text = list_of_tasks();
   });
   return text;
@@ -119,7 +134,7 @@ engram_status engram_register_variant(const char* id, const char* base, const ch
   if (id == nullptr) return refuse_null("id");
   if (base == nullptr) return refuse_null("base");
   return guarded([&] {
-    engram::load_environment_variants();
+    engram::load_environment_files();
     engram::TaskVariant variant{id, base};
     if (constants != nullptr) variant.constants = engram::parse_constants(constants);
     if (instruction != nullptr) variant.instruction = instruction;
@@ -130,6 +145,11 @@ engram_status engram_register_variant(const char* id, const char* base, const ch
 engram_status engram_load_variants(const char* path) {
   if (path == nullptr) return refuse_null("path");
   return guarded([&] { engram::load_variants(path); });
+}
+
+engram_status engram_load_tasks(const char* path) {
+  if (path == nullptr) return refuse_null("path");
+  return guarded([&] { engram::load_tasks(path); });
 }
 
 // ---- life of a batch ----
@@ -146,7 +166,7 @@ namespace {
 
 // Options as given; NULL: the defaults.
 engram::MakeOptions given_options(const engram_options* options) {
-  engram::load_environment_variants();
+  engram::load_environment_files();
   return engram::c::to_make_options(options != nullptr ? *options : engram::c::default_options());
 }
 

@@ -8,6 +8,7 @@
 #include "api/c_options.h"
 #include "api/c_text.h"
 #include "engram/engram_c.h"
+#include "protocol/batch/environment_files.h"
 #include "protocol/batch/variants.h"
 #include "protocol/evaluation/comparison.h"
 #include "protocol/evaluation/evaluation_run.h"
@@ -81,7 +82,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
 engram::EvaluationSettings settings_of(const engram_evaluation_options& options) {
   engram::EvaluationSettings settings;
   if (options.num_ids == 0 || options.ids == nullptr) refuse("ids: none given, 1 or more needed");
-  engram::load_environment_variants();
+  engram::load_environment_files();
   std::set<const engram::RegistryEntry*> tasks;
   for (std::size_t i = 0; i < options.num_ids; ++i) {
     if (options.ids[i] == nullptr) refuse("ids: a null pointer given");

@@ -13,9 +13,9 @@ struct CheckOptions {
 };
 
 // Becomes the process that checks.
-[[noreturn]] void run(const CheckOptions& options, const std::vector<std::string>& variants) {
+[[noreturn]] void run(const CheckOptions& options, const std::vector<std::string>& task_options) {
   std::vector<std::string> words = python_words("engram.kit.checks", "check");
-  for (const std::string& file : variants) words.push_back("--variants=" + file);
+  words.insert(words.end(), task_options.begin(), task_options.end());
   words.insert(words.end(), options.arguments.begin(), options.arguments.end());
   words.emplace_back("--");
   words.insert(words.end(), options.targets.begin(), options.targets.end());
@@ -25,7 +25,7 @@ struct CheckOptions {
 }  // namespace
 
 void add_check_command(const Command& program,
-                       const std::shared_ptr<const std::vector<std::string>>& variants) {
+                       const std::shared_ptr<const std::vector<std::string>>& task_options) {
   const auto options = std::make_shared<CheckOptions>();
   const Command command = program.add_command(
       "check", "Checks tasks of your own as the built-in ones are checked (docs/own_tasks.md)");
@@ -58,7 +58,7 @@ void add_check_command(const Command& program,
                       "leaks or speed (repeatable); default: all")
       .type_name("KIND");
   command.footer("Exit code: 0 nothing is wrong, 1 something is, 2 usage error.");
-  command.on_run([options, variants] { run(*options, *variants); });
+  command.on_run([options, task_options] { run(*options, *task_options); });
 }
 
 }  // namespace engram::apps

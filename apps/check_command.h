@@ -9,8 +9,8 @@
 
 namespace engram::apps {
 
-// variants: files that --variants has named so far.
+// task_options: --tasks and --variants as given so far, for the process that checks.
 void add_check_command(const Command& program,
-                       const std::shared_ptr<const std::vector<std::string>>& variants);
+                       const std::shared_ptr<const std::vector<std::string>>& task_options);
 
 }  // namespace engram::apps

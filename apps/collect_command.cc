@@ -236,7 +236,7 @@ void add_format(const Command& command, CollectOptions& options) {
 }  // namespace
 
 void add_collect_command(const Command& program,
-                         const std::shared_ptr<const std::vector<std::string>>& variants) {
+                         const std::shared_ptr<const std::vector<std::string>>& task_options) {
   const auto options = std::make_shared<CollectOptions>();
   const Command command =
       program.add_command("collect", "Demonstrations of the oracle, as NPZ files");
@@ -279,15 +279,18 @@ void add_collect_command(const Command& program,
       "Keeps episodes that succeed, up to their first success. After an interruption, the same "
       "command continues. Files do not depend on --num-envs, --threads or the number of "
       "processes.");
-  command.when_parsed([command, options, variants] {
-    for (const std::string& file : *variants) options->passed.push_back("--variants=" + file);
+  command.when_parsed([command, options] {
     for (const char* name : kPassedOn) {
       for (const std::string& value : command.values(name)) {
         options->passed.push_back(fmt::format("{}={}", name, value));
       }
     }
   });
-  command.on_run([options] { with_mpi([&](Ranks& ranks) { run(ranks, *options); }); });
+  command.on_run([options, task_options] {
+    // Taken after this command's own options.
+    options->passed.insert(options->passed.begin(), task_options->begin(), task_options->end());
+    with_mpi([&](Ranks& ranks) { run(ranks, *options); });
+  });
 }
 
 }  // namespace engram::apps

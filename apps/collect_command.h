@@ -9,8 +9,8 @@
 
 namespace engram::apps {
 
-// variants: files that the program was given.
+// task_options: as in apps/play_command.h.
 void add_collect_command(const Command& program,
-                         const std::shared_ptr<const std::vector<std::string>>& variants);
+                         const std::shared_ptr<const std::vector<std::string>>& task_options);
 
 }  // namespace engram::apps

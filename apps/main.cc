@@ -1,5 +1,6 @@
 // The `engram` command: subcommands, each in its own files, and how failures are reported.
 #include <exception>
+#include <filesystem>
 #include <memory>
 #include <new>
 #include <string>
@@ -21,8 +22,11 @@
 #include "apps/rollout_command.h"
 #include "apps/serve_command.h"
 #include "apps/soak_command.h"
+#include "apps/task_files.h"
 #include "apps/verify_command.h"
+#include "protocol/batch/environment_files.h"
 #include "protocol/batch/make.h"
+#include "protocol/batch/task_library.h"
 #include "protocol/batch/variants.h"
 
 namespace engram::apps {
@@ -38,22 +42,34 @@ int exit_code(const Error& error) {
   return usage ? kUsageError : kFailure;
 }
 
+// Options that register tasks. Returns them as given, for processes that the command starts. Those
+// of tasks are taken first, wherever they stand: variants may be of such tasks.
+std::shared_ptr<const std::vector<std::string>> add_task_options(const Command& program) {
+  const auto given = std::make_shared<std::vector<std::string>>();
+  const auto add = [&](const std::string& name, void (*load)(const std::filesystem::path&),
+                       const std::string& help) {
+    const auto take = [given, name, load](const std::string& file) {
+      load(file);
+      given->push_back(name + "=" + file);
+    };
+    program.add_repeatable(name, take, help).type_name("FILE");
+  };
+  add("--tasks", load_task_file,
+      "Loads the tasks of a Python file (docs/own_tasks.md; FILE.py:ID for an id does the same) or "
+      "of a library (docs/adding_a_task.md; as the environment variable ENGRAM_TASKS does) "
+      "(repeatable)");
+  add("--variants", load_variants,
+      "Registers the variants of a file of ids and constants (docs/variants.md), as "
+      "the environment variable ENGRAM_VARIANTS does (repeatable)");
+  return given;
+}
+
 int run(int argc, char** argv) {
   CommandLine line("engram", "Batched simulator of tabletop memory tasks");
   line.require_command();
   line.set_version(std::string("engram ") + version());
   const Command program = line.program();
-  const auto variants = std::make_shared<std::vector<std::string>>();
-  program
-      .add_option(
-          "--variants",
-          [variants](const std::string& file) {
-            load_variants(file);
-            variants->push_back(file);
-          },
-          "Registers the variants of a file of ids and constants (docs/variants.md), as "
-          "the environment variable ENGRAM_VARIANTS does")
-      .type_name("FILE");
+  const auto task_options = add_task_options(program);
   program.share_options();
   program.footer("Exit code: 0 success, 1 failure, 2 usage error.");
   add_list_command(program);
@@ -62,17 +78,20 @@ int run(int argc, char** argv) {
   add_eval_command(program);
   add_compare_command(program);
   add_report_command(program);
-  add_collect_command(program, variants);
+  add_collect_command(program, task_options);
   add_record_command(program);
-  add_play_command(program, variants);
-  add_check_command(program, variants);
-  add_serve_command(program, variants);
+  add_play_command(program, task_options);
+  add_check_command(program, task_options);
+  add_serve_command(program, task_options);
   add_bench_command(program);
   add_soak_command(program);
   add_verify_command(program);
   add_doctor_command(program);
-  load_environment_variants();
-  const std::string asked_for = line.parse(argc, argv);
+  load_environment_files();
+  std::vector<std::string> words = with_task_files({argv + 1, argv + argc});
+  std::vector<char*> arguments = {argv[0]};
+  for (std::string& word : words) arguments.push_back(word.data());
+  const std::string asked_for = line.parse(static_cast<int>(arguments.size()), arguments.data());
   if (!asked_for.empty()) print(asked_for);
   return kSuccess;
 }

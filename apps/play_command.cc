@@ -12,9 +12,9 @@ struct PlayOptions {
 };
 
 // Becomes the server.
-[[noreturn]] void run(const PlayOptions& options, const std::vector<std::string>& variants) {
+[[noreturn]] void run(const PlayOptions& options, const std::vector<std::string>& task_options) {
   std::vector<std::string> words = python_words("engram.play", "play");
-  for (const std::string& file : variants) words.push_back("--variants=" + file);
+  words.insert(words.end(), task_options.begin(), task_options.end());
   words.insert(words.end(), options.arguments.begin(), options.arguments.end());
   become(std::move(words), "play");
 }
@@ -22,7 +22,7 @@ struct PlayOptions {
 }  // namespace
 
 void add_play_command(const Command& program,
-                      const std::shared_ptr<const std::vector<std::string>>& variants) {
+                      const std::shared_ptr<const std::vector<std::string>>& task_options) {
   const auto options = std::make_shared<PlayOptions>();
   const Command command = program.add_command(
       "play",
@@ -67,7 +67,7 @@ void add_play_command(const Command& program,
   command.add_flag(
       "--stay", [options] { options->arguments.emplace_back("--stay"); },
       "Keeps running when the page is closed, until Ctrl-C");
-  command.on_run([options, variants] { run(*options, *variants); });
+  command.on_run([options, task_options] { run(*options, *task_options); });
 }
 
 }  // namespace engram::apps

@@ -6,7 +6,7 @@
 namespace engram::apps {
 
 void add_serve_command(const Command& program,
-                       const std::shared_ptr<const std::vector<std::string>>& variants) {
+                       const std::shared_ptr<const std::vector<std::string>>& task_options) {
   // Checked by Python.
   const auto arguments = std::make_shared<std::vector<std::string>>();
   const Command command = program.add_command(
@@ -42,10 +42,10 @@ void add_serve_command(const Command& program,
   command.footer(
       "engram's own policies need the client's --tell-episodes: they play its episode beside it. "
       "They are for tests of clients.");
-  command.on_run([arguments, variants] {
+  command.on_run([arguments, task_options] {
     std::vector<std::string> words = python_words("engram.servers", "serve");
     words.emplace_back("serve");
-    for (const std::string& file : *variants) words.push_back("--variants=" + file);
+    words.insert(words.end(), task_options->begin(), task_options->end());
     words.insert(words.end(), arguments->begin(), arguments->end());
     become(std::move(words), "serve");
   });

@@ -10,6 +10,6 @@
 namespace engram::apps {
 
 void add_serve_command(const Command& program,
-                       const std::shared_ptr<const std::vector<std::string>>& variants);
+                       const std::shared_ptr<const std::vector<std::string>>& task_options);
 
 }  // namespace engram::apps

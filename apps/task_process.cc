@@ -120,7 +120,7 @@ class ProcessInstance final : public tasks::ExternalInstance {
 class TaskProcess {
  public:
   explicit TaskProcess(const std::string& file) : what_("tasks of '" + file + "'") {
-    std::vector<std::string> words = python_words("engram.kit", "'" + file + "'");
+    std::vector<std::string> words = python_words("engram.kit", "a Python file of tasks");
     words.push_back(file);
     auto [own, other] = MessageSocket::pair();
     socket_ = std::move(own);

@@ -27,12 +27,14 @@ endif()
 # Programs of others would have to be instrumented as the library is.
 if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
   add_test(NAME exported_symbols COMMAND "${CMAKE_COMMAND}" "-DNM=${CMAKE_NM}"
-    "-DLIBRARY=$<TARGET_FILE:engram_shared>" "-DHEADER=${PROJECT_SOURCE_DIR}/api/engram/engram_c.h"
+    "-DLIBRARY=$<TARGET_FILE:engram_shared>" "-DHEADERS=${PROJECT_SOURCE_DIR}/api/engram"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_symbols.cmake")
   find_program(ENGRAM_PKG_CONFIG pkg-config REQUIRED)
   add_test(NAME installed_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
     "-DPROJECT=${PROJECT_SOURCE_DIR}/tests/packaging/project"
     "-DPAGE=${PROJECT_SOURCE_DIR}/docs/embedding.md"
+    "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/adding_a_task.md"
+    "-DCOMPONENTS=runtime$<SEMICOLON>development$<$<TARGET_EXISTS:engram_cli>:$<SEMICOLON>command>"
     "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging" "-DCC=${CMAKE_C_COMPILER}"
     "-DCXX=${CMAKE_CXX_COMPILER}" "-DPKG_CONFIG=${ENGRAM_PKG_CONFIG}"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_installed.cmake")

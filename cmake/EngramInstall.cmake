@@ -17,9 +17,12 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/install/engramConfigVers
   COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/install/engramConfig.cmake"
   "${PROJECT_BINARY_DIR}/install/engramConfigVersion.cmake"
+  "${CMAKE_CURRENT_LIST_DIR}/EngramAddTasks.cmake"
   DESTINATION "${engram_cmake_dir}" COMPONENT development)
-install(EXPORT engramTargets NAMESPACE engram:: DESTINATION "${engram_cmake_dir}"
-  COMPONENT development)
+foreach(export engramTargets engramTasksTargets)
+  install(EXPORT ${export} NAMESPACE engram:: DESTINATION "${engram_cmake_dir}"
+    COMPONENT development)
+endforeach()
 
 # Paths in it start from where the file itself lies, so that an installed tree can be moved.
 set(engram_pc_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")

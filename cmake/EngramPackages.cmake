@@ -38,10 +38,12 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "libegl1, libegl-mesa0, libgl1-mesa-dr
 
 engram_package(development libengram-dev libdevel
   "batched simulation of tabletop memory tasks (development files)"
-  "${engram_about}\nThis package holds the headers for C and C++, and files for CMake and pkg-config.")
+  "${engram_about}\nThis package holds the headers for C and C++, what libraries of tasks are made of, and\nfiles for CMake and pkg-config.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "libengram${ENGRAM_SOVERSION} (= ${PROJECT_VERSION})")
+# For libraries of tasks alone.
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "libeigen3-dev (>= 3.4), libtinyxml2-dev")
 
 if(TARGET engram_cli)
   engram_package(command engram science

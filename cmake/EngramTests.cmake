@@ -9,6 +9,9 @@ file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/tests/*_
 if(NOT TARGET engram_cli)  # tests of the command and its benchmarks need them
   list(FILTER test_sources EXCLUDE REGEX "/tests/(apps|bench)/")
 endif()
+if(ENGRAM_SANITIZE)  # libraries of others would have to be instrumented as the engine is
+  list(FILTER test_sources EXCLUDE REGEX "/(load_tasks|task_library|tasks_option)_test[.]cc$")
+endif()
 engram_sources(test_support tests)  # the main function and shared helpers
 if(TARGET engram_cli)  # fuzz targets, on their corpora
   engram_sources(fuzz_sources tests/fuzz)
@@ -23,6 +26,7 @@ engram_precompile(engram_tests ${ENGRAM_COMMON_HEADERS} <filesystem> <catch2/cat
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/main.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # has Catch2 compiled, and says so before it includes it
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/api/cpp_api_test.cc"
+  "${PROJECT_SOURCE_DIR}/tests/api/load_tasks_test.cc"
   "${PROJECT_SOURCE_DIR}/tests/api/variants_test.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # sees the public header alone, whose names the engine has too
 # Tests are compiled once and run briefly: the time to compile them counts.
@@ -43,8 +47,12 @@ if(TARGET engram_cli)
   engram_configure_target(engram_nondeterministic_contacts)
   add_dependencies(engram_tests engram_nondeterministic_contacts)
 endif()
+if(NOT ENGRAM_SANITIZE)
+  include(EngramTestTasks)
+endif()
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/build_paths.cc" APPEND PROPERTY COMPILE_DEFINITIONS
   ENGRAM_ROOT="${PROJECT_SOURCE_DIR}"
+  ENGRAM_TASK_LIBRARIES="${PROJECT_BINARY_DIR}/tests/task_libraries"
   ENGRAM_CLI="$<$<TARGET_EXISTS:engram_cli>:$<TARGET_FILE:engram_cli>>"
   ENGRAM_NONDETERMINISTIC_CONTACTS="$<$<TARGET_EXISTS:engram_nondeterministic_contacts>:$<TARGET_FILE:engram_nondeterministic_contacts>>")
 

@@ -29,6 +29,7 @@ rm -f "$root"/packages/*.deb
 cp "${BUILD_DIR:-build/package}"/packages/*.deb "$root/packages"
 cmake -DPAGE=docs/embedding.md -DPROJECT=tests/packaging/project -DFOLDER="$root/outside" \
   -P tests/packaging/page_project.cmake
+cmake -DPAGE=docs/adding_a_task.md -DFOLDER="$root/outside/tasks" -P tests/packaging/page_tasks.cmake
 inside apt-get update -q
 
 echo "== the library and the command alone"
@@ -46,6 +47,13 @@ inside sh -ec '
   g++ -std=c++20 -Wall -Wextra -Wpedantic -Werror /outside/outside.cc -o /outside/plain_cpp $(pkg-config --cflags --libs engram)
   /outside/plain_c
   /outside/plain_cpp'
+echo "== somebody else's task, as a library"
+inside sh -c 'apt-get install -y -q --no-install-recommends libeigen3-dev libtinyxml2-dev'
+inside sh -ec '
+  cmake -S /outside/tasks -B /outside/tasks/build
+  cmake --build /outside/tasks/build
+  /outside/build/outside_tasks /outside/tasks/build/libtouch_spot.so TouchSpot-VLA-v0
+  engram --tasks /outside/tasks/build/libtouch_spot.so eval TouchSpot-VLA-v0 --policy oracle --episodes 32 --out /outside/results'
 inside dpkg-query -W -f '${Package} ${Version}: ${Depends}\n' libengram0 libengram-dev engram
 
 echo "== Python, with Gymnasium from its own registry"
@@ -61,6 +69,11 @@ env.reset()
 for _ in range(24):
     env.step(env.act(\"oracle\"))
 print(\"Python:\", env.num_envs, \"environments stepped\")
+env.close()
+engram.load_tasks(\"/outside/tasks/build/libtouch_spot.so\")
+env = engram.make_vec(\"TouchSpot-VLA-v0\", num_envs=16)
+env.reset()
+env.step(env.act(\"oracle\"))
 env.close()"'
 
 echo "== removal leaves nothing"

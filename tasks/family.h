@@ -19,6 +19,9 @@ struct RegistryEntry;  // tasks/registry.h
 // canonical benchmark are kExtended, whatever their length.
 enum class Split { kShort, kMedium, kLong, kExtended };
 
+// "short", "medium", "long" or "extended".
+std::string_view split_name(Split split) noexcept;
+
 // One task of a family.
 struct TaskRow {
   std::string_view id;  // "RememberColor9-VLA-v0"

@@ -187,6 +187,30 @@ void require_id(std::string_view id, std::string_view what) {
           "; another id needed");
 }
 
+// Throws Error unless a family may bring this task. added: tasks that come with it.
+void require_registrable(const TaskRow& row, const Family& family, const UserTasks& added) {
+  const std::string_view id = row.id;
+  require_id(id, "task");
+  if (family.make == nullptr) {
+    throw Error(Error::kInvalidArgument,
+                "task '" + std::string(id) + "': a family without `make` given, a function needed");
+  }
+  if (row.horizon < 1) {
+    throw Error(Error::kInvalidArgument, "horizon of '" + std::string(id) +
+                                             "': " + std::to_string(row.horizon) +
+                                             " given, 1 or more allowed");
+  }
+  if (std::ranges::find(added, id, [](const auto& one) { return one->entry.id; }) != added.end()) {
+    throw Error(Error::kInvalidArgument,
+                "id '" + std::string(id) + "' given twice; another id needed");
+  }
+  const RegistryEntry* taken = find_entry(id);
+  if (taken == nullptr) return;
+  const bool replaces = taken->definition->name == family.name && taken->constants == nullptr;
+  const bool own = std::ranges::find(registry(), id, &RegistryEntry::id) == registry().end();
+  if (!replaces || !own) refuse_taken(id, *taken, "");
+}
+
 // The same variant, on one of the benchmark's tasks.
 TaskVariant flattened(TaskVariant variant, const RegistryEntry& base) {
   variant.base = base.base;
@@ -276,22 +300,19 @@ void register_variants(std::span<const TaskVariant> variants) {
   task_registry().append(added.take());
 }
 
-void register_family(const Family& family) {
+void register_families(std::span<const Family* const> families) {
   const std::scoped_lock one_at_a_time(process_mutex(ProcessLock::kRegistering));
   UserTasks added;
-  for (const TaskRow& row : family.tasks) {
-    require_id(row.id, "task");
-    const RegistryEntry* taken = find_entry(row.id);
-    if (taken != nullptr) {
-      const bool of_family = taken->definition->name == family.name && taken->constants == nullptr;
-      const bool own =
-          std::ranges::find(registry(), row.id, &RegistryEntry::id) == registry().end();
-      if (!of_family || !own) refuse_taken(row.id, *taken, "");
+  for (const Family* family : families) {
+    for (const TaskRow& row : family->tasks) {
+      require_registrable(row, *family, added);
+      added.push_back(std::make_unique<UserTask>(UserTask{entry_of(*family, row)}));
     }
-    added.push_back(std::make_unique<UserTask>(UserTask{entry_of(family, row)}));
   }
   task_registry().append(std::move(added));
 }
+
+void register_family(const Family& family) { register_families(std::array{&family}); }
 
 TaskVariant variant_of(const RegistryEntry& entry) {
   if (entry.constants == nullptr) return {std::string(entry.id), std::string(entry.id), {}, {}};
@@ -323,20 +344,6 @@ std::unique_ptr<Task> make_task(std::string_view id, const ConstantTable& consta
 
 std::string nearest_id(std::string_view id) {
   return nearest(all_entries(), id, [](const RegistryEntry* entry) { return entry->id; });
-}
-
-std::string_view split_name(Split split) noexcept {
-  switch (split) {
-    case Split::kShort:
-      return "short";
-    case Split::kMedium:
-      return "medium";
-    case Split::kLong:
-      return "long";
-    case Split::kExtended:
-      return "extended";
-  }
-  return "";
 }
 
 }  // namespace engram

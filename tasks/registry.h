@@ -50,10 +50,11 @@ struct TaskVariant {
 // name-vN, or the base's family refuses the constants.
 void register_variants(std::span<const TaskVariant> variants);
 
-// Adds the ids of a family of a user's own, for the life of the process, or none of them; may be
-// called from any thread. The family, and all that it points to, stays where it is. Ids that a
+// Adds the ids of families of a user's own, for the life of the process, or none of them; may be
+// called from any thread. A family, and all that it points to, stays where it is. Ids that a
 // family of the same name has brought before are this one's from now on. Throws Error
-// (kInvalidArgument) if an id is not of the form name-vN, or is another task's.
+// (kInvalidArgument) if an id is not of the form name-vN, given twice, or another task's.
+void register_families(std::span<const Family* const> families);
 void register_family(const Family& family);
 
 // The benchmark's tasks, in its order.
@@ -79,9 +80,6 @@ ConstantTable merge_constants(const ConstantTable& constants, const ConstantTabl
 // The registered id with the fewest edits from `id`, upper and lower case being alike; the first of
 // several. For suggestions in messages.
 std::string nearest_id(std::string_view id);
-
-// "short", "medium", "long" or "extended".
-std::string_view split_name(Split split) noexcept;
 
 // constants: a user's values, by name. Throws Error with the nearest id if there is no such task,
 // kUnknownId if it has no such constant, and kInvalidArgument if it cannot be made with these

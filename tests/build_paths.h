@@ -6,6 +6,7 @@ namespace engram::test {
 
 extern const char* const kRoot;                      // the sources
 extern const char* const kData;                      // tests/data
+extern const char* const kTaskLibraries;             // folder of libraries of tasks
 extern const char* const kCommand;                   // the engram command; "" where it is not built
 extern const char* const kNondeterministicContacts;  // a library to preload; "" likewise
 

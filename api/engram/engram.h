@@ -536,6 +536,10 @@ struct Variant {
 void register_variant(const Variant& variant);
 /// Registers all variants of a file, or none (docs/variants.md). Throws Error as above, and kIo.
 void load_variants(const std::string& path);
+/// Loads a library of tasks, for the life of the process (docs/adding_a_task.md). Throws Error: kIo
+/// if it cannot be read; kInvalidArgument if it is no such library, was made for another version or
+/// with another ABI, or one of its ids is taken.
+void load_tasks(const std::string& path);
 
 /// Ids of all tasks: the benchmark's, in its order, then variants.
 std::vector<std::string> task_ids();

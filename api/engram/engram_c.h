@@ -62,9 +62,10 @@ ENGRAM_API const char* engram_version(void);
 /* ---- tasks ---- */
 
 /** Ids of all registered tasks: the benchmark's, in its order, then variants, in the order in which
- * they were registered. Variants out of the file that the environment variable ENGRAM_VARIANTS
- * names are registered by the first call that looks for ids; while that file is refused, so are
- * these calls. */
+ * they were registered. Libraries of tasks that the environment variable ENGRAM_TASKS names,
+ * separated by ':', are loaded, and variants out of the file that ENGRAM_VARIANTS names are
+ * registered, by the first call that looks for ids; while such a file is refused, so are these
+ * calls. */
 ENGRAM_API size_t engram_num_tasks(void);
 /** index: 0 to engram_num_tasks() - 1; NULL beyond. Valid for the life of the process. */
 ENGRAM_API const char* engram_task_id(size_t index);
@@ -83,6 +84,11 @@ ENGRAM_API engram_status engram_register_variant(const char* id, const char* bas
 /** Registers all variants of a file (docs/variants.md), or none. Fails also with ENGRAM_IO if it
  * cannot be read. */
 ENGRAM_API engram_status engram_load_variants(const char* path);
+/** Loads a library of tasks (docs/adding_a_task.md) for the life of the process; the same library
+ * twice is one. Its code runs with all rights of the process. Fails with ENGRAM_IO if the file
+ * cannot be read, ENGRAM_INVALID_ARGUMENT if it is no such library, was made for another version
+ * of engram or with another ABI, or one of its ids is taken. */
+ENGRAM_API engram_status engram_load_tasks(const char* path);
 
 /* ---- options ---- */
 

@@ -449,6 +449,10 @@ inline void load_variants(const std::string& path) {
   detail::check(engram_load_variants(detail::c_text(path)));
 }
 
+inline void load_tasks(const std::string& path) {
+  detail::check(engram_load_tasks(detail::c_text(path)));
+}
+
 inline std::vector<std::string> task_ids() {
   std::vector<std::string> ids;
   for (std::size_t i = 0; i < engram_num_tasks(); ++i) ids.emplace_back(engram_task_id(i));

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "core/math/real_functions.h"
-#include "core/robot/robot_model_loader.h"
 
 namespace engram {
 namespace {
@@ -29,10 +28,6 @@ ArmVector svd_step(const Eigen::Matrix<double, Rows, kArmJoints>& jacobian,
 }
 
 }  // namespace
-
-Arm::Arm(const mjModel& model)
-    : model_(load_robot_model(model)),
-      base_position_(Eigen::Map<const Vec3>(model_.base_position)) {}
 
 Pose Arm::forward(const double* q) const { return tcp_pose(q, nullptr); }
 

@@ -2,10 +2,10 @@
 // All of it follows from the joint angles alone, never from mjData. See docs/robot.md.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
 #include "core/math/eigen_types.h"
 #include "core/robot/arm_kinematics.h"
+
+struct mjModel_;  // MuJoCo's, whose headers tasks outside of the tree can do without
 
 namespace engram {
 
@@ -24,7 +24,7 @@ class Arm {
  public:
   // Reads the chain that ends in the site "tcp" from a compiled model. Throws Error if the model
   // has no such site, or is not the robot that kernels know.
-  explicit Arm(const mjModel& model);
+  explicit Arm(const mjModel_& model);
 
   const RobotModel& model() const { return model_; }
   // Origin of the base frame, whose axes are the world's.

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/math/frame.h"
+#include "core/robot/arm.h"
 
 namespace engram {
 namespace {
@@ -175,5 +176,10 @@ RobotModel load_robot_model(const mjModel& model) {
            robot.tcp_quat);
   return robot;
 }
+
+// Here, so that code which is given an arm needs nothing of MuJoCo (docs/adding_a_task.md).
+Arm::Arm(const mjModel& model)
+    : model_(load_robot_model(model)),
+      base_position_(Eigen::Map<const Vec3>(model_.base_position)) {}
 
 }  // namespace engram

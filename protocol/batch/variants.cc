@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <mutex>
 #include <vector>
 
 #include "core/base/error.h"
@@ -13,7 +11,6 @@
 namespace engram {
 namespace {
 
-constexpr const char* kFileVariable = "ENGRAM_VARIANTS";
 constexpr std::array kKeys = {"id", "base", "constants", "instruction"};
 
 [[noreturn]] void refuse(std::string_view what, const std::string& why) {
@@ -89,14 +86,6 @@ void load_variants(const std::filesystem::path& file) {
     if (std::string_view(error.what()).starts_with(what)) throw;
     throw Error(error.kind(), what + ": " + error.what());
   }
-}
-
-void load_environment_variants() {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    const char* file = std::getenv(kFileVariable);
-    if (file != nullptr && *file != '\0') load_variants(file);
-  });
 }
 
 Document variant_document(const RegistryEntry& entry, const ConstantTable& constants) {

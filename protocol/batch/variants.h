@@ -23,9 +23,6 @@ TaskVariant to_variant(const Document& document, std::string_view what);
 // it cannot be read, kInvalidArgument or kUnknownId, naming the file, if it is not such a file or a
 // variant is refused.
 void load_variants(const std::filesystem::path& file);
-// The same, once per process, with the file that the environment variable ENGRAM_VARIANTS names, if
-// it is set. Every API calls it before it looks for ids.
-void load_environment_variants();
 
 // The variant that results are of: base and constants; null for one of the benchmark's tasks with
 // its own constants. constants: those given by argument.

@@ -32,7 +32,7 @@ from engram.errors import (
 )
 from engram.evaluation import compare, evaluate, report, suites
 from engram.factory import make, make_vec
-from engram.gym_registration import load_variants, register
+from engram.gym_registration import load_tasks, load_variants, register
 from engram.tasks import describe
 from engram.tasks import list_tasks as list
 
@@ -62,6 +62,7 @@ __all__ = [
     "evaluate",
     "kit",
     "list",
+    "load_tasks",
     "load_variants",
     "make",
     "make_vec",

@@ -45,10 +45,13 @@ void load_variants(const std::string& path) {
   register_without_lock([file = c_text(path)] { return engram_load_variants(file); });
 }
 
+void load_tasks(const std::string& path) { check(engram_load_tasks(c_text(path))); }
+
 void bind_variants(nb::module_& module) {
   module.def("register_variant", &register_variant, "id"_a, "base"_a, "constants"_a,
              "instruction"_a.none());
   module.def("load_variants", &load_variants, "path"_a);
+  module.def("load_tasks", &load_tasks, "path"_a);
 }
 
 // The fields of engram_options, in its order.

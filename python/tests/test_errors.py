@@ -426,6 +426,7 @@ def test_a_character_0_is_refused_not_cut_off():
         lambda: engram.make_vec("RememberColor3-VLA-v0", num_envs=1, pins={"target\0": 1}),
         lambda: engram.make_vec("RememberColor3-VLA-v0", num_envs=1, renderer="cpu\0"),
         lambda: engram.load_variants("/dev/null\0.json"),
+        lambda: engram.load_tasks("/dev/null\0.so"),
         lambda: engram.evaluate(lambda o: None, "RememberColor3-VLA-v0", name="mine\0", episodes=1),
         lambda: engram.evaluate(lambda o: None, "RememberColor3-VLA-v0", output="a\0b", episodes=1),
     ]

@@ -21,9 +21,9 @@ struct ExternalConstant {
   Constant value;
   double low = 0;
   double high = 0;
-  std::string unit;
-  std::string text;
-  std::vector<std::string> names;  // those of kName
+  std::string unit = {};
+  std::string text = {};
+  std::vector<std::string> names = {};  // those of kName
 };
 
 // A random variable of its episodes.
@@ -44,9 +44,9 @@ struct ExternalDraw {
   std::array<double, 2> area_low{};  // m: x, y
   std::array<double, 2> area_high{};
   double least_distance = 0;  // m
-  std::string unit;
-  std::string text;
-  std::string constant;  // whose range it is; or empty
+  std::string unit = {};
+  std::string text = {};
+  std::string constant = {};  // whose range it is; or empty
 
   bool is_real() const { return kind == Kind::kReal || kind == Kind::kPlaces; }
 };

@@ -1,6 +1,7 @@
 #include "tasks/external/external_task.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "core/base/error.h"
 #include "tasks/common/task_options.h"
@@ -21,6 +22,19 @@ int width_of(const std::vector<Field>& fields) {
   int width = 0;
   for (const Field& field : fields) width += field.width;
   return width;
+}
+
+// Throws Error unless all names are different, and none is among those that are taken.
+template <class Items, class Name>
+void check_names(const std::string& id, const std::string& what, const Items& items, Name name,
+                 std::vector<std::string> taken) {
+  for (const auto& item : items) {
+    const std::string& own = std::invoke(name, item);
+    if (std::ranges::find(taken, own) != taken.end()) {
+      refuse(id, what + " '" + own + "': the name is taken, another one needed");
+    }
+    taken.push_back(own);
+  }
 }
 
 const char* name_of(Script script) {
@@ -65,6 +79,11 @@ void ExternalTask::describe(const ExternalDescription& about) {
   info_.state_fields = about.state_fields;
   scene_.props = about.props;
   scene_.table_ends = about.table_ends;
+  check_names(info_.id, "draw", info_.random_variables, &RandomVariable::name,
+              {kRobotNoiseVariable});
+  check_names(info_.id, "state field", info_.state_fields, &Field::name,
+              {"qpos", "qvel", "target_qpos", "target_pose", "tcp_pose"});
+  check_names(info_.id, "prop", scene_.props, &mjcf::Prop::name, {});
   const bool hidden_known = std::ranges::any_of(
       about.draws, [&](const ExternalDraw& draw) { return draw.name == about.hidden; });
   if (!about.hidden.empty() && !hidden_known) {
@@ -122,6 +141,9 @@ void ExternalTask::add_own_columns() {
   }
   const auto add = [this](ColumnStore& store, ExternalColumn column, const std::string& prefix,
                           bool in_store) {
+    if (in_store && store.find(column.field.name).field != nullptr) {
+      refuse(info_.id, "info '" + column.field.name + "': the name is taken, another one needed");
+    }
     const std::string shown = prefix + column.field.name;
     if (!in_store) column.field.name = shown;
     const std::string name = column.field.name;

@@ -1,26 +1,13 @@
 // `engram play`: arguments passed to Python, and errors without Python.
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "tests/apps/command.h"
+#include "tests/apps/fake_python.h"
 #include "tests/build_paths.h"
 #include "tests/temporary_folder.h"
 
 namespace engram::tests {
-namespace {
-
-// A program that stands for Python.
-std::string python(const TemporaryFolder& folder, const std::string& script) {
-  const std::filesystem::path path = folder.path() / "python";
-  std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
-  std::filesystem::permissions(path, std::filesystem::perms::owner_all);
-  return "ENGRAM_PYTHON='" + path.string() + "'";
-}
-
-}  // namespace
-
 TEST_CASE("play: Python gets the arguments of the command line", "[apps]") {
   const TemporaryFolder folder;
   const std::string variants = std::string(test::kRoot) + "/apps/examples/medium_variants.json";
@@ -28,7 +15,7 @@ TEST_CASE("play: Python gets the arguments of the command line", "[apps]") {
       engram_command("--variants '" + variants +
                          "' play --no-open --port 8080 --folder one --folder 'two words' " +
                          "--policy-command 'a; b \"c\"' --stay",
-                     "", python(folder, "shift 2; printf '%s\\n' \"$@\""));
+                     "", fake_python(folder, kPrintArguments));
   INFO(result.err);
   CHECK(result.code == 0);
   CHECK(result.out == "--variants=" + variants +
@@ -44,7 +31,7 @@ TEST_CASE("play: a missing Python or package is reported in one line", "[apps]")
         "No such file or directory\n");
   const TemporaryFolder folder;
   // -I, -S: nothing but the standard library.
-  result = engram_command("play", "", python(folder, "exec python3 -I -S \"$@\""));
+  result = engram_command("play", "", fake_python(folder, "exec python3 -I -S \"$@\""));
   CHECK(result.code == 1);
   CHECK(result.out.empty());
   CHECK_THAT(result.err, Catch::Contains("needs the Python package of this project"));

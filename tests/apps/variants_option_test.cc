@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "tests/apps/command.h"
+#include "tests/apps/fake_python.h"
 
 namespace engram::tests {
 namespace {
@@ -90,6 +91,16 @@ TEST_CASE("Ids out of a file work in every command", "[apps][variants]") {
   CHECK(engram_command(std::string("record ") + kId + " --out " +
                        (file.folder.path() / "x.png").string() + " --sheet 2" + file.option)
             .code == 0);
+}
+
+TEST_CASE("Variants are handed on to the streams of a LeRobotDataset", "[apps][variants]") {
+  const VariantsFile file;
+  const CommandResult result =
+      engram_command(std::string("collect ") + kId + " --format lerobot --set COLORS=3 --out " +
+                         (file.folder.path() / "out").string() + file.option,
+                     "", fake_python(file.folder, kPrintArguments));
+  CHECK_THAT(result.out, Catch::Contains("--word=--variants=" + file.path.string() + "\n") &&
+                             Catch::Contains("--word=--set=COLORS=3\n"));
 }
 
 TEST_CASE("Evaluations of variants name them, and continue with the same ones only",

@@ -1,14 +1,15 @@
 # cmake -DBUILD=<build folder> -DPROJECT=<outside project> -DPAGE=<docs/embedding.md>
+#       -DTASK_PAGE=<docs/adding_a_task.md> -DCOMPONENTS=<of the installation>
 #       -DWORK=<folder of its own> -DCC=... -DCXX=... -DPKG_CONFIG=... -P check_installed.cmake
 # Installs the package into a prefix, moves it, and builds and runs somebody else's programs with it:
-# once through find_package, once through pkg-config.
+# once through find_package, once through pkg-config. Then somebody else's task, as a library.
 
 macro(run)
   execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 endmacro()
 
 file(REMOVE_RECURSE "${WORK}")
-foreach(component runtime development)
+foreach(component IN LISTS COMPONENTS)
   run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${WORK}/first" --component ${component})
 endforeach()
 file(RENAME "${WORK}/first" "${WORK}/prefix")
@@ -20,6 +21,19 @@ run("${CMAKE_COMMAND}" -S "${WORK}/project" -B "${WORK}/cmake" "-DCMAKE_PREFIX_P
 run("${CMAKE_COMMAND}" --build "${WORK}/cmake")
 run("${WORK}/cmake/outside_c")
 run("${WORK}/cmake/outside_cpp")
+
+run("${CMAKE_COMMAND}" "-DPAGE=${TASK_PAGE}" "-DFOLDER=${WORK}/tasks"
+  -P "${CMAKE_CURRENT_LIST_DIR}/page_tasks.cmake")
+run("${CMAKE_COMMAND}" -S "${WORK}/tasks" -B "${WORK}/tasks/build"
+  "-DCMAKE_PREFIX_PATH=${WORK}/prefix" "-DCMAKE_CXX_COMPILER=${CXX}"
+  "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Werror")
+run("${CMAKE_COMMAND}" --build "${WORK}/tasks/build")
+set(library "${WORK}/tasks/build/libtouch_spot.so")
+run("${WORK}/cmake/outside_tasks" "${library}" TouchSpot-VLA-v0)
+if(EXISTS "${WORK}/prefix/bin/engram")
+  run("${WORK}/prefix/bin/engram" --tasks "${library}" eval TouchSpot-VLA-v0 --policy oracle
+    --episodes 32 --out "${WORK}/results")
+endif()
 
 file(GLOB_RECURSE pc_file "${WORK}/prefix/engram.pc")
 cmake_path(GET pc_file PARENT_PATH pc_folder)

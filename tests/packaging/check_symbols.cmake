@@ -1,5 +1,5 @@
-# cmake -DNM=... -DLIBRARY=libengram.so -DHEADER=engram_c.h -P check_symbols.cmake
-# The library exports what the header declares, and nothing else.
+# cmake -DNM=... -DLIBRARY=libengram.so -DHEADERS=api/engram -P check_symbols.cmake
+# The library exports what the headers of C in that folder declare, and nothing else.
 
 execute_process(COMMAND "${NM}" -D --defined-only "${LIBRARY}"
   OUTPUT_VARIABLE table COMMAND_ERROR_IS_FATAL ANY)
@@ -12,7 +12,11 @@ foreach(line IN LISTS lines)
   endif()
 endforeach()
 
-file(READ "${HEADER}" text)
+set(text "")
+foreach(header IN ITEMS engram_c.h engram_task.h)
+  file(READ "${HEADERS}/${header}" one)
+  string(APPEND text "${one}")
+endforeach()
 string(REGEX MATCHALL "ENGRAM_API [^;(]*engram_[a-z_0-9]+\\(" declarations "${text}")
 list(TRANSFORM declarations REPLACE "^.*(engram_[a-z_0-9]+)\\($" "\\1" OUTPUT_VARIABLE declared)
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engram.errors import Error
 from engram.kit.files import load_file
 
 if TYPE_CHECKING:
@@ -114,6 +115,7 @@ def _bind(task: Task, about: dict[str, Any], descriptor: int) -> None:
 
 
 def _reason(error: BaseException) -> str:
-    """Type and text of an exception, whose traceback goes to standard error."""
-    traceback.print_exception(error, file=sys.stderr)
+    """Type and text of an exception; the traceback of the user's code goes to standard error."""
+    if not isinstance(error, Error):
+        traceback.print_exception(error, file=sys.stderr)
     return f"{type(error).__name__}: {error}"

@@ -28,6 +28,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(_MISSING.format(error, install_command("play")), file=sys.stderr)
         return 1
     try:
+        for file in options.tasks:
+            engram.load_tasks(file)
         for file in options.variants:
             engram.load_variants(file)
         if options.policy_server is not None:
@@ -95,6 +97,14 @@ def parser() -> argparse.ArgumentParser:
         choices=("rgb", "objects", "state"),
         default="rgb",
         help="observations of that process, default rgb",
+    )
+    result.add_argument(
+        "--tasks",
+        type=_path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="loads a library of tasks (docs/adding_a_task.md)",
     )
     result.add_argument(
         "--variants",

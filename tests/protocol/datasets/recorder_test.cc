@@ -36,6 +36,11 @@ TEST_CASE("Demonstrations: rules of the families", "[demonstrations]") {
   }
   CHECK(batched == 35);
   CHECK(planned == 62);
+  // A user's own task: every episode counts, however short it is.
+  RegistryEntry own = require_entry("RememberColor3-VLA-v0");
+  own.id = own.base = "MyTask-v0";
+  CHECK(collection_rule(own).batch == 1);
+  CHECK(collection_rule(own).min_steps == 0);
 }
 
 TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations]") {

@@ -31,6 +31,10 @@ def parser() -> argparse.ArgumentParser:
         "--only", action="append", choices=CHECK_NAMES, help="a kind of checks (repeatable)"
     )
     found.add_argument(
+        "--tasks", action="append", default=[], metavar="FILE",
+        help="loads a file or library of tasks (repeatable)",
+    )  # fmt: skip
+    found.add_argument(
         "--variants", action="append", default=[], metavar="FILE",
         help="registers the variants of a file (repeatable)",
     )  # fmt: skip
@@ -40,11 +44,14 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
-    from engram.gym_registration import load_variants
+    from engram.gym_registration import load_tasks, load_variants
     from engram.kit.checks import CHECK_NAMES, Report, fill
+    from engram.kit.files import load_file
 
     report, status = Report(), None
     try:
+        for file in options.tasks:
+            (load_file if file.endswith(".py") else load_tasks)(file)
         for file in options.variants:
             load_variants(file)
         if options.digests:

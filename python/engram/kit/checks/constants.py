@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import engram
+from engram.errors import Error, InvalidArgumentError
 from engram.kit.checks.intervals import interval
 from engram.kit.checks.play import StoppedError
 from engram.kit.checks.scripts import successes
@@ -52,7 +52,7 @@ def _attempt(subject: Subject, name: str, value: Any) -> tuple[Any, str] | str |
     try:
         with subject.batch(1, **options):
             pass
-    except engram.InvalidArgumentError as error:
+    except InvalidArgumentError as error:
         return str(error)
     except Exception as error:
         return "wrong", (
@@ -63,7 +63,7 @@ def _attempt(subject: Subject, name: str, value: Any) -> tuple[Any, str] | str |
     policy = subject.policy
     try:
         found = successes(subject, policy, episodes=count, **options)[0]
-    except (engram.Error, StoppedError) as error:
+    except (Error, StoppedError) as error:
         return "wrong", f"an episode fails: {error}"
     if "oracle" not in subject.scripts or interval(found, count)[1] >= subject.floor:
         return None

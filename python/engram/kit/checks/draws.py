@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-import engram
+from engram.errors import InvalidArgumentError
 from engram.kit.checks.intervals import interval
 from engram.kit.checks.play import actions_of, difference, play
 from engram.kit.checks.scripts import successes
@@ -56,7 +56,7 @@ def _check_pins(subject: Subject, name: str, pinned: list[Any]) -> bool:
         with subject.batch(2) as env:
             try:
                 env.reset(seed=3, options={"pins": {name: value.tolist()}})
-            except engram.InvalidArgumentError as error:
+            except InvalidArgumentError as error:
                 subject.add("draws", "wrong", f"draw {name!r}: {value.tolist()}, a value that is "
                             f"drawn, is refused as a pin: {error}")  # fmt: skip
                 return False

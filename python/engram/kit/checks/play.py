@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-import engram
-from engram.errors import BadStateError
+from engram.errors import BadStateError, InvalidArgumentError, UnknownIdError
 from engram.kit.checks.subject import Subject
 
 Outputs = dict[str, np.ndarray]  # by name: (steps + 1, environments, ...)
 PICTURE = 48  # pixels
-_PACKAGE = str(Path(engram.__file__).parent)
+_PACKAGE = str(Path(__file__).parents[2])
 
 
 class StoppedError(Exception):
@@ -70,7 +69,7 @@ class Player:
         options = {} if pins is None else {"pins": dict(pins)}
         try:
             observation, info = self.env.reset(seed=list(seeds), options=options)
-        except (engram.InvalidArgumentError, engram.UnknownIdError):
+        except (InvalidArgumentError, UnknownIdError):
             raise
         except Exception as error:
             raise StoppedError("reset", error, _state_of(self.env, seeds)) from error

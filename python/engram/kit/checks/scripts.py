@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from engram.errors import InvalidArgumentError
 from engram.kit.checks.intervals import interval
 from engram.kit.checks.play import Player
 from engram.kit.checks.subject import Subject
@@ -78,13 +79,11 @@ def _check_oracle(subject: Subject) -> None:
 
 
 def _with_twice_the_time(subject: Subject, **options: Any) -> float | None:
-    import engram
-
     constants = {**options.pop("constants", {}), "max_episode_steps": 2 * subject.horizon}
     count = min(subject.episodes, 64)
     try:
         found = successes(subject, "oracle", episodes=count, constants=constants, **options)
-    except engram.InvalidArgumentError:
+    except InvalidArgumentError:
         return None
     return found[0] / count
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-import engram
+from engram.factory import make_vec
 from engram.kit.checks.subject import Subject
 
 _BESIDE = "RememberColor9-VLA-v0"
@@ -22,7 +22,7 @@ def check(subject: Subject) -> None:
         before = subject.tasks[-1].__dict__["seconds"]
         rate, seconds = _rate(env)
         share = (subject.tasks[-1].__dict__["seconds"] - before) / seconds
-    beside: Any = engram.make_vec(_BESIDE, _ENVS, **options)
+    beside: Any = make_vec(_BESIDE, _ENVS, **options)
     other, _ = _rate(beside)
     beside.close()
     subject.add(

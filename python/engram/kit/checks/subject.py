@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-import engram
 from engram import _core
+from engram.factory import make_vec
 from engram.kit.checks.report import Finding, Verdict
 from engram.kit.registration import definitions
 from engram.kit.task import Task
+from engram.tasks import describe
 
 _DEFAULT_FLOOR = 0.95
 # Constants that every task has; engram's own tests hold them.
@@ -46,7 +47,7 @@ class Subject:
         self.hidden = settings.hidden
         self.findings = findings
         self.tasks = tasks  # instances that the engine has made, the latest at the end
-        self.description: Any = engram.describe(self.id)
+        self.description: Any = describe(self.id)
         self.floor = _DEFAULT_FLOOR
         self.declared: dict[str, dict[str, Any]] = {}  # draws
         self.scripts: tuple[str, ...] = ("oracle", "blind", "sweep")
@@ -79,7 +80,7 @@ class Subject:
         """A batch that stands still where episodes have ended."""
         defaults = {"autoreset_mode": "DISABLED", "after_end": "hold", "privileged": True, "threads": 1}
         options = {**defaults, **options}
-        env = engram.make_vec(self.id, num_envs, **options)
+        env = make_vec(self.id, num_envs, **options)
         try:
             yield env
         finally:

@@ -22,6 +22,8 @@ def serve(words: list[str]) -> int:
     """Serves a policy until Ctrl-C; returns the exit code."""
     options = parser().parse_args(words)
     try:
+        for file in options.tasks:
+            engram.load_tasks(file)
         for file in options.variants:
             engram.load_variants(file)
         return asyncio.run(_run(options, _policy(options)))
@@ -55,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
     add("--joint-proprio", action="store_true", help="as of the client")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="as of the client")
     add("--option", action="append", default=[], metavar="NAME=VALUE", help="as of the client")
+    add("--tasks", action="append", default=[], metavar="FILE", help="docs/adding_a_task.md")
     add("--variants", action="append", default=[], metavar="FILE", help="docs/variants.md")
     return result
 

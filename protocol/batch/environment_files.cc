@@ -1,0 +1,29 @@
+#include "protocol/batch/environment_files.h"
+
+#include <cstdlib>
+#include <mutex>
+#include <string_view>
+
+#include "protocol/batch/task_library.h"
+#include "protocol/batch/variants.h"
+
+namespace engram {
+namespace {
+
+std::string_view variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+}  // namespace
+
+void load_environment_files() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    load_task_list(variable("ENGRAM_TASKS"));
+    const std::string_view variants = variable("ENGRAM_VARIANTS");
+    if (!variants.empty()) load_variants(variants);
+  });
+}
+
+}  // namespace engram

@@ -1,0 +1,193 @@
+"""Tasks of a user's file in the engram command."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FILE = """
+import numpy as np
+import engram
+from engram import kit
+
+
+class Wait(engram.Task):
+    GOAL = kit.Integer(6, low=1, high=9, text="control steps")
+    termination = "success"
+
+    def build(self):
+        self.cube = self.add_prop(kit.Cube("cube", color="red"))
+        self.draw_real("cube_y", -0.2, 0.2, unit="m", text="y of the cube")
+        self.remember("count", int, text="steps so far")
+
+    def reset(self):
+        zero = np.zeros(self.n)
+        self.place(self.cube, np.stack([zero, self.cube_y], axis=1))
+
+    def advance(self):
+        self.count += 1
+
+    def evaluate(self):
+        self.success[:] = self.count > self.GOAL
+        TRICK
+
+    def reward(self):
+        return np.where(self.success, 1, 0.1 * self.count / self.GOAL)
+
+    def oracle(self):
+        self.rest()
+
+    def blind(self):
+        self.rest()
+
+
+engram.register_task(Wait, "Wait-v0", 12, "Wait.")
+"""
+
+
+def write(folder: Path, trick: str = "pass") -> Path:
+    path = folder / "waiting.py"
+    path.write_text(FILE.replace("TRICK", trick))
+    return path
+
+
+def words(*given: object) -> list[str]:
+    return [sys.executable, "-m", "engram", *map(str, given)]
+
+
+def run(*given: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(words(*given), capture_output=True, text=True, check=False, timeout=300)
+
+
+def results(done: subprocess.CompletedProcess[str]) -> dict:
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_evaluates_a_task_of_a_file(tmp_path: Path) -> None:
+    file = write(tmp_path)
+    by_name = results(run("eval", f"{file}:Wait-v0", "--episodes", 10, "--json"))
+    by_option = results(run("--tasks", file, "eval", "Wait-v0", "--episodes", 10, "--json"))
+    assert by_name["summary"]["per_task_sr"] == {"Wait-v0": 1.0}
+    assert by_name["tasks"][0]["returns"] == by_option["tasks"][0]["returns"]
+
+
+def test_results_do_not_depend_on_threads(tmp_path: Path) -> None:
+    file = write(tmp_path)
+    hashes = [
+        results(
+            run("rollout", f"{file}:Wait-v0", "--set", "GOAL=4", "--num-envs", 3, "--steps", 30,
+                "--threads", threads, "--hash", "--policy", "random", "--json")
+        )["hash"]
+        for threads in (1, 2)
+    ]  # fmt: skip
+    assert hashes[0] == hashes[1]
+
+
+def test_collects_and_records_a_task_of_a_file(tmp_path: Path) -> None:
+    file = write(tmp_path)
+    target = f"{file}:Wait-v0"
+    done = run("collect", target, "--episodes", 3, "--out", tmp_path / "demos")
+    assert done.returncode == 0, done.stderr
+    episodes = sorted((tmp_path / "demos").rglob("*.npz"))
+    assert len(episodes) == 3
+    with np.load(episodes[0]) as data:
+        assert data["success"][-1]
+    done = run("record", target, "--sheet", 2, "--out", tmp_path / "sheet.png")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "sheet.png").stat().st_size > 1000
+
+
+def test_info_and_list_know_it(tmp_path: Path) -> None:
+    file = write(tmp_path)
+    info = results(run("info", f"{file}:Wait-v0", "--json"))
+    assert info["horizon"] == 12
+    assert "GOAL" in [one["name"] for one in info["changeable"]]
+    listed = results(run("--tasks", file, "list", "--json"))
+    assert listed[-1]["id"] == "Wait-v0"
+
+
+@pytest.mark.parametrize(
+    ("trick", "reason"),
+    [
+        ("raise ValueError('the lamp is broken')", "ValueError: the lamp is broken"),
+        ("import os; os._exit(3)", "its process has ended"),
+        ("self.success[:] = np.ones(99)", "could not broadcast"),
+    ],
+)
+def test_a_task_that_fails_ends_the_command_with_the_reason(
+    tmp_path: Path, trick: str, reason: str
+) -> None:
+    done = run("eval", f"{write(tmp_path, trick)}:Wait-v0", "--episodes", 4)
+    assert done.returncode == 1
+    assert "task 'Wait-v0'" in done.stderr
+    assert reason in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("raise OSError('no lamp')", "OSError: no lamp"),
+        ("x = 1", "registers no task"),
+        ("import engram_missing_module", "No module named"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused(tmp_path: Path, text: str, reason: str) -> None:
+    file = tmp_path / "wrong.py"
+    file.write_text(text)
+    done = run("eval", f"{file}:Wait-v0")
+    assert done.returncode != 0
+    assert reason in done.stderr.splitlines()[-1]
+    missing = run("eval", f"{tmp_path / 'none.py'}:Wait-v0")
+    assert missing.returncode != 0
+    assert "no such file" in missing.stderr
+
+
+def test_an_unknown_id_of_a_file_is_refused(tmp_path: Path) -> None:
+    done = run("eval", f"{write(tmp_path)}:Weit-v0")
+    assert done.returncode == 2
+    assert "no task 'Weit-v0'; did you mean 'Wait-v0'?" in done.stderr
+
+
+def test_ctrl_c_ends_a_task_that_does_not(tmp_path: Path) -> None:
+    file = write(tmp_path, "import time; time.sleep(1e9)")
+    with subprocess.Popen(words("eval", f"{file}:Wait-v0"), stderr=subprocess.PIPE) as process:
+        time.sleep(6)
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        begin = time.monotonic()
+        process.communicate(timeout=30)
+        assert time.monotonic() - begin < 15
+    assert process.returncode != 0
+
+
+def test_what_a_file_prints_is_no_result(tmp_path: Path) -> None:
+    file = write(tmp_path, "print('in a step')")
+    done = run("eval", f"{file}:Wait-v0", "--episodes", 2, "--json")
+    assert results(done)["summary"]["tasks"] == ["Wait-v0"]
+    assert "in a step" in done.stderr
+
+
+def test_no_process_stays_behind(tmp_path: Path) -> None:
+    file = write(tmp_path)
+    results(run("eval", f"{file}:Wait-v0", "--episodes", 6, "--json"))
+    time.sleep(0.5)
+    found = []
+    for entry in Path("/proc").iterdir():
+        if not entry.name.isdigit() or int(entry.name) == os.getpid():
+            continue
+        try:
+            command = (entry / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if str(file).encode() in command:
+            found.append(command)
+    assert found == []
