@@ -16,7 +16,7 @@ import engram
 from engram import kit
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "own_tasks"
-SOUND = '''
+SOUND = """
 import random
 import time
 
@@ -95,7 +95,7 @@ class Sound(engram.Task):
 
 
 engram.register_task(Sound, "Sound-v0", 24, "Touch the cube that was shown.")
-'''
+"""
 
 
 def after(method, line):
@@ -108,7 +108,7 @@ WRONG = {
     # Randomness and state.
     "numpy_draws": (
         after("reset", "self.touches[:] = np.random.randint(5, size=self.n)"),
-        ("self.nearby[:] = self.tcp_distance(self.goal) < 0.1", "self.nearby[:] = self.touches % 2"),
+        ("self.tcp_distance(self.goal) < 0.1", "self.touches % 2"),
         "episodes", r"second of two runs in one process.*may be random.*np\.random\.randint",
     ),
     "random_module": (
@@ -228,7 +228,7 @@ WRONG = {
     "horizon": (
         ("time_to_act = 15", "time_to_act = 1"),
         ('"Sound-v0", 24,', '"Sound-v0", 10,'),
-        "scripts", r"oracle\(\) succeeds in .* with twice the time in 100% of them: the horizon, 10",
+        "scripts", r"oracle\(\) succeeds in .* with twice the time in 100% .*: the horizon, 10",
     ),
     "long_phases": (
         ("time_to_act = 15", "time_to_act = 1"),
@@ -283,8 +283,6 @@ REFUSED = {
     "no_time": (("time_to_act = 15", "time_to_act = 22"), r"leave no time to act"),
     "syntax": (("    def build(self):", "    def build(self)"), r"SyntaxError"),
 }
-
-
 
 
 def planted(folder, changes):

@@ -58,7 +58,8 @@ def main(arguments: list[str] | None = None) -> int:
             print(json.dumps(_digests(options.target[0])))
             return 0
         fill(
-            report, options.target, episodes=options.episodes, fast=options.fast, hidden=options.hidden,
+            report, options.target, episodes=options.episodes, fast=options.fast,
+            hidden=options.hidden,
             only=options.only or CHECK_NAMES,
         )  # fmt: skip
     except errors.Error as error:

@@ -105,7 +105,8 @@ def _check_ranges(subject: Subject) -> None:
 def _check_long_phases(subject: Subject) -> None:
     """The longest phases leave the oracle time."""
     long = {draw["name"]: draw["high"] for draw in subject.description["draws"]
-            if draw["integer"] and draw["width"] == 1 and draw["unit"] == "control steps"}  # fmt: skip
+            if draw["integer"] and draw["width"] == 1
+            and draw["unit"] == "control steps"}  # fmt: skip
     if not long or "oracle" not in subject.scripts:
         return
     count = min(subject.episodes, 64)

@@ -13,9 +13,9 @@ import numpy as np
 
 from engram.kit.checks.hints import suspicious_lines
 from engram.kit.checks.play import (
-    causes_first,
     Player,
     actions_of,
+    causes_first,
     difference,
     different_rows,
     play,
@@ -47,9 +47,9 @@ def check(subject: Subject) -> None:
             f"objects{_lines(subject)}", step=found[1],
         )  # fmt: skip
         return
-    found = _in_other_batches(subject, whole, actions)
-    if found is not None:
-        how, what = found
+    elsewhere = _in_other_batches(subject, whole, actions)
+    if elsewhere is not None:
+        how, what = elsewhere
         subject.add(
             "episodes", "wrong",
             f"{what} {how}: a method mixes environments (a mean, maximum or index over all rows), "
@@ -83,12 +83,13 @@ def _in_other_batches(
 ) -> tuple[str, str] | None:
     """Where and what differs in batches of other sizes; None: nothing."""
     policy = subject.policy
-    for rows, how, options in (
+    layouts: tuple[tuple[list[int], str, dict[str, Any]], ...] = (
         ([3], "in a batch of 1", {"threads": 1}),
         ([9], "in a batch of 1", {"threads": 1}),
         ([11, 2, 7, 0, 14], "in a batch of 5, in other slots", {"threads": 2, "chunk": 1}),
         (list(range(15, -1, -1)), "in other slots of the batch", {"threads": 2, "lanes": 1}),
-    ):
+    )
+    for rows, how, options in layouts:
         seeds = [_SEEDS[row] for row in rows]
         chosen = [step[rows] for step in actions]
         part = play(subject, seeds, policy=policy, actions=chosen, **options)
@@ -165,7 +166,7 @@ def _in_a_fresh_process(subject: Subject) -> str:
         unlike = [i for i, (one, two) in enumerate(zip(own[name], other[name])) if one != two]
         if unlike:
             return (
-                f"{name} differs in a fresh process, first {unlike[0]} steps after its first value: "
+                f"{name} differs in a fresh process, first in its value number {unlike[0] + 1}: "
                 "something depends on the order of a set, on hash(), on the time or on files"
                 + _lines(subject)
             )

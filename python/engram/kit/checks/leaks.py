@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from engram.kit.checks.play import Player, different_rows
+from engram.kit.checks.play import Player, causes_first, different_rows
 from engram.kit.checks.subject import Subject
 
-_SEED = 300
+_SEED, _COUNT = 300, 3
 _CAMERAS = ("base_camera", "hand_camera")
 # Columns of props by what is wrong if they differ.
 _COLUMNS = (
@@ -26,7 +26,9 @@ def check(subject: Subject) -> None:
     if not name:
         more = "" if subject.description["candidates"] == 1 else \
             ", although there are candidates"  # fmt: skip
-        word = "hidden names no draw" if subject.is_own else "which draw is hidden is not known here"
+        word = (
+            "hidden names no draw" if subject.is_own else "which draw is hidden is not known here"
+        )
         subject.add("leaks", "note", f"{word}{more}: no search for leaks")
         return
     found = len(subject.findings)
@@ -37,7 +39,7 @@ def check(subject: Subject) -> None:
             _compare(subject, name, [values[0], other], options)
             if len(subject.findings) > found:
                 return
-    subject.add("leaks", "ok", f"episodes that differ in draw {name!r} only have the same pictures, "
+    subject.add("leaks", "ok", f"episodes that differ in draw {name!r} alone have the same pictures, "
                 "objects, proprio, infos and sparse rewards once the cue is over")  # fmt: skip
 
 
@@ -61,70 +63,78 @@ def _hidden_values(subject: Subject, name: str) -> list[list[float]]:
 
 
 def _compare(subject: Subject, name: str, pair: list[Any], options: dict[str, Any]) -> None:
-    """Plays both episodes with zero actions, from three seeds at once."""
-    count = 3
-    seeds = list(range(_SEED, _SEED + count))
-    outputs_privileged = {one["name"] for one in subject.description["outputs"] if one["privileged"]}
-    pictures = options["obs_mode"] == "rgb"
-    with subject.batch(count, **options) as one, subject.batch(count, **options) as other:
-        tasks = subject.tasks[-2:]
+    """Plays both episodes with zero actions, from some seeds at once."""
+    seeds = list(range(_SEED, _SEED + _COUNT))
+    with subject.batch(_COUNT, **options) as one, subject.batch(_COUNT, **options) as other:
         players = [Player(subject, env, None) for env in (one, other)]
         for player, value in zip(players, pair):
             player.begin(seeds, {name: value})
-        subject_ends = subject.cue_end(one.drawn(), count)
-        if subject_ends is None:
+        drawn = one.drawn()
+        end, last = subject.cue_end(drawn, _COUNT), subject.start_of_last_phase(drawn, _COUNT)
+        if end is None:
             subject.add("leaks", "note", "when the cue ends is not known: no search for leaks")
             return
-        last = subject.start_of_last_phase(one.drawn(), count)
+        if options.get("reward_mode") == "sparse":
+            last = np.full(_COUNT, subject.horizon + 1)
         zero = np.zeros(one.action_space.shape, np.float32)
-        answered = np.zeros(count, bool)
+        answered = np.zeros(_COUNT, bool)
         for step in range(subject.horizon + 1):
-            if step > 0:
-                for player in players:
-                    player.step(zero)
+            for player in players if step else []:
+                player.step(zero)
             first, second = (player.steps[-1] for player in players)
             answered |= first.get("info answered", answered).astype(bool)
-            after = (step >= subject_ends) & ~answered
-            for output, value in first.items():
-                if output.removeprefix("info ") in outputs_privileged | {"episode_return"}:
-                    continue
-                rows = after
-                if output == "reward" and options.get("reward_mode") != "sparse":
-                    rows = after & (step < last) if last is not None else after & False
-                unlike = different_rows(value, second[output]) & rows
-                if unlike.any():
-                    row = int(unlike.argmax())
-                    _report(subject, name, pair, output, step, int(subject_ends[row]),
-                            _explained(subject, tasks, row), first, second, row)  # fmt: skip
-                    return
-            if not pictures and step > 40 and step > subject_ends.max() + 60:
-                continue
+            after = (step >= end) & ~answered
+            dense = np.zeros(_COUNT, bool) if last is None else after & (step < last)
+            found = _telling(subject, first, second, after, dense)
+            if found is not None:
+                _report(subject, name, pair, found, step, int(end[found[1]]), (first, second))
+                return
+
+
+def _telling(
+    subject: Subject, first: dict[str, Any], second: dict[str, Any], after: Any, dense: Any
+) -> tuple[str, int] | None:
+    """The first output that may not differ but does, and the environment.
+
+    dense: environments in which the reward may not differ.
+    """
+    closed = {one["name"] for one in subject.description["outputs"] if one["privileged"]}
+    for output in sorted(first, key=causes_first):
+        if output.removeprefix("info ") in closed | {"episode_return"}:
+            continue
+        unlike = different_rows(first[output], second[output])
+        unlike &= dense if output == "reward" else after
+        if unlike.any():
+            return output, int(unlike.argmax())
+    return None
 
 
 def _report(
-    subject: Subject, name: str, pair: list[Any], output: str, step: int, end: int, props: str,
-    first: dict[str, Any], second: dict[str, Any], row: int,
-) -> None:  # fmt: skip
-    what = output
+    subject: Subject,
+    name: str,
+    pair: list[Any],
+    found: tuple[str, int],
+    step: int,
+    end: int,
+    outputs: tuple[dict[str, Any], dict[str, Any]],
+) -> None:
+    output, row = found
+    what, advice = output, "; look at place(), hide() and paint() after the cue"
     if output == "rgb":
-        unlike = (first["rgb"][row] != second["rgb"][row]).any(axis=(0, 1))
+        unlike = (outputs[0]["rgb"][row] != outputs[1]["rgb"][row]).any(axis=(0, 1))
         cameras = [camera for i, camera in enumerate(_CAMERAS) if unlike[3 * i : 3 * i + 3].any()]
         what = "picture of " + " and ".join(cameras)
     elif output == "reward":
-        what = "reward"
-    values = " and ".join(f"{_short(value)}" for value in pair)
-    advice = {
-        "reward": "; before the last phase reward() may not depend on it",
-        "objects": "; look at place(), hide() and paint() after the cue",
-    }.get(output, "")
-    if output.startswith("info "):
+        advice = "; before the last phase reward() may not depend on it"
+    elif output.startswith("info "):
         advice = "; add_info(..., privileged=True) keeps it from policies"
-    elif output == "rgb":
-        advice = "; look at place(), hide() and paint() after the cue"
+    if end == 0:
+        advice += "; reset() writes cue_end, or a phase of the name cue does"
+    values = " and ".join(_short(value) for value in pair)
     subject.add(
         "leaks", "wrong",
         f"{what} in step {step} tells draw {name!r} (values {values}; seed {_SEED + row}; the cue "
-        f"ends at step {end}){props}{advice}", step=step, output=output,
+        f"ends at step {end}){_explained(subject, row)}{advice}", step=step, output=output,
     )  # fmt: skip
 
 
@@ -132,13 +142,12 @@ def _short(value: Any) -> str:
     return f"{value[0]:g}" if len(value) == 1 else str([float(f"{one:g}") for one in value[:6]])
 
 
-def _explained(subject: Subject, tasks: list[Any], row: int) -> str:
-    """Which props differ between both episodes, and how."""
+def _explained(subject: Subject, row: int) -> str:
+    """Which prop differs between both episodes, and how."""
     if not subject.is_own:
         return ""
-    views = [task.__dict__["_whole"] for task in tasks]
     for column, words in _COLUMNS:
-        one, other = (np.array(view[column][row]) for view in views)
+        one, other = (task.__dict__["_whole"][column][row] for task in subject.tasks[-2:])
         unlike = (one != other).reshape(len(one), -1).any(axis=1)
         for i, prop in enumerate(subject.prop_names):
             if unlike[i]:

@@ -12,7 +12,6 @@ import numpy as np
 from engram.errors import BadStateError, InvalidArgumentError, UnknownIdError
 from engram.kit.checks.subject import Subject
 
-Outputs = dict[str, np.ndarray]  # by name: (steps + 1, environments, ...)
 PICTURE = 48  # pixels
 _PACKAGE = str(Path(__file__).parents[2])
 
@@ -74,7 +73,7 @@ class Player:
         except Exception as error:
             raise StoppedError("reset", error, _state_of(self.env, seeds)) from error
         self.seeds = seeds
-        self.steps = [self._outputs(observation, info)]
+        self.steps = [self.outputs(observation, info)]
 
     def step(self, actions: Any = None, picture: bool = False) -> dict[str, Any]:
         """A step with the policy's actions, or with others while the policy is asked as well."""
@@ -86,7 +85,7 @@ class Player:
         except Exception as error:
             where = f"step {number}" + (f" with {self.policy} actions" if self.policy else "")
             raise StoppedError(where, error, _state_of(self.env, self.seeds)) from error
-        outputs = self._outputs(observation, info)
+        outputs = self.outputs(observation, info)
         outputs.update(reward=reward, terminated=terminated, truncated=truncated)
         if chosen is not None:
             outputs["actions of " + str(self.policy)] = chosen
@@ -96,7 +95,8 @@ class Player:
         self.steps.append(outputs)
         return outputs
 
-    def _outputs(self, observation: Any, info: dict[str, Any]) -> dict[str, Any]:
+    def outputs(self, observation: Any, info: dict[str, Any]) -> dict[str, Any]:
+        """What a reset, step or restore returned, by name."""
         found = {f"info {name}": np.array(value) for name, value in info.items()
                  if not name.startswith("_") and name != "language_instruction"}  # fmt: skip
         if isinstance(observation, dict):
@@ -109,6 +109,7 @@ class Player:
         else:
             found["objects"] = observation.copy()
         return found
+
 
 def play(
     subject: Subject,

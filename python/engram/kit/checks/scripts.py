@@ -62,7 +62,7 @@ def _check_oracle(subject: Subject) -> None:
         return
     count = subject.episodes
     found = successes(subject, "oracle")[0]
-    low, high = interval(found, count)
+    high = interval(found, count)[1]
     figures = {"oracle": found, "episodes": count, "floor": subject.floor}
     text = f"oracle() succeeds in {found} of {count} episodes, oracle_floor is {subject.floor}"
     if high >= subject.floor:
@@ -129,7 +129,7 @@ def _check_sweep(subject: Subject) -> None:
         subject.add("scripts", verdict, text + more, **figures)
         return
     chance = subject.description["answer_chance"]
-    low, high = interval(right, max(answered, 1))
+    low = interval(right, max(answered, 1))[0]
     figures.update(answered=answered, right=right, chance=chance)
     text += f"; its first answer is right in {right} of {answered} (chance {chance:.3f})"
     if answered == 0 or low <= chance:

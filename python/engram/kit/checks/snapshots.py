@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from engram.kit.checks.hints import suspicious_lines
 from engram.kit.checks.play import Player, actions_of, difference
 from engram.kit.checks.subject import Subject
 
 _SEEDS = tuple(range(60, 64))
+_MOST_STEPS = 40  # after a snapshot
 
 
 def check(subject: Subject) -> None:
@@ -40,7 +43,9 @@ def check(subject: Subject) -> None:
     )  # fmt: skip
 
 
-def _continued(subject: Subject, saved: list[bytes], steps: list, actions: list):  # type: ignore[no-untyped-def, type-arg]
+def _continued(
+    subject: Subject, saved: list[bytes], steps: list[dict[str, Any]], actions: list[Any]
+) -> tuple[str, int, int] | None:
     """What differs, restored into a batch of another size that has played something else."""
     count = len(saved)
     with subject.batch(count + 2) as env:
@@ -51,12 +56,12 @@ def _continued(subject: Subject, saved: list[bytes], steps: list, actions: list)
         slots = [count + 1 - i for i in range(count)]  # back to front
         for slot, one in zip(slots, saved):
             observation, info = env.restore(one, slot)
-        restored = [player._outputs(observation, info)]
+        restored = [player.outputs(observation, info)]
         for number, given in enumerate(actions):
             mixed = env.act("zero")
             mixed[slots] = given
             restored.append(player.step(mixed))
-            if number >= 40:
+            if number >= _MOST_STEPS:
                 break
     unlike = [{name: value[slots] for name, value in step.items()} for step in restored]
     return difference(steps, unlike)

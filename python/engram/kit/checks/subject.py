@@ -78,7 +78,12 @@ class Subject:
     @contextlib.contextmanager
     def batch(self, num_envs: int, **options: Any) -> Iterator[Any]:
         """A batch that stands still where episodes have ended."""
-        defaults = {"autoreset_mode": "DISABLED", "after_end": "hold", "privileged": True, "threads": 1}
+        defaults = {
+            "autoreset_mode": "DISABLED",
+            "after_end": "hold",
+            "privileged": True,
+            "threads": 1,
+        }
         options = {**defaults, **options}
         env = make_vec(self.id, num_envs, **options)
         try:
