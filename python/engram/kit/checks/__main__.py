@@ -46,12 +46,11 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     from engram.gym_registration import load_tasks, load_variants
     from engram.kit.checks import CHECK_NAMES, Report, fill
-    from engram.kit.files import load_file
 
     report, status = Report(), None
     try:
         for file in options.tasks:
-            (load_file if file.endswith(".py") else load_tasks)(file)
+            load_tasks(file)
         for file in options.variants:
             load_variants(file)
         if options.digests:

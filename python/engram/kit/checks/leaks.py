@@ -39,8 +39,11 @@ def check(subject: Subject) -> None:
             _compare(subject, name, [values[0], other], options)
             if len(subject.findings) > found:
                 return
-    subject.add("leaks", "ok", f"episodes that differ in draw {name!r} alone have the same pictures, "
-                "objects, proprio, infos and sparse rewards once the cue is over")  # fmt: skip
+    subject.add(
+        "leaks", "ok",
+        f"episodes that differ in draw {name!r} alone have the same pictures, objects, proprio, "
+        "infos and sparse rewards once the cue is over",
+    )  # fmt: skip
 
 
 def _hidden_values(subject: Subject, name: str) -> list[list[float]]:
