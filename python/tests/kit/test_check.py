@@ -278,7 +278,10 @@ REFUSED = {
         after("build", "self.add_info('language_instruction', text='tells')"),
         r"'language_instruction' given, an info that engram has itself",
     ),
-    "no_reward": (("    def reward(self):", "    def rewarding(self):"), r"no method reward\(\)"),
+    "no_reward": (
+        ("    def reward(self):", "    def rewarding(self):"),
+        r"load: line \d+ of \w+\.py: .*no method reward\(\)",
+    ),
     "hidden_that_is_no_draw": (('hidden = "target"', 'hidden = "goal"'), r"'goal' given.*no draw"),
     "no_time": (("time_to_act = 15", "time_to_act = 22"), r"leave no time to act"),
     "syntax": (("    def build(self):", "    def build(self)"), r"SyntaxError"),

@@ -25,16 +25,20 @@ class StoppedError(Exception):
 
 def described(error: BaseException) -> str:
     """Method, type, text and line of an exception."""
-    own = [one for one in traceback.extract_tb(error.__traceback__)
-           if not one.filename.startswith(_PACKAGE) and "site-packages" not in one.filename
-           and one.name != "<module>"]  # fmt: skip
+    own = [one for one in traceback.extract_tb(error.__traceback__) if _is_own(one.filename)]
     text = f"{type(error).__name__}: {error}"
     if isinstance(error, KeyboardInterrupt):
         text = "interrupted by Ctrl-C; a loop that does not end?"
     if not own:
         return text
     frame = own[-1]
-    return f"{frame.name}(), line {frame.lineno} of {Path(frame.filename).name}: {text}"
+    method = "" if frame.name == "<module>" else f"{frame.name}(), "
+    return f"{method}line {frame.lineno} of {Path(frame.filename).name}: {text}"
+
+
+def _is_own(file: str) -> bool:
+    """Whether a file is a user's."""
+    return not (file.startswith((_PACKAGE, "<frozen")) or "site-packages" in file)
 
 
 def _state_of(env: Any, seeds: Sequence[int]) -> str:
