@@ -56,31 +56,32 @@ engram_array named(const std::vector<OutputArray>& arrays, const char* name) {
 }
 
 // All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when other
-// tasks are registered. To describe one makes it, which may run a user's code: without the lock.
+// tasks are registered. Describing a task makes it, which may run a user's code: without the lock.
 const char* list_of_tasks() {
   using Entries = std::vector<const engram::RegistryEntry*>;
-  static std::map<const engram::RegistryEntry*, engram::Document> described;
+  using Descriptions = std::map<const engram::RegistryEntry*, engram::Document>;
+  static Descriptions described;
   static std::map<Entries, std::string> lists;
-  const Entries entries = engram::all_entries();
   std::mutex& mutex = engram::process_mutex(engram::ProcessLock::kTaskTexts);
+  const Entries entries = engram::all_entries();
+  Descriptions known;
+  {
+    const std::lock_guard lock(mutex);
+    const auto found = lists.find(entries);
+    if (found != lists.end()) return found->second.c_str();
+    known = described;
+  }
   engram::ConstantList tasks;
   for (const engram::RegistryEntry* entry : entries) {
-    {
-      const std::lock_guard lock(mutex);
-      const auto known = described.find(entry);
-      if (known != described.end()) {
-        tasks.push_back(known->second);
-        continue;
-      }
-    }
-    tasks.emplace_back(engram::describe_entry(*entry));
-    const std::lock_guard lock(mutex);
-    described.emplace(entry, tasks.back());
+    auto found = known.find(entry);
+    if (found == known.end()) found = known.emplace(entry, engram::describe_entry(*entry)).first;
+    tasks.push_back(found->second);
   }
+  std::string text = engram::to_text(tasks);
   const std::lock_guard lock(mutex);
-  const auto found = lists.find(entries);
-  if (found != lists.end()) return found->second.c_str();
-  return lists.emplace(entries, engram::to_text(tasks)).first->second.c_str();
+  const char* list = lists.emplace(entries, std::move(text)).first->second.c_str();
+  described.swap(known);
+  return list;
 }
 
 void give_text(const std::string& from, char* text, size_t capacity, size_t* length) {

@@ -1,4 +1,4 @@
-// Tasks whose rules are outside of the library, as JSON: their definition and their description
+// Tasks with rules outside of the library, as JSON: their definition and their description
 // (docs/own_tasks.md).
 #pragma once
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "calls.h"
-#include "task.h"
+#include "task_failure.h"
 
 namespace engram_python {
 namespace {

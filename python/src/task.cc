@@ -8,12 +8,10 @@
 #include "batch.h"
 #include "calls.h"
 #include "engram/engram_task.h"
+#include "task_failure.h"
 
 namespace engram_python {
 namespace {
-
-// The last exception that came out of a task's code; guarded by the GIL.
-std::unique_ptr<nb::python_error> failure;
 
 // Why a call failed: the exception's type and text.
 std::string in_words(const nb::python_error& error) {
@@ -26,21 +24,25 @@ template <class F>
 int with_lock(engram_task_reply* reply, F&& f) noexcept {
   if (calls_have_ended()) return 1;
   const Locked locked;
+  const auto keep = [reply](nb::python_error&& error) {
+    std::string words = "an exception without words";
+    try {
+      words = in_words(error);
+    } catch (...) {  // of a __str__ that fails
+    }
+    engram_task_fail(reply, words.c_str());
+    keep_task_failure(std::move(error));
+    return 1;
+  };
   try {
     unless_ended(f);
     return 0;
   } catch (nb::python_error& error) {
-    failure = std::make_unique<nb::python_error>(std::move(error));
+    return keep(std::move(error));
   } catch (const std::exception& error) {
     PyErr_SetString(PyExc_TypeError, error.what());
-    failure = std::make_unique<nb::python_error>();
+    return keep(nb::python_error());
   }
-  try {
-    engram_task_fail(reply, in_words(*failure).c_str());
-  } catch (...) {
-    engram_task_fail(reply, "an exception without words");
-  }
-  return 1;
 }
 
 nb::object& instance_of(void* instance) { return *static_cast<nb::object*>(instance); }
@@ -109,11 +111,6 @@ void register_task(const std::string& definition, nb::callable factory) {
 }
 
 }  // namespace
-
-void raise_task_failure() {
-  if (!failure) return;
-  throw nb::python_error(std::move(*std::exchange(failure, nullptr)));
-}
 
 void bind_tasks(nb::module_& module) {
   using namespace nb::literals;  // NOLINT: the way in which nanobind's literals are meant to be

@@ -1,4 +1,4 @@
-// What a task says of itself whose rules are not in C++: facts, scene, draws and columns.
+// What a task with rules outside of the library says of itself: facts, scene, draws, columns.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Families of tasks whose rules are outside of the library.
+// Families of tasks with rules outside of the library.
 #pragma once
 
 #include <memory>

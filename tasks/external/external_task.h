@@ -1,4 +1,4 @@
-// A task whose rules are outside of the library: made from its description, with the engine's
+// A task with rules outside of the library: made from its description, with the engine's
 // columns handed to its rules.
 #pragma once
 

@@ -39,6 +39,7 @@ const std::vector<Module> kModules = {
     {"tasks", {"core/*"}},
     {"tasks/common", {"core/*", "mjcf", "tasks"}},
     {"tasks/*", {"core/*", "mjcf", "tasks", "tasks/common"}},
+    {"tasks/external", {"core/*", "mjcf", "tasks", "tasks/common"}},
     {"tasks/registry.cc", {"core/*", "tasks", "tasks/*"}},
     {"protocol/formats", {"core/base"}},
     {"protocol/work", {"core/base", "protocol/formats"}},

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import NoReturn
 
+from engram import load_tasks
 from engram._distribution import install_command
 from engram.datasets import checks, collected, lerobot_options
 from engram.datasets.checks import DatasetError
@@ -20,6 +21,8 @@ from engram.datasets.spaces import ANGLES
 def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
+        for file in getattr(options, "tasks", ()):
+            load_tasks(file)
         results = options.run_all(options)
     except KeyboardInterrupt:
         return 130
@@ -85,6 +88,13 @@ def _parser() -> argparse.ArgumentParser:
         "replay", "Plays stored actions in fresh environments and compares what they show", _replay
     )
     _add_jobs(replay)
+    replay.add_argument(
+        "--tasks",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="file of tasks of your own that the demonstrations are of (repeatable)",
+    )
     replay.add_argument("--format", choices=("npz", "rlds", "lerobot"), default="npz")
     replay.add_argument(
         "--episodes",

@@ -64,7 +64,7 @@ class Task(Declarations, Scene, Motion, Phases):
         engram.register_task(TouchRed, "TouchRed-v0", 30, "Touch the red cube.")
 
     **Arrays.** While a method runs, all columns are attributes: NumPy arrays with one row for each
-    of the ``n`` environments concerned, be it the whole batch or some of it. Methods write in
+    of the ``n`` environments concerned: all of the batch, or some. Methods write in
     place (``self.success[:] = ...``) or through helpers (``place``, ``hide``, ``give_answer``).
     Those of draws and of the engine's measurements are read-only. What differs between
     environments or steps has to be in columns (``remember``): then resets, snapshots and any

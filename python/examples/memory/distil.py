@@ -32,11 +32,14 @@ from training import (
     scale_lr,
 )
 
+import engram
+
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
     add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; or: ten")
+    add("--tasks", type=Path, help="file of tasks of your own, for its ids (docs/own_tasks.md)")
     add("--obs", default="objects", choices=["objects", "rgb"])
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
@@ -56,6 +59,8 @@ def arguments():
     add("--recall", type=float, default=1.0, help="weight of the memory's loss")
     add("--evaluate-every", type=int, default=4, help="iterations")
     args = parser.parse_args()
+    if args.tasks is not None:
+        engram.load_tasks(args.tasks)
     args.id = list(TEN) if args.id == ["ten"] else args.id
     if len(args.id) > 1 and args.obs == "rgb":
         parser.error("--obs rgb: one --id needed; several learn from objects")

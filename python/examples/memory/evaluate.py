@@ -24,6 +24,7 @@ def arguments():
     add = parser.add_argument
     add("agent", type=Path, help="agent.pt of a learner's --out")
     add("--id", help="another task than that of its training")
+    add("--tasks", type=Path, help="file of tasks of your own, if it is one of those")
     add("--episodes", type=int, default=50)
     add("--seed", type=int, default=4242424242, help="of the first episode")
     add("--json", action="store_true", help="in place of the table, a line of JSON for each task")
@@ -70,6 +71,8 @@ def table(figures):
 
 def main():
     args = arguments()
+    if args.tasks is not None:
+        engram.load_tasks(args.tasks)
     runner = PolicyRunner.load(args.agent)
     tasks = args.id or runner.task
     for task in [tasks] if isinstance(tasks, str) else tasks:

@@ -1,4 +1,4 @@
-// A task whose rules are outside of the library, here behind a C++ class.
+// A task with rules outside of the library, here behind a C++ class.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <map>
