@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/bench_command.h"
+#include "apps/check_command.h"
 #include "apps/collect_command.h"
 #include "apps/command_line.h"
 #include "apps/compare_command.h"
@@ -80,6 +81,7 @@ int run(int argc, char** argv) {
   add_collect_command(program, task_options);
   add_record_command(program);
   add_play_command(program, task_options);
+  add_check_command(program, task_options);
   add_serve_command(program, task_options);
   add_bench_command(program);
   add_soak_command(program);

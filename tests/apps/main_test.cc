@@ -14,7 +14,7 @@ TEST_CASE("command: version and help go to standard output", "[apps]") {
   CHECK(version.out == "engram 0.5.0\n");
   CHECK(version.err.empty());
   for (const char* command : {"", "list", "info", "rollout", "eval", "bench", "verify", "soak",
-                              "record", "play", "serve", "doctor"}) {
+                              "record", "play", "check", "serve", "doctor"}) {
     const CommandResult help = engram_command(std::string(command) + " --help");
     CHECK(help.code == 0);
     CHECK_THAT(help.out, Catch::Contains("--help") && Catch::Contains(command));

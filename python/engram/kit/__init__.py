@@ -7,6 +7,7 @@ Constants (``Integer``, ``Real``, ``Steps``, ...) are declared as class attribut
 
 from __future__ import annotations
 
+from engram.kit.checks import check
 from engram.kit.constants import Fixed, Integer, IntegerRange, Name, Real, RealRange, Steps
 from engram.kit.files import load_file, split_target
 from engram.kit.functions import (
@@ -84,6 +85,7 @@ __all__ = [
     "Task",
     "asin",
     "atan2",
+    "check",
     "cos",
     "distance",
     "exp",

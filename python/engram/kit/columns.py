@@ -77,6 +77,14 @@ def engine_columns(
 
 ENGINE_NAMES = frozenset(engine_columns(1, 7, 1, True)) | {"n", "rows"}
 
+# Infos and observations of all tasks, beside those of the engine's columns.
+INFO_NAMES = frozenset({
+    "depth", "elapsed_steps", "episode_return", "final_info", "final_obs", "final_observation",
+    "instruction", "language_instruction", "object_mask", "objects", "observation", "proprio",
+    "reward", "reward_dict", "rgb", "segmentation", "success_once", "task", "task_cue",
+    "task_index", "terminated", "truncated", "unstable",
+})  # fmt: skip
+
 
 class Rows:
     """The views of one set of rows, all of a batch or spare ones, by the names of attributes."""

