@@ -32,7 +32,7 @@ from engram.errors import (
 )
 from engram.evaluation import compare, evaluate, report, suites
 from engram.factory import make, make_vec
-from engram.gym_registration import load_tasks, load_variants, register
+from engram.gym_registration import load_variants, register
 from engram.tasks import describe
 from engram.tasks import list_tasks as list
 
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from engram.envs.compat import AutoresetMode
     from engram.envs.env import Env
     from engram.envs.vector_env import VectorEnv
+    from engram.kit.files import load_tasks
     from engram.kit.registration import register_task
     from engram.kit.task import Task
 
@@ -87,6 +88,7 @@ _LAZY = {
     "Env": "envs.env",
     "Task": "kit.task",
     "VectorEnv": "envs.vector_env",
+    "load_tasks": "kit.files",
     "register_task": "kit.registration",
 }
 

@@ -75,31 +75,6 @@ def load_variants(path: str | os.PathLike[str]) -> None:
     _register_all()
 
 
-def load_tasks(path: str | os.PathLike[str]) -> None:
-    """Loads a file of tasks, here and for Gymnasium.
-
-    It stays loaded for the life of the process; the same library twice is one. Its code runs with
-    all rights of the process.
-
-    Args:
-        path: A library (docs/adding_a_task.md), such as "libtouch_spot.so", or a Python file
-            (docs/own_tasks.md), whose name ends in .py.
-
-    Raises:
-        IoError: The file cannot be read.
-        InvalidArgumentError: It is no such library, was made for another version of engram or with
-            another ABI, one of its ids is taken, or a Python file registers no task. Exceptions of
-            a Python file come out as they are.
-    """
-    if os.fspath(path).endswith(".py"):
-        from engram.kit.files import load_file
-
-        load_file(path)
-        return
-    _core.load_tasks(values.path("path", path))
-    _register_all()
-
-
 def _register_all() -> None:
     # Imported here: Gymnasium calls this function while it is itself being imported.
     from gymnasium.envs import registration

@@ -1,4 +1,4 @@
-"""Tasks in files of users: ``my_tasks.py:LampOrder-v0``."""
+"""Files of users' tasks: libraries, and Python such as ``my_tasks.py:LampOrder-v0``."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import os
 import sys
 from pathlib import Path
 
+from engram import _core
 from engram._args import values
 from engram.errors import InvalidArgumentError, IoError
+from engram.gym_registration import register
 
 
 def split_target(target: str) -> tuple[str | None, str | None]:
@@ -56,6 +58,29 @@ def load_file(path: str | os.PathLike[str]) -> list[str]:
     if not found:
         raise InvalidArgumentError(f"{file}: registers no task; engram.register_task(...) does")
     return found
+
+
+def load_tasks(path: str | os.PathLike[str]) -> None:
+    """Loads a file of tasks, here and for Gymnasium.
+
+    It stays loaded for the life of the process; the same library twice is one. Its code runs with
+    all rights of the process.
+
+    Args:
+        path: A library (docs/adding_a_task.md), such as "libtouch_spot.so", or a Python file
+            (docs/own_tasks.md), whose name ends in .py.
+
+    Raises:
+        IoError: The file cannot be read.
+        InvalidArgumentError: It is no such library, was made for another version of engram or with
+            another ABI, one of its ids is taken, or a Python file registers no task. Exceptions of
+            a Python file come out as they are.
+    """
+    if os.fspath(path).endswith(".py"):
+        load_file(path)
+        return
+    _core.load_tasks(values.path("path", path))
+    register()
 
 
 def _module_name(file: Path) -> str:

@@ -44,8 +44,9 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     options = parser().parse_args(arguments)
-    from engram.gym_registration import load_tasks, load_variants
+    from engram.gym_registration import load_variants
     from engram.kit.checks import CHECK_NAMES, Report, fill
+    from engram.kit.files import load_tasks
 
     report, status = Report(), None
     try:
