@@ -75,9 +75,12 @@ def views(count: int = 3) -> tuple[Any, Any]:
     return tuple(np.stack(parts) for parts in zip(*steps))
 
 
-def seen_by(examples: SimpleNamespace, rgb: Any, proprio: Any) -> tuple[Any, Any]:
-    pictures = examples.object_detector.downsample(rgb.reshape(-1, *rgb.shape[2:]))
-    return pictures.unflatten(0, rgb.shape[:2]), examples.object_detector.robot_features(proprio)
+@torch.no_grad()
+def inputs(examples: SimpleNamespace, student: Any, rgb: Any, proprio: Any) -> list[Any]:
+    """What the student gets (T, N, ...): positions and peaks of keypoints, the robot."""
+    place, peak = student.see(examples.object_detector.downsample(rgb.reshape(-1, *rgb.shape[2:])))
+    seen = [part.unflatten(0, rgb.shape[:2]) for part in (place, peak)]
+    return [*seen, examples.object_detector.robot_features(proprio)]
 
 
 def test_the_loss_falls_and_the_student_plays(
@@ -113,9 +116,9 @@ def test_the_control_has_no_memory(
     lines = train(demonstrations, tmp_path, "--no-memory")
     assert "wiped" not in lines[-1]
     control = examples.inference.load_runner(tmp_path / "agent.pt").student
-    pictures, robot = seen_by(examples, *views())
+    steps = inputs(examples, control, *views())
     with torch.no_grad():
-        whole, late = control(pictures, robot)[0], control(pictures[9:], robot[9:])[0]
+        whole, late = control(*steps)[0], control(*(part[9:] for part in steps))[0]
     np.testing.assert_allclose(whole.weights[9:], late.weights, atol=1e-5)
 
 
@@ -123,14 +126,14 @@ def test_steps_equal_a_whole_sequence(
     examples: SimpleNamespace, trained: tuple[Path, list[dict[str, Any]]]
 ) -> None:
     student = examples.inference.load_runner(trained[0]).student
-    pictures, robot = seen_by(examples, *views())
+    steps = inputs(examples, student, *views())
     with torch.no_grad():
-        whole, state = student(pictures, robot)[0], None
-        for t in range(len(robot)):
-            choice, state = student(pictures[t : t + 1], robot[t : t + 1], state)
+        whole, state = student(*steps)[0], None
+        for t in range(len(steps[0])):
+            choice, state = student(*(part[t : t + 1] for part in steps), state)
             np.testing.assert_allclose(choice.weights[0], whole.weights[t], atol=1e-4)
             np.testing.assert_allclose(choice.mean[0], whole.mean[t], atol=1e-4)
-        late = student(pictures[9:], robot[9:])[0]
+        late = student(*(part[9:] for part in steps))[0]
     assert (late.weights[0] - whole.weights[9]).abs().max() > 1e-4  # it remembers
 
 
@@ -158,7 +161,7 @@ def test_a_wiped_memory_begins_with_the_view_that_is_acted_on(
         for t in range(len(rgb))
     ]
     for i, begin in enumerate(moves - 1):  # the last view before the hand has moved
-        pictures, robot = seen_by(examples, rgb[begin:, i : i + 1], proprio[begin:, i : i + 1])
+        own = inputs(examples, student, rgb[begin:, i : i + 1], proprio[begin:, i : i + 1])
         with torch.no_grad():
-            expected = student(pictures, robot)[0].best()[:, 0]
+            expected = student(*own)[0].best()[:, 0]
         np.testing.assert_allclose([one[i] for one in answers[begin:]], expected, atol=1e-4)

@@ -3,20 +3,21 @@
 The data set alone is read: pictures, proprio and actions, nothing privileged. The simulator only
 plays the evaluations.
 
-    engram collect RememberColor3-VLA-v0 --episodes 1000 --out demos
+    engram collect RememberColor3-VLA-v0 --episodes 300 --out demos
     python clone.py demos/data_npz/RememberColor3-VLA-v0 --out runs/clone
     python evaluate.py runs/clone/agent.pt
 """
 
 import argparse
 import json
+import math
 import time
 from pathlib import Path
 
 import numpy as np
 import torch
 from distil import imitation
-from object_detector import CELL, CELLS, METRES, ROBOT, downsample, robot_features, unproject
+from object_detector import METRES, ROBOT, SIDE, downsample, robot_features, unproject
 from policy import Choice, mlp
 from torch import nn
 
@@ -35,11 +36,11 @@ def arguments():
     add("--out", type=Path, required=True, help="folder for log.jsonl and agent.pt")
     add("--seed", type=int, default=1)
     add("--no-memory", action="store_true", help="the control: every step is an episode's first")
-    add("--keypoints", type=int, default=16)
-    add("--updates", type=int, default=2000)
-    add("--batch", type=int, default=24, help="episodes per update")
-    add("--lr", type=float, default=2e-3)
-    add("--evaluate-every", type=int, default=400, help="updates")
+    add("--keypoints", type=int, default=6)
+    add("--updates", type=int, default=300)
+    add("--batch", type=int, default=16, help="episodes per update")
+    add("--lr", type=float, default=3e-3)
+    add("--evaluate-every", type=int, default=100, help="updates")
     add("--episodes", type=int, default=200, help="per evaluation")
     return parser.parse_args()
 
@@ -50,19 +51,20 @@ class Student(nn.Module):
     Sequences are (T, N, ...) and begin where an episode begins.
     """
 
-    def __init__(self, memory=True, keypoints=16, hidden=64, width=64):
+    def __init__(self, memory=True, keypoints=6, hidden=64, width=64):
         super().__init__()
         self.memory, self.keypoints, self.hidden = memory, keypoints, hidden
         self.register_buffer("mean", torch.zeros(ROBOT))
         self.register_buffer("std", torch.ones(ROBOT))
-        layers = [nn.Conv2d(6, 16, 5, 2, 2), nn.ReLU(), nn.Conv2d(16, 24, 3, 2, 1), nn.ReLU()]
-        self.eye = nn.Sequential(*layers, nn.Conv2d(24, keypoints, 3, 1, 1))
-        cells = torch.arange(CELLS) * float(CELL)
-        self.register_buffer("pixels", torch.cartesian_prod(cells, cells).flip(-1))
-        known = ROBOT + 4 * keypoints
-        self.encode = mlp(known, hidden)
+        # A keypoint is where the picture is nearest to a hue, which is learnt.
+        hues = torch.arange(keypoints) * (2 * math.pi / keypoints)
+        hues = torch.stack([torch.cos(hues - 2 * math.pi * i / 3) for i in range(3)], -1)
+        self.hues = nn.Parameter(5 * hues)
+        side = torch.arange(SIDE).float()
+        self.register_buffer("pixels", torch.cartesian_prod(side, side).flip(-1))
+        self.encode = mlp(4 * keypoints, hidden)
         self.gru = nn.GRU(hidden, hidden)
-        self.choose = mlp(hidden + known, width, keypoints)
+        self.choose = mlp(hidden, width, keypoints)
         self.act = mlp(hidden + ROBOT + 3, width, width, ACTIONS, gain=0.01)
 
     def see(self, pictures):
@@ -70,24 +72,22 @@ class Student(nn.Module):
         color = pictures.permute(0, 3, 1, 2).float() / 255
         tint = color / (color.sum(1, keepdim=True) + 0.1)
         tint = tint - tint.mean((-1, -2), keepdim=True)
-        heat = self.eye(torch.cat([color - 0.5, 5 * tint], 1)).flatten(2)
+        heat = self.hues @ tint.flatten(2)
         pixels = (4 * heat).softmax(-1) @ self.pixels
         return unproject(pixels, torch.full_like(pixels[..., 0], HEIGHT)), heat.amax(-1)
 
-    def forward(self, pictures, robot, state=None):
-        """-> Choice of actions (T, N, keypoints, ...), state of the memory."""
-        steps = robot.shape[:2]
-        place, peak = self.see(pictures.flatten(0, 1))
-        place, peak = place.unflatten(0, steps), peak.unflatten(0, steps)
+    def forward(self, place, peak, robot, state=None):
+        """What `see` returns (T, N, ...) -> Choice of actions, state of the memory."""
         offset = 5 * (place - robot[..., None, :2])
-        scaled = ((robot - self.mean) / self.std).clamp(-5, 5)
-        known = torch.cat([scaled, peak, peak.tanh(), offset.flatten(-2)], -1)
-        entry = self.encode(known).tanh()
+        # Memory and attention do not get the robot's numbers: the way of the demonstrator's hand
+        # tells what it has chosen, and the cue would not have to be remembered.
+        entry = self.encode(torch.cat([peak, peak.tanh(), place.flatten(-2)], -1)).tanh()
         if self.memory:
             remembered, state = self.gru(entry, state)
         else:
-            remembered = self.gru(entry.flatten(0, 1)[None])[0][0].unflatten(0, steps)
-        weights = self.choose(torch.cat([remembered, known], -1)).log_softmax(-1)
+            remembered = self.gru(entry.flatten(0, 1)[None])[0][0].unflatten(0, robot.shape[:2])
+        weights = self.choose(remembered).log_softmax(-1)
+        scaled = ((robot - self.mean) / self.std).clamp(-5, 5)
         own = torch.cat([remembered, scaled], -1)[..., None, :].expand(*offset.shape[:-1], -1)
         mean = self.act(torch.cat([own, offset, peak[..., None]], -1))
         # Initial action: toward the chosen keypoint.
@@ -128,30 +128,39 @@ class StudentRunner:
             if first or (self.forget and still):
                 self.states[key] = empty
         state = torch.cat([self.states[key] for key in keys], 1)
-        choice, state = self.student(downsample(observation["rgb"])[None], robot[None], state)
+        seen = (part[None] for part in self.student.see(downsample(observation["rgb"])))
+        choice, state = self.student(*seen, robot[None], state)
         if self.student.memory:
             self.states.update(zip(keys, state.split(1, 1)))
         return choice.best()[0].numpy()
 
 
 def load_demonstrations(folder):
-    """-> task; pictures (T, N, ...), robot, actions and which steps exist (T, N)."""
+    """-> task; distinct pictures (F, ...); their indices, robot, actions, which steps exist (T, N).
+
+    While the robot waits, one picture follows another that is the same: it is seen once.
+    """
     demonstrations = DemonstrationFolder(folder)
-    pictures, robot, actions = [], [], []
+    pictures, index, robot, actions = [], [], [], []
     for episode in demonstrations:
-        pictures.append(downsample(episode.image))
+        own = downsample(episode.image)
+        new = torch.cat([torch.ones(1) > 0, (own[1:] != own[:-1]).flatten(1).any(1)])
+        index.append(new.cumsum(0) - 1 + sum(map(len, pictures)))
+        pictures.append(own[new])
         robot.append(robot_features(episode.proprio))
         actions.append(torch.from_numpy(np.array(episode.action)))
     exists = [torch.ones(len(one)) for one in actions]
-    padded = [nn.utils.rnn.pad_sequence(one) for one in (pictures, robot, actions, exists)]
-    return demonstrations.metadata["env_id"], padded
+    steps = [nn.utils.rnn.pad_sequence(one) for one in (index, robot, actions, exists)]
+    return demonstrations.metadata["env_id"], torch.cat(pictures), steps
 
 
-def loss_of(student, pictures, robot, actions, exists):
+def loss_of(student, pictures, index, robot, actions, exists):
+    """pictures: distinct ones; index (T, N): which of them a step shows."""
     # Steps without motion have less weight: they are frequent and easy.
     weight = exists * torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
-    choice, _ = student(pictures, robot)
-    return (imitation(choice, actions) * weight).sum() / weight.sum()
+    shown, which = index.unique(return_inverse=True)
+    choice, _ = student(*(part[which] for part in student.see(pictures[shown])), robot)
+    return (imitation(choice, actions, doubt=0.2) * weight).sum() / weight.sum()
 
 
 def evaluate(student, task, episodes, forget=False):
@@ -168,9 +177,9 @@ def main():
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)
     args.out.mkdir(parents=True, exist_ok=True)
-    task, data = load_demonstrations(args.demonstrations)
+    task, pictures, steps = load_demonstrations(args.demonstrations)
     student = Student(not args.no_memory, args.keypoints)
-    robot = data[1][data[3] > 0]
+    robot = steps[1][steps[3] > 0]
     student.mean.copy_(robot.mean(0))
     student.std.copy_(robot.std(0) + 1e-2)
     optimiser = torch.optim.Adam(student.parameters(), args.lr)
@@ -178,8 +187,8 @@ def main():
     log = (args.out / "log.jsonl").open("w")
     losses, cpu_s, begin = [], 0.0, time.process_time()
     for update in range(1, args.updates + 1):
-        pick = torch.randint(data[0].shape[1], (args.batch,))
-        loss = loss_of(student, *(part[:, pick] for part in data))
+        pick = torch.randint(steps[0].shape[1], (args.batch,))
+        loss = loss_of(student, pictures, *(part[:, pick] for part in steps))
         optimiser.zero_grad()
         loss.backward()
         nn.utils.clip_grad_norm_(student.parameters(), 1.0)
