@@ -28,6 +28,7 @@ NOT_RUN = {
     "#!/bin/sh\n#SBATCH": "needs a cluster",
     "lerobot-eval": "needs a policy",
     "engram collect TakeItBack-VLA-v0 --episodes 200": "takes long",
+    "engram collect RememberColor3-VLA-v0 --episodes 300": "takes long",
     "sed -E": "needs a script of the original's",
     "engram info TouchSpot": "needs the task that the page adds",
     "engram play": "does not end by itself",
