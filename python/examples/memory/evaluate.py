@@ -12,7 +12,7 @@ import argparse
 import json
 from pathlib import Path
 
-from inference import PolicyRunner
+from inference import load_runner
 
 import engram
 
@@ -73,7 +73,7 @@ def main():
     args = arguments()
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
-    runner = PolicyRunner.load(args.agent)
+    runner = load_runner(args.agent)
     tasks = args.id or runner.task
     for task in [tasks] if isinstance(tasks, str) else tasks:
         figures = evaluate(runner, task, args.episodes, args.seed, args.out)

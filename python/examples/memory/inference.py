@@ -1,6 +1,6 @@
 """Inference with a trained policy, for `engram.evaluate` or over pipes (`serve.py`).
 
-runner = PolicyRunner.load("runs/color3/agent.pt")
+runner = load_runner("runs/color3/agent.pt")
 engram.evaluate(runner, runner.task, obs=runner.obs, threads=1, num_envs=50)
 
 A policy of several tasks has their ids in runner.task, and plays each of them alone.
@@ -8,9 +8,16 @@ A policy of several tasks has their ids in runner.task, and plays each of them a
 
 import numpy as np
 import torch
+from clone import StudentRunner
 from object_detector import downsample, robot_features
 from several_tasks import TaskInputs
 from training import load_policy
+
+
+def load_runner(path):
+    """The runner of an agent.pt: of clone.py, or of the other learners."""
+    cloned = "student" in torch.load(path, weights_only=True)
+    return (StudentRunner if cloned else PolicyRunner).load(path)
 
 
 def join(states):

@@ -17,7 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import pipe_policy
-from inference import PolicyRunner
+from inference import load_runner
 
 
 def serve(runner):
@@ -36,4 +36,4 @@ def serve(runner):
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit("serve.py: one agent.pt is needed")
-    serve(PolicyRunner.load(sys.argv[1]))
+    serve(load_runner(sys.argv[1]))
