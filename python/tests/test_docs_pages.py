@@ -33,6 +33,7 @@ NOT_RUN = {
     "engram info TouchSpot": "needs the task that the page adds",
     "cmake -S . -B build": "compiles; installed_package of ctest does the same",
     "engram eval my_tasks.py": "needs a file of the reader's",
+    "engram check my_tasks.py": "needs a file of the reader's",
     "cd python/examples/own_tasks": "is for the root of this tree",
     "python python/examples/memory/distil.py --tasks": "takes long",
     "engram play": "does not end by itself",

@@ -125,12 +125,12 @@ void ExternalTask::add_engine_columns() {
 
 void ExternalTask::add_own_columns() {
   const auto add_work = [this]<class T>(Column<T>& column, const char* name, int width,
-                                        bool is_written) {
-    std::byte* rows = arrays_->add_own({name, width, dtype_of<T>(), "", ""}, is_written);
+                                        bool is_written, DType dtype = dtype_of<T>()) {
+    std::byte* rows = arrays_->add_own({name, width, dtype, "", ""}, is_written);
     column = Column<T>(reinterpret_cast<T*>(rows), width);
   };
   const int props = std::max(1, engine_.state->num_props);
-  add_work(moved_, "moved", props, true);
+  add_work(moved_, "moved", props, true, DType::kUInt8);
   add_work(reward_, "reward", 1, true);
   add_work(actions_, "actions", kActionDim, true);
   add_work(policy_key_, "policy_key", 1, false);
