@@ -105,7 +105,8 @@ void ScriptedPolicy::run_script(Range envs, Script script, FloatRows actions) co
 
 void ScriptedPolicy::run_script_by_rules(Script script, FloatRows actions) const {
   const IeeeScope scope;
-  std::vector<int> acting;
+  std::vector<int>& acting = batch_.work_.stepping;
+  acting.clear();
   for (int env = 0; env < batch_.num_envs(); ++env) {
     std::fill_n(actions.row(env), batch_.action_dim(), 0.0F);
     if (!stands_still(env)) acting.push_back(env);
