@@ -387,11 +387,17 @@ LOOP = after(
 )
 
 
+def heed_ctrl_c():
+    """Where these tests run in the background, a shell lets their processes ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_ends_a_loop_and_the_command_reports_it(tmp_path):
     run = subprocess.Popen(
         [sys.executable, "-m", "engram.kit.checks", planted(tmp_path, [LOOP])],
         stdout=subprocess.PIPE,
         text=True,
+        preexec_fn=heed_ctrl_c,
     )
     assert run.stdout.readline() == "loops\n"
     run.send_signal(signal.SIGINT)
@@ -428,7 +434,7 @@ print("goes on")
 def test_a_batch_survives_ctrl_c(tmp_path):
     file = planted(tmp_path, [LOOP])
     run = subprocess.run([sys.executable, "-c", INTERRUPTED, file], capture_output=True, text=True,
-                         timeout=120, check=False)  # fmt: skip
+                         timeout=120, check=False, preexec_fn=heed_ctrl_c)  # fmt: skip
     loops, *lines = run.stdout.splitlines()
     assert loops == "loops"
     assert lines[0] == "interrupted", run.stderr
