@@ -25,6 +25,16 @@ std::size_t id_in(std::string_view word) {
   return is_id && word.substr(0, colon).ends_with(kPython) ? colon + 1 : std::string_view::npos;
 }
 
+// True for `check`, which loads files by itself.
+bool is_check(const std::vector<std::string>& words) {
+  std::size_t command = 0;
+  while (command < words.size() && words[command].starts_with('-')) {
+    const bool has_value = words[command] == "--tasks" || words[command] == "--variants";
+    command += has_value ? 2 : 1;
+  }
+  return command < words.size() && words[command] == "check";
+}
+
 }  // namespace
 
 void load_task_file(const std::filesystem::path& file) {
@@ -36,6 +46,7 @@ void load_task_file(const std::filesystem::path& file) {
 }
 
 std::vector<std::string> with_task_files(const std::vector<std::string>& words) {
+  if (is_check(words)) return words;
   std::vector<std::string> options;
   std::vector<std::string> others;
   for (const std::string& word : words) {
