@@ -11,17 +11,21 @@ namespace {
 
 constexpr std::string_view kPython = ".py";
 
-// Where the id begins in a word such as my_tasks.py:LampOrder-v0; npos for any other word.
+// Where the id begins in a word such as my_tasks.py:LampOrder-v0; npos for any other word, such as
+// the my_policy.py:load of other options.
 std::size_t id_in(std::string_view word) {
   const std::size_t colon = word.rfind(':');
-  if (colon == std::string_view::npos || colon + 1 == word.size() || word.starts_with('-')) {
-    return std::string_view::npos;
-  }
-  const auto is_part = [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
+  if (colon == std::string_view::npos || word.starts_with('-')) return std::string_view::npos;
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto is_part = [&](char c) {
+    return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
            c == '_' || c == '.';
   };
-  const bool is_id = std::ranges::all_of(word.substr(colon + 1), is_part);
+  const std::string_view id = word.substr(colon + 1);
+  const std::size_t version = id.rfind("-v");
+  const bool is_id = version != std::string_view::npos && version > 0 && version + 2 < id.size() &&
+                     std::ranges::all_of(id, is_part) &&
+                     std::ranges::all_of(id.substr(version + 2), is_digit);
   return is_id && word.substr(0, colon).ends_with(kPython) ? colon + 1 : std::string_view::npos;
 }
 

@@ -16,7 +16,7 @@ TEST_CASE("check: Python gets the arguments of the command line", "[apps]") {
   INFO(result.err);
   CHECK(result.code == 0);
   CHECK(result.out ==
-        "--fast\n--json\n--episodes=50\n--only=runs\n--only=leaks\n--hidden=target\n--\n"
+        "--episodes=50\n--fast\n--json\n--hidden=target\n--only=runs\n--only=leaks\n--\n"
         "tasks.py\ntwo words.py:A-v0\n");
 }
 
