@@ -19,8 +19,9 @@ TEST_CASE("An id behind a Python file loads the file", "[apps][own_tasks]") {
 TEST_CASE("Other words of a command line stay", "[apps][own_tasks]") {
   for (const Words& words :
        {Words{"eval", "LampOrder-v0"}, Words{"--policy-command", "a b.py"}, Words{"tasks.py:"},
-        Words{"tasks.txt:LampOrder-v0"}, Words{"--out=tasks.py:LampOrder-v0"},
-        Words{"x.py:two words"}, Words{"check", "tasks.py:LampOrder-v0"},
+        Words{"--loader", "mine.py:Mine.load"}, Words{"no.py:f-v"}, Words{"tasks.txt:LampOrder-v0"},
+        Words{"--out=tasks.py:LampOrder-v0"}, Words{"x.py:two words"},
+        Words{"check", "tasks.py:LampOrder-v0"},
         Words{"--tasks", "a.so", "check", "tasks.py:LampOrder-v0"}}) {
     CHECK(with_task_files(words) == words);
   }
