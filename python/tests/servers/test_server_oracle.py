@@ -102,7 +102,7 @@ def test_a_client_with_another_proprio_is_told():
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_all_tasks(protocol):
     """In chunks of 8, from the state, which is faster to send than pictures."""
-    tasks = [task["id"] for task in engram.list()]
+    tasks = [task["id"] for task in engram.list()][:97]  # other tests register more
     words = ("eval", *tasks, "--episodes", "2", "--obs", "state")
     own = results_of(*words, "--policy", "oracle")
     with engram_serve("--policy", "oracle", "--protocol", protocol, "--chunk", "8") as url:
