@@ -165,7 +165,7 @@ class Declarations:
     ) -> None:
         """Declares a column for what an episode has to keep: zero at reset, part of snapshots.
 
-        It becomes the attribute `name`: (n,), or (n, *width). Everything that differs between
+        It becomes the attribute `name`: ``(n,)``, or ``(n, *width)``. What differs between
         environments or steps has to be in such columns; other attributes cannot change.
 
         Args:

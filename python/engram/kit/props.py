@@ -64,7 +64,7 @@ class Prop:
 
     @property
     def resting_height(self) -> float | None:
-        """Of the origin when it stands upright on the table, m; None: poses need a height."""
+        """Height (m) of the origin of a prop that stands on the table; None if poses need one."""
         return None
 
     def definition(self) -> dict[str, Any]:

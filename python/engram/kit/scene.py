@@ -270,9 +270,9 @@ class Scene:
         """The benchmark's penalty on large and abrupt actions: (n,).
 
         Args:
-            action: Weight of tanh(2 |action|).
-            change: Weight of tanh(5 |change of the action|), which is 0 in the first step.
-            speed: Weight of tanh(2 |velocity of the arm's joints|).
+            action: Weight of tanh(2 a), a being the action's norm.
+            change: Weight of tanh(5 c), c being the norm of its change; 0 in the first step.
+            speed: Weight of tanh(2 v), v being the norm of the arm joints' velocities.
         """
         changed = length(self.action - self.previous_action) * (self.elapsed > 1)
         arm = length(self.qvel[:, :_ARM_JOINTS])
