@@ -61,11 +61,12 @@ class Prop:
 
     # Orientation of a prop that stands upright: (w, x, y, z).
     upright: ClassVar[tuple[float, float, float, float]] = (1, 0, 0, 0)
+    _height: ClassVar[float | None] = None
 
     @property
     def resting_height(self) -> float | None:
         """Height (m) of the origin of a prop that stands on the table; None if poses need one."""
-        return None
+        return self._height
 
     def definition(self) -> dict[str, Any]:
         """The prop as ``Task.describe`` lists it."""
@@ -240,10 +241,7 @@ class Mug(Prop):
     """The mug of the shell games."""
 
     object: str | None = None
-
-    @property
-    def resting_height(self) -> float:
-        return 0.0529462
+    _height: ClassVar = 0.0529462
 
 
 @dataclasses.dataclass(frozen=True)
@@ -267,10 +265,7 @@ class Battery(Prop):
     object: str | None = None
 
     upright: ClassVar = _LYING_AXIS
-
-    @property
-    def resting_height(self) -> float:
-        return 0.030
+    _height: ClassVar = 0.030
 
 
 @dataclasses.dataclass(frozen=True)
@@ -281,10 +276,7 @@ class BatteryTray(Prop):
     object: str | None = None
 
     upright: ClassVar = _QUARTER_TURN
-
-    @property
-    def resting_height(self) -> float:
-        return 0.015
+    _height: ClassVar = 0.015
 
 
 @dataclasses.dataclass(frozen=True)
@@ -294,10 +286,7 @@ class BatterySocket(Prop):
     object: str | None = None
 
     upright: ClassVar = _QUARTER_TURN
-
-    @property
-    def resting_height(self) -> float:
-        return 0.015
+    _height: ClassVar = 0.015
 
 
 @dataclasses.dataclass(frozen=True)
@@ -305,10 +294,7 @@ class ButtonBase(Prop):
     """The base of a button."""
 
     object: str | None = None
-
-    @property
-    def resting_height(self) -> float:
-        return 0.015
+    _height: ClassVar = 0.015
 
 
 @dataclasses.dataclass(frozen=True)
@@ -319,10 +305,7 @@ class ButtonCap(Prop):
     object: str | None = None
 
     upright: ClassVar = _LYING_AXIS
-
-    @property
-    def resting_height(self) -> float:
-        return 0.044
+    _height: ClassVar = 0.044
 
 
 @dataclasses.dataclass(frozen=True)
@@ -330,10 +313,7 @@ class LampBody(Prop):
     """The stand of a lamp; its origin is the middle of its underside."""
 
     object: str | None = None
-
-    @property
-    def resting_height(self) -> float:
-        return 0.0
+    _height: ClassVar = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -341,10 +321,7 @@ class LampBulb(Prop):
     """The bulb of a lamp, in the stand's frame; ``Task.paint`` lights it."""
 
     object: str | None = None
-
-    @property
-    def resting_height(self) -> float:
-        return 0.0
+    _height: ClassVar = 0.0
 
 
 # --- checks ---
