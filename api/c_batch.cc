@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace engram::c {
-namespace {
 
 std::int32_t dtype_of(DType type) {
   switch (type) {
@@ -24,8 +23,6 @@ std::int32_t dtype_of(DType type) {
   }
   return ENGRAM_UINT8;
 }
-
-}  // namespace
 
 engram_array to_array(const OutputArray& output) {
   const Field& field = output.field;

@@ -25,6 +25,9 @@ enum class Use : int {
   kStepping,  // between step_async and step_wait
 };
 
+// An engram_dtype.
+std::int32_t dtype_of(DType type);
+
 // An output as an array of the C API; its texts and memory are the group's.
 engram_array to_array(const OutputArray& output);
 

@@ -3,6 +3,7 @@
 #include <deque>
 #include <mutex>
 
+#include "api/c_batch.h"
 #include "api/c_error.h"
 #include "core/base/error.h"
 #include "engram/engram_task.h"
@@ -25,20 +26,13 @@ namespace {
 
 using engram::ConstantTable;
 using engram::Error;
+using engram::c::dtype_of;
 using engram::c::guarded;
 using engram::tasks::ExternalArray;
 using engram::tasks::ExternalMethod;
 using engram::tasks::RobotRows;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
-
-int32_t dtype_of(engram::DType dtype) { return static_cast<int32_t>(dtype); }
-static_assert(static_cast<int>(engram::DType::kBool) == ENGRAM_BOOL);
-static_assert(static_cast<int>(engram::DType::kInt32) == ENGRAM_INT32);
-static_assert(static_cast<int>(engram::DType::kUInt64) == ENGRAM_UINT64);
-static_assert(static_cast<int>(engram::DType::kFloat32) == ENGRAM_FLOAT32);
-static_assert(static_cast<int>(engram::DType::kFloat64) == ENGRAM_FLOAT64);
-static_assert(static_cast<int>(engram::DType::kUInt8) == ENGRAM_UINT8);
 
 [[noreturn]] void fail(const std::string& id, const engram_task_reply& reply) {
   throw Error(

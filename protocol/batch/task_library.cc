@@ -45,7 +45,7 @@ const TaskLibrary& described_by(void* library) {
   return *reinterpret_cast<TaskLibraryFunction*>(symbol)();
 }
 
-// The version first: what else is told may differ because of it.
+// The version first: what else it says may differ because of it.
 void require_compatible(const TaskLibrary& library) {
   if (std::string_view(library.version) != ENGRAM_TASKS_VERSION) {
     refuse("made for engram " + quoted(library.version) + ", this is " +
