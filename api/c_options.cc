@@ -151,6 +151,7 @@ MakeOptions to_make_options(const engram_options& options) {
   out.pins = to_pins(options.pins, options.num_pins);
   if (options.constants != nullptr) out.constants = parse_constants(options.constants);
   out.task_options = to_choices(options.task_options, options.num_task_options);
+  out.perturbations = to_perturbations(options.perturbations, options.num_perturbations);
   const bool default_cameras = options.cameras == nullptr && options.num_cameras == 0;
   if (!default_cameras) out.images.cameras = to_cameras(options);
   return out;
@@ -166,6 +167,15 @@ std::vector<TaskOptionValue> to_choices(const engram_task_option* choices, std::
   std::vector<TaskOptionValue> all;
   for (const engram_task_option& choice : array("task_options", choices, count)) {
     all.push_back({text("name of a task option", choice.name), choice.value});
+  }
+  return all;
+}
+
+std::vector<PerturbationLevel> to_perturbations(const engram_perturbation* perturbations,
+                                                std::size_t count) {
+  std::vector<PerturbationLevel> all;
+  for (const engram_perturbation& one : array("perturbations", perturbations, count)) {
+    all.push_back({require_axis(text("axis of a perturbation", one.axis)), one.level});
   }
   return all;
 }

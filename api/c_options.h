@@ -17,6 +17,8 @@ MakeOptions to_make_options(const engram_options& options);
 
 Rules to_rules(std::int32_t rules);
 std::vector<TaskOptionValue> to_choices(const engram_task_option* choices, std::size_t count);
+std::vector<PerturbationLevel> to_perturbations(const engram_perturbation* perturbations,
+                                                std::size_t count);
 
 std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);
 

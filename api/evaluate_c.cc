@@ -142,6 +142,9 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   environment.joint_proprio = options.joint_proprio != 0;
   environment.rules = engram::c::to_rules(options.rules);
   environment.task_options = engram::c::to_choices(options.task_options, options.num_task_options);
+  environment.perturbations =
+      engram::c::to_perturbations(options.perturbations, options.num_perturbations);
+  engram::check_perturbations(environment.perturbations);
   if (options.constants != nullptr) {
     environment.constants = engram::parse_constants(options.constants);
   }

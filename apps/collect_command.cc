@@ -30,7 +30,7 @@ constexpr const char* kLerobot = "lerobot";
 
 // Options that are passed on to the streams that a LeRobotDataset is made of.
 constexpr const char* kPassedOn[] = {"--max-attempts", "--seed",     "--renderer", "--set",
-                                     "--rules",        "--num-envs", "--threads"};
+                                     "--rules",        "--num-envs", "--threads",  "--perturb"};
 
 struct CollectOptions {
   std::vector<std::string> ids;
@@ -257,6 +257,7 @@ void add_collect_command(const Command& program,
       "see the object that is meant: privileged");
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
+  add_perturbations(command, plan.perturbations);
   add_control_mode(command, plan.control_mode);
   add_joint_proprio(command, plan.joint_proprio);
   command.add_flag("--keep-failures", plan.keep_failures,

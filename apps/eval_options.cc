@@ -36,6 +36,7 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--rules", "rules"},
     {"--option", "task_options"},
     {"--set", "constants"},
+    {"--perturb", "perturbations"},
     {"--tell-episodes", "tell_episodes"},
     {"--repeat", "repeat"},
     {"--policy-seed", "policy_seed"},
@@ -209,6 +210,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   add_task_options(
       command, options.protocol.environment.task_options,
       "Chooses a variant of the tasks' rules, which all of them must have (repeatable)");
+  add_perturbations(command, options.protocol.environment.perturbations);
   add_threads(command, options.protocol.threads);
   add_json(command, options.json);
   const Option out =

@@ -88,6 +88,7 @@ constexpr std::string_view kConstantForm =
     "NAME=VALUE, NAME=VALUE,VALUE,... or NAME=JSON, a list or an object,";
 constexpr std::string_view kPinForm = "NAME=NUMBER or NAME=NUMBER,NUMBER,...";
 constexpr std::string_view kOptionForm = "NAME=NUMBER";
+constexpr std::string_view kPerturbationForm = "AXIS=LEVEL, from 0 to 1";
 
 // NAME=VALUE,VALUE,...; at least one value, which may be empty.
 struct Setting {
@@ -148,6 +149,15 @@ TaskOptionValue parse_option(const std::string& text) {
     refuse("--option", text, kOptionForm);
   }
   return {std::move(setting.name), *value};
+}
+
+PerturbationLevel parse_perturbation(const std::string& text) {
+  const Setting setting = split_setting("--perturb", text, kPerturbationForm);
+  const auto level = parse_number<double>(setting.values.front());
+  if (setting.values.size() != 1 || !level || !(*level >= 0 && *level <= 1)) {
+    refuse("--perturb", text, kPerturbationForm);
+  }
+  return {require_axis(setting.name), *level};
 }
 
 std::pair<std::string, Constant> parse_constant(const std::string& text) {
@@ -344,6 +354,7 @@ void add_env_options(const Command& command, MakeOptions& options) {
   add_task_options(
       command, options.task_options,
       "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)");
+  add_perturbations(command, options.perturbations);
   const auto set_rotation_sign = [&options](const std::string& text) {
     options.rotation_sign = parse_int("--rotation-sign", text, -1, 1);
     if (options.rotation_sign == 0) refuse("--rotation-sign", text, "-1 or 1");
@@ -369,6 +380,18 @@ void add_task_options(const Command& command, std::vector<TaskOptionValue>& choi
                       const std::string& help) {
   const auto take = [&choices](const std::string& text) { choices.push_back(parse_option(text)); };
   command.add_repeatable("--option", take, help).type_name("NAME=VALUE");
+}
+
+void add_perturbations(const Command& command, std::vector<PerturbationLevel>& levels) {
+  const auto take = [&levels](const std::string& text) {
+    levels.push_back(parse_perturbation(text));
+    check_perturbations(levels);
+  };
+  command
+      .add_repeatable("--perturb", take,
+                      "How far episodes depart from the usual scene, 0 to 1, along " +
+                          join(kPerturbationAxisNames) + " (repeatable; docs/perturbations.md)")
+      .type_name("AXIS=LEVEL");
 }
 
 void add_constants(const Command& command, ConstantTable& constants) {

@@ -28,6 +28,7 @@ Pin parse_pin(const std::string& text);
 // "touch_radius=0.02"
 std::pair<std::string, Constant> parse_constant(const std::string& text);  // of --set
 TaskOptionValue parse_option(const std::string& text);
+PerturbationLevel parse_perturbation(const std::string& text);
 
 Option add_int(const Command& command, const std::string& option, int& value, int low, int high,
                const std::string& help);
@@ -94,6 +95,9 @@ void add_env_options(const Command& command, MakeOptions& options);
 void add_constants(const Command& command, ConstantTable& constants);
 void add_task_options(const Command& command, std::vector<TaskOptionValue>& choices,
                       const std::string& help);
+
+// --perturb AXIS=LEVEL, likewise.
+void add_perturbations(const Command& command, std::vector<PerturbationLevel>& levels);
 
 // The library's defaults for a batch of that size.
 MakeOptions batch_options(int num_envs, int threads);

@@ -1,5 +1,6 @@
 #include "apps/play_command.h"
 
+#include "apps/options.h"
 #include "apps/policy_server.h"
 #include "apps/python_module.h"
 #include "core/base/error.h"
@@ -64,6 +65,15 @@ void add_play_command(const Command& program,
       .type_name("INT");
   command.add_option("--obs", pass_on("--obs"), "What it observes: rgb (default), objects or state")
       .type_name("MODE");
+  command
+      .add_repeatable(
+          "--perturb",
+          [pass_on](const std::string& text) {
+            (void)parse_perturbation(text);
+            pass_on("--perturb")(text);
+          },
+          "How far episodes depart from the usual scene, as of eval (repeatable)")
+      .type_name("AXIS=LEVEL");
   command.add_flag(
       "--stay", [options] { options->arguments.emplace_back("--stay"); },
       "Keeps running when the page is closed, until Ctrl-C");

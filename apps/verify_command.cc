@@ -24,7 +24,7 @@ struct VerifyOptions {
   TaskFilter filter;
   std::optional<ObsMode> obs_mode;  // empty: kObsModes
   bench::IdentityOptions identity;
-  MakeOptions env;  // control mode, proprio and constants
+  MakeOptions env;  // control mode, proprio, constants and perturbations
   bool json = false;
 };
 
@@ -49,6 +49,7 @@ std::vector<TaskCheck> check_all(const VerifyOptions& options) {
   bench::IdentityOptions identity = options.identity;
   identity.make_batch = [&options](InstructionSet set, const std::string& id, MakeOptions batch) {
     batch.constants = options.env.constants;
+    batch.perturbations = options.env.perturbations;
     batch.control_mode = options.env.control_mode;
     batch.joint_proprio = options.env.joint_proprio;
     return bench::make_on(set, id, batch);
@@ -130,6 +131,7 @@ void add_verify_command(const Command& program) {
   add_control_mode(command, options->env.control_mode);
   add_joint_proprio(command, options->env.joint_proprio);
   add_constants(command, options->env.constants);
+  add_perturbations(command, options->env.perturbations);
   add_seed(command, options->identity.seed, "The first of 64 seeds");
   add_json(command, options->json);
   command.footer(fmt::format(

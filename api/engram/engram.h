@@ -172,6 +172,13 @@ struct TaskOption {
   double value = 0;
 };
 
+/// How far episodes depart from the task's usual scene, robot and words along an axis:
+/// docs/perturbations.md.
+struct Perturbation {
+  std::string axis;
+  double level = 0;  ///< 0 (none) to 1
+};
+
 /// Options of rgb observations.
 struct ImageOptions {
   // begin options: images
@@ -248,6 +255,9 @@ struct EnvOptions {
   /// Control steps after which episodes are truncated, even if that is too early to succeed,
   /// instead of the task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
+  /// Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
+  /// docs/perturbations.md.
+  std::vector<Perturbation> perturbations = {};
   // end options
   ImageOptions images = {};
 };

@@ -167,6 +167,13 @@ typedef struct engram_task_option {
   double value;
 } engram_task_option;
 
+/** How far episodes depart from the task's usual scene, robot and words along an axis:
+ * docs/perturbations.md. */
+typedef struct engram_perturbation {
+  const char* axis;
+  double level; /**< 0 (none) to 1 */
+} engram_perturbation;
+
 typedef struct engram_options {
   size_t struct_size; /**< set by engram_options_init, and checked */
   /* begin options: fields */
@@ -246,6 +253,10 @@ typedef struct engram_options {
   /** Control steps after which episodes are truncated, even if that is too early to succeed,
    * instead of the task's horizon. 0 (unset) to 1,000,000; default 0. */
   int32_t max_episode_steps;
+  /** Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
+   * docs/perturbations.md. Default none. */
+  const engram_perturbation* perturbations; /**< num_perturbations of them */
+  size_t num_perturbations;
   /* end options */
 } engram_options;
 
@@ -569,6 +580,8 @@ typedef struct engram_evaluation_options {
   const char* control_mode; /**< meaning of actions; default NULL: pd_ee_delta_pose */
   int32_t joint_proprio;    /**< 1: proprio has the arm's seven joint angles and the gripper's
                                opening; default 0 */
+  const engram_perturbation* perturbations; /**< `num_perturbations` of them; default none */
+  size_t num_perturbations;
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);

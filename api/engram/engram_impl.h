@@ -88,11 +88,19 @@ inline std::vector<engram_task_option> to_c(const std::vector<TaskOption>& optio
   return all;
 }
 
+inline std::vector<engram_perturbation> to_c(const std::vector<Perturbation>& perturbations) {
+  std::vector<engram_perturbation> all;
+  all.reserve(perturbations.size());
+  for (const Perturbation& one : perturbations) all.push_back({c_text(one.axis), one.level});
+  return all;
+}
+
 // Calls f with the options as the C API takes them.
 template <class F>
 engram_env* with_options(const EnvOptions& options, F&& f) {
   const std::vector<engram_pin> pins = to_c(options.pins);
   const std::vector<engram_task_option> task_options = to_c(options.task_options);
+  const std::vector<engram_perturbation> perturbations = to_c(options.perturbations);
   std::vector<const char*> cameras;
   for (const std::string& camera : options.images.cameras) cameras.push_back(c_text(camera));
   const char* const no_camera = nullptr;
@@ -133,6 +141,8 @@ engram_env* with_options(const EnvOptions& options, F&& f) {
   c.constants = options.constants.empty() ? nullptr : c_text(options.constants);
   c.task_options = task_options.data();
   c.num_task_options = task_options.size();
+  c.perturbations = perturbations.data();
+  c.num_perturbations = perturbations.size();
   c.cameras = cameras.empty() ? &no_camera : cameras.data();  // NULL would mean the default ones
   c.num_cameras = cameras.size();
 

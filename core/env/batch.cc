@@ -55,11 +55,14 @@ BatchOptions checked(BatchOptions options) {
   return options;
 }
 
-// The engine's variable first, then the task's.
-std::vector<RandomVariable> all_variables(const TaskInfo& info) {
+// The engine's variable first, then the task's, then those of perturbations.
+std::vector<RandomVariable> all_variables(const TaskInfo& info,
+                                          const Perturbations& perturbations) {
   std::vector<RandomVariable> variables = {{kRobotNoiseVariable, kArmJoints, false, -1, 1, "rad",
                                             "added to the seven arm joints of the start pose"}};
   variables.insert(variables.end(), info.random_variables.begin(), info.random_variables.end());
+  const std::vector<RandomVariable> more = perturbations.variables();
+  variables.insert(variables.end(), more.begin(), more.end());
   return variables;
 }
 
@@ -86,7 +89,8 @@ Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const Batch
       memory_(options_.num_envs),
       pin_memory_(options_.num_envs),
       outputs_(options_.num_envs),
-      final_outputs_(options_.num_envs) {
+      final_outputs_(options_.num_envs),
+      perturbations_(options_.perturbations) {
   try {
     allocate();
   } catch (const std::bad_alloc&) {
@@ -111,7 +115,7 @@ void Batch::allocate() {
                  max_stored_pairs(model_->collision()));
   const bool goes_on = options_.after_end == AfterEnd::kContinue;
   memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
-  pins_ = PinTable(pin_memory_, all_variables(info));
+  pins_ = PinTable(pin_memory_, all_variables(info, perturbations_));
   bindings_.state = &state_;
   bindings_.options = option_values_;
   bindings_.arm = &model_->arm();
@@ -126,6 +130,8 @@ void Batch::allocate() {
   bindings_.previous_action = memory_.add<float>("previous_action", action_dim());
   tokens_.bind(memory_);
   bindings_.freeze_steps = memory_.add<std::int32_t>("freeze_steps");
+  perturbations_.bind(memory_, static_cast<int>(info.random_variables.size()));
+  commands_.bind(memory_, perturbations_, action_space());
   add_state_fields();
   add_outputs();
   task_->bind(bindings_);
@@ -191,9 +197,11 @@ void Batch::add_images() {
   if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
   const ImageKinds kinds = {observes_depth(options_.obs_mode),
                             observes_segmentation(options_.obs_mode)};
-  images_ = std::make_unique<ImageBatch>(
-      *model_, task_->document(), options_.images, kinds, renderers_, options_.image_options,
-      num_envs(), options_.threads, options_.auto_reset == AutoReset::kSameStep);
+  ImageSourceOptions source = options_.image_options;
+  source.varies = perturbations_.change_scene();
+  images_ = std::make_unique<ImageBatch>(*model_, task_->document(), options_.images, kinds,
+                                         renderers_, source, num_envs(), options_.threads,
+                                         options_.auto_reset == AutoReset::kSameStep);
 }
 
 void Batch::add_objects() {
@@ -291,6 +299,7 @@ void Batch::begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t
   state_.episode[env] = episode_number;
 
   const Episode episode(pins_, env, bindings_.stream_key(env), episode_number);
+  perturbations_.draw(episode);
   double* qpos = state_.qpos.row(env);
   std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
   const double* pinned_noise = pins_.values(env, 0);
@@ -298,6 +307,7 @@ void Batch::begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t
   for (int i = 0; i < kArmJoints; ++i) {
     qpos[i] +=
         pinned_noise != nullptr ? pinned_noise[i] : options_.robot_init_qpos_noise * noise.normal();
+    qpos[i] += perturbations_.start_pose(env, i);
   }
   simulator_->update_tcp(state_, env, 1, worker);
   controller_->reset(state_, env);

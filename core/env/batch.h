@@ -12,9 +12,11 @@
 
 #include "core/base/thread_pool.h"
 #include "core/env/batch_rules.h"
+#include "core/env/command_queue.h"
 #include "core/env/object_view.h"
 #include "core/env/options.h"
 #include "core/env/output_copies.h"
+#include "core/env/perturbation.h"
 #include "core/env/task.h"
 #include "core/image/image_batch.h"
 #include "core/sim/controller.h"
@@ -191,7 +193,11 @@ class Batch {
   void step_range(int worker, Range envs, const float* actions);
   void simulate(int worker, Range envs, const float* actions);
   void run_physics(int worker, Range envs, const float* actions);
+  void drive_by_queue(int worker, Range envs, std::span<DriveTarget> drives);
   void take_action(int env, const float* actions);
+  RandomStream noise_stream(int env, std::uint32_t purpose) const {
+    return {bindings_.stream_key(env), state_.episode[env], purpose};
+  }
   void evaluate(Range envs);
   void fail_wrong_answers(int env);
   void finish_steps(int worker, Range envs);
@@ -201,6 +207,7 @@ class Batch {
   bool end_step(int env);
   bool outputs_finite(int env) const;
   void render_observation(int worker, int env);
+  std::uint64_t picture_noise_key(int env) const;
   void copy_outputs(Range envs) const {
     if (copies_ != nullptr) copies_->copy(envs, final_mask_.data());
   }
@@ -249,6 +256,8 @@ class Batch {
   PinTable pins_;
   std::vector<Field> state_fields_;
   Bindings bindings_;
+  Perturbations perturbations_;
+  CommandQueue commands_;
 
   Column<float> observation_;
   Column<float> proprio_;

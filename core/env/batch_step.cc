@@ -128,7 +128,9 @@ void Batch::run_physics(int worker, Range envs, const float* actions) {
   std::array<DriveTarget, kMostLanes> drives;
   std::array<bool, kMostLanes> stable{};
   const std::span<DriveTarget> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
-  if (actions != nullptr) {
+  if (commands_.delays()) {
+    drive_by_queue(worker, envs, used);
+  } else if (actions != nullptr) {
     controller_->drive(state_, envs.begin, bindings_.action, simulator_->block(worker), used);
   } else {
     for (int env = envs.begin; env < envs.end; ++env) {
@@ -148,16 +150,36 @@ void Batch::run_physics(int worker, Range envs, const float* actions) {
   mark(time, StepPart::kObservation);
 }
 
+// Environments whose commands are late, one by one: some may have none to follow.
+void Batch::drive_by_queue(int worker, Range envs, std::span<DriveTarget> drives) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const auto place = static_cast<std::size_t>(env - envs.begin);
+    if (commands_.follows(env)) {
+      controller_->drive(state_, env, bindings_.action, simulator_->block(worker),
+                         drives.subspan(place, 1));
+    } else {
+      drives[place] = controller_->last_drive(state_, env, bindings_.action.row(env));
+    }
+  }
+}
+
 // The action that an environment follows, and the one before. Without actions it is the same again.
 void Batch::take_action(int env, const float* actions) {
   const auto dim = static_cast<std::size_t>(action_dim());
   float* current = bindings_.action.row(env);
   std::copy_n(current, dim, bindings_.previous_action.row(env));
-  if (actions == nullptr) return;
+  const float* given =
+      actions == nullptr ? nullptr : actions + static_cast<std::ptrdiff_t>(env) * action_dim();
+  if (commands_.is_used()) {
+    const auto elapsed = static_cast<std::uint32_t>(state_.elapsed[env]);
+    given = commands_.next(perturbations_, env, state_.elapsed[env], given,
+                           noise_stream(env, kPurposeActionNoise + elapsed));
+  }
+  if (given == nullptr) return;
   if (options_.freeze_cue && state_.elapsed[env] < bindings_.freeze_steps[env]) {
     controller_->hold_action(state_, env, current);
   } else {
-    std::copy_n(actions + static_cast<std::ptrdiff_t>(env) * action_dim(), dim, current);
+    std::copy_n(given, dim, current);
   }
 }
 
@@ -256,9 +278,21 @@ void Batch::turn_to(const ImageTargets& now) {
   if (images_) images_->turn_to(now);
 }
 
+// Of the noise of sensors in this step.
+std::uint64_t Batch::picture_noise_key(int env) const {
+  constexpr std::uint64_t kNextStep = 0xd1b54a32d192ed03u;
+  const auto elapsed = static_cast<std::uint64_t>(state_.elapsed[env]);
+  return noise_stream(env, kPurposePictureNoise).next_u64() + elapsed * kNextStep;
+}
+
 void Batch::render_observation(int worker, int env) {
   if (!images_) return;
-  images_->render(worker, state_, env);
+  if (perturbations_.change_pictures()) {
+    const PictureChanges changes = perturbations_.pictures(env);
+    images_->render(worker, state_, env, &changes, picture_noise_key(env));
+  } else {
+    images_->render(worker, state_, env);
+  }
   mark(clock(worker), StepPart::kRender);
 }
 

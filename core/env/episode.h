@@ -46,7 +46,10 @@ enum : std::uint32_t {
   kPurposeRobotNoise = 0x4000'0000,
   kPurposeBlindGuess = 0x4000'0001,
   kPurposeTokenOrder = 0x4001'0000,    // + how often something has come into view
+  kPurposePerturbation = 0x4002'0000,  // + the axis
+  kPurposePictureNoise = 0x4003'0000,
   kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
+  kPurposeActionNoise = 0xc000'0000,   // + elapsed
 };
 
 // Sets a task's random streams apart from those of others with the same seed, so that the hidden

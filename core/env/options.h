@@ -10,6 +10,7 @@
 #include "core/base/constant.h"
 #include "core/base/names.h"
 #include "core/env/episode.h"
+#include "core/env/perturbation.h"
 #include "core/env/rules.h"
 #include "core/env/task_option.h"
 #include "core/image/image_options.h"
@@ -180,6 +181,9 @@ struct BatchOptions {
   bool terminate_on_failure = true;
   // Auto-reset off: effect of a step on an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
+  // Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
+  // docs/perturbations.md.
+  std::vector<PerturbationLevel> perturbations = {};
   // end options
   // Further random numbers for the policies random and blind: of the episode's seed and this one.
   std::uint64_t policy_seed = 0;

@@ -66,13 +66,14 @@ void Queries::camera_params(std::string_view camera, int width, int height,
     cameras_ = std::make_unique<CameraPoses>(document(), batch_.physics_model());
   }
   const int index = cameras_->find(camera);
-  const double focal = cameras_->focal_length(index, height);
-  Eigen::Matrix3d intrinsic;
-  intrinsic << focal, 0, width / 2.0, 0, focal, height / 2.0, 0, 0, 1;
   // Change of axes: x right, y up, z backward to x right, y down, z forward.
   const Eigen::Vector3d flip(1, -1, -1);
   for (int env = 0; env < num_envs; ++env) {
-    const Eigen::Isometry3d pose = cameras_->pose(index, batch_.state().qpos.row(env));
+    const PictureChanges changes = batch_.perturbations_.pictures(env);
+    const Eigen::Isometry3d pose = cameras_->pose(index, batch_.state().qpos.row(env), changes);
+    const double focal = cameras_->focal_length(index, height, changes);
+    Eigen::Matrix3d intrinsic;
+    intrinsic << focal, 0, width / 2.0, 0, focal, height / 2.0, 0, 0, 1;
     Eigen::Matrix<double, 3, 4> extrinsic;
     extrinsic.leftCols<3>() = flip.asDiagonal() * pose.linear().transpose();
     extrinsic.col(3) = -(extrinsic.leftCols<3>() * pose.translation());
@@ -102,7 +103,11 @@ void Queries::sampled_values(std::span<float> values) const {
 std::string Queries::instruction(int env) const {
   const IeeeScope scope;
   batch_.check_env(env);
-  return batch_.task_->instruction(env);
+  const Task& task = *batch_.task_;
+  if (!batch_.perturbations_.has(PerturbationAxis::kInstruction)) return task.instruction(env);
+  const std::vector<std::string> others = task.paraphrases(env);
+  const int wording = batch_.perturbations_.wording(env, static_cast<int>(others.size()) + 1);
+  return wording == 0 ? task.instruction(env) : others[static_cast<std::size_t>(wording) - 1];
 }
 
 int Queries::cue_end(int env) const {

@@ -25,7 +25,12 @@ void SceneRenderer::render(int env, std::string_view camera, int width, int heig
   image.height = height;
   image.rgb = rgb.data();
   image.row_stride = 3 * static_cast<std::ptrdiff_t>(width);
-  source.render(0, views_->view(0, batch_.state(), env), {&image, 1});
+  const Perturbations& perturbations = batch_.perturbations_;
+  const PictureChanges changes = perturbations.pictures(env);
+  source.render(0, views_->view(0, batch_.state(), env), {&image, 1}, &changes);
+  if (camera != kRenderCamera) {
+    add_faults(faults_, {&image, 1}, changes, batch_.picture_noise_key(env));
+  }
 }
 
 ImageSource& SceneRenderer::source_for(bool people) {
@@ -37,6 +42,7 @@ ImageSource& SceneRenderer::source_for(bool people) {
   ImageSourceOptions options = people ? given.render_options : given.image_options;
   options.max_size = kMaxImageSize;
   options.for_people = people;
+  options.varies = batch_.perturbations_.change_scene();
   source = std::make_unique<ImageSource>(batch_.task_->document(), views_->body_names(), options, 1,
                                          batch_.renderers_);
   return *source;

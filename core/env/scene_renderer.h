@@ -33,6 +33,7 @@ class SceneRenderer {
   std::unique_ptr<SceneViews> views_;
   std::unique_ptr<ImageSource> sensor_source_;
   std::unique_ptr<ImageSource> render_source_;
+  SensorFaults faults_;
 };
 
 }  // namespace engram

@@ -42,9 +42,19 @@ int CameraPoses::find(std::string_view name) const {
                                      "'; this scene has: " + join(cameras_, &Camera::name));
 }
 
-Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos) const {
+const CameraChange* CameraPoses::change_of(int camera, const PictureChanges& changes) const {
+  if (!changes.cameras) return nullptr;
+  const auto found =
+      std::ranges::find(kSensorCameraNames, cameras_[static_cast<std::size_t>(camera)].name);
+  if (found == kSensorCameraNames.end()) return nullptr;
+  return &changes.camera[static_cast<std::size_t>(found - kSensorCameraNames.begin())];
+}
+
+Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos,
+                                    const PictureChanges& changes) const {
   const Attachment& attachment = cameras_[static_cast<std::size_t>(camera)].attachment;
-  const Frame frame = carried(pose_at(robot_, qpos), attachment);
+  Frame frame = carried(pose_at(robot_, qpos), attachment);
+  if (const CameraChange* change = change_of(camera, changes)) frame = moved(frame, *change);
   Eigen::Isometry3d pose;
   pose.linear() = frame.axes;
   pose.translation() = frame.pos;
@@ -52,8 +62,10 @@ Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos) const {
   return pose;
 }
 
-double CameraPoses::focal_length(int camera, int height) const {
-  return height / 2.0 / real::tan(cameras_[static_cast<std::size_t>(camera)].fovy / 2);
+double CameraPoses::focal_length(int camera, int height, const PictureChanges& changes) const {
+  double fovy = cameras_[static_cast<std::size_t>(camera)].fovy;
+  if (const CameraChange* change = change_of(camera, changes)) fovy += change->fovy;
+  return height / 2.0 / real::tan(fovy / 2);
 }
 
 }  // namespace engram

@@ -23,6 +23,16 @@ int find_camera(const ImageSource& source, std::string_view name) {
               "no camera '" + std::string(name) + "'; this scene has: " + join(cameras));
 }
 
+void add_faults(SensorFaults& faults, std::span<const RenderImage> images,
+                const PictureChanges& changes, std::uint64_t key) {
+  constexpr std::uint64_t kNextCamera = 0x9e3779b97f4a7c15u;
+  for (const RenderImage& image : images) {
+    faults.blur(image, changes.blur);
+    faults.add_noise(image, changes.noise,
+                     key + static_cast<std::uint64_t>(image.camera) * kNextCamera);
+  }
+}
+
 SceneViews::SceneViews(const PhysicsModel& model, int workers) : model_(model) {
   for (int body = 1; body < model.robot().nbody; ++body) {
     robot_bodies_.push_back(attachment_of(model.robot(), body));
@@ -88,13 +98,15 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
     one.push_back(request);
   }
   requests_.assign(static_cast<std::size_t>(workers), one);
+  faults_.resize(static_cast<std::size_t>(workers));
   const std::size_t cells = shape.cells();
   rgb_ = Pictures<std::uint8_t>(3 * cells, num_envs, keeps_finals);
   if (kinds.depth) depth_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);
   if (kinds.segmentation) segmentation_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);
 }
 
-void ImageBatch::render(int worker, const State& state, int env) {
+void ImageBatch::render(int worker, const State& state, int env, const PictureChanges* changes,
+                        std::uint64_t noise_key) {
   std::vector<RenderImage>& requests = requests_[static_cast<std::size_t>(worker)];
   for (std::size_t camera = 0; camera < requests.size(); ++camera) {
     RenderImage& request = requests[camera];
@@ -102,7 +114,9 @@ void ImageBatch::render(int worker, const State& state, int env) {
     if (depth_.size() > 0) request.depth_mm = depth_.of(env) + camera;
     if (segmentation_.size() > 0) request.segment_id = segmentation_.of(env) + camera;
   }
-  source_->render(worker, views_.view(worker, state, env), requests);
+  source_->render(worker, views_.view(worker, state, env), requests, changes);
+  if (changes == nullptr) return;
+  add_faults(faults_[static_cast<std::size_t>(worker)], requests, *changes, noise_key);
 }
 
 void ImageBatch::keep_final(int env) {

@@ -10,6 +10,7 @@
 #include "core/image/image_options.h"
 #include "core/image/image_source.h"
 #include "core/image/pictures.h"
+#include "core/image/sensor_faults.h"
 #include "core/robot/robot_pose.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/state.h"
@@ -67,8 +68,10 @@ class ImageBatch {
   void draw_into(const ImageTargets& now, const ImageTargets& finals);
   void turn_to(const ImageTargets& now);
 
-  // Draws one environment as it is now.
-  void render(int worker, const State& state, int env);
+  // Draws one environment as it is now. changes: where options.varies says that there are some;
+  // noise_key: of this environment's sensors in this step.
+  void render(int worker, const State& state, int env, const PictureChanges* changes = nullptr,
+              std::uint64_t noise_key = 0);
   // Keeps the present image as the one at the episode's end.
   void keep_final(int env);
   // Leaves one environment as it was in the step before.
@@ -78,10 +81,15 @@ class ImageBatch {
   SceneViews views_;
   std::unique_ptr<ImageSource> source_;
   std::vector<std::vector<RenderImage>> requests_;  // one per worker
+  std::vector<SensorFaults> faults_;                // one per worker
   Pictures<std::uint8_t> rgb_;
   Pictures<std::int16_t> depth_;
   Pictures<std::int16_t> segmentation_;
 };
+
+// Blurs the colours of pictures, then adds noise; key: of these pictures.
+void add_faults(SensorFaults& faults, std::span<const RenderImage> images,
+                const PictureChanges& changes, std::uint64_t key);
 
 // Index of a camera. Throws Error naming those that exist.
 int find_camera(const ImageSource& source, std::string_view name);

@@ -35,6 +35,7 @@ struct ImageSourceOptions {
   // end options
   int max_size = 128;      // pixels, of either side of an image
   bool for_people = true;  // false: leaves out what is hidden from the robot's sensors
+  bool varies = false;     // pictures have PictureChanges (core/image/picture_changes.h)
 };
 
 }  // namespace engram

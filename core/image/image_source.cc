@@ -1,9 +1,12 @@
 #include "core/image/image_source.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/base/error.h"
+#include "core/image/scene_extras.h"
 #include "core/image/scene_from_model.h"
+#include "core/math/real_functions.h"
 #include "core/scene/mujoco_handle.h"
 
 namespace engram {
@@ -41,16 +44,25 @@ struct ImageSource::Scene {
   ModelScene model;
   std::vector<std::size_t> bodies;  // the model's body of each BodyView
 
+  // Of a source that varies.
+  bool varies = false;
+  SceneExtras extras;
+  std::vector<std::size_t> sensors;  // the model's cameras of kSensorCameraNames
+  std::size_t table = 0;             // the geoms of the surfaces that change
+  std::size_t ground = 0;
+
+  void add_changes(const mjModel& from, std::vector<std::string>& segments);
+
   // Bodies without a BodyView stay where the document has them, and as they are.
   bool is_still(int body) const {
     return std::find(bodies.begin(), bodies.end(), static_cast<std::size_t>(body)) == bodies.end();
   }
   void mark_still() {
-    for (std::size_t i = 0; i < model.scene.geoms.size(); ++i) {
-      model.scene.geoms[i].still = is_still(model.geom_body[i]);
+    for (std::size_t i = 0; i < model.geom_body.size(); ++i) {
+      model.scene.geoms[i].still = !varies && is_still(model.geom_body[i]);
     }
     for (std::size_t i = 0; i < model.scene.cameras.size(); ++i) {
-      model.scene.cameras[i].still = is_still(model.camera_body[i]);
+      model.scene.cameras[i].still = !varies && is_still(model.camera_body[i]);
     }
   }
 };
@@ -64,7 +76,18 @@ struct ImageSource::Workspace {
         rgba(scene.rgba),
         emission(scene.emission),
         visible(scene.scene.geoms.size(), 1),
-        camera_pose(12 * scene.scene.cameras.size()) {}
+        camera_pose(12 * scene.scene.cameras.size()) {
+    rgba.resize(4 * visible.size());
+    emission.resize(visible.size());
+    for (const RenderCamera& camera : scene.scene.cameras) fovy.push_back(camera.fovy);
+    for (const RenderGeom& geom : scene.scene.geoms) surface.push_back({geom.pattern});
+    lighting.lights = scene.scene.lights;
+  }
+
+  void apply(const Scene& scene, const PictureChanges& changes);
+  void apply_cameras(const Scene& scene, const PictureChanges& changes);
+  void apply_lights(const RenderScene& scene, const LightChange& change);
+  void apply_surface(const Scene& scene, std::size_t geom, const SurfaceChange& change);
 
   // Visibility and colours of one environment.
   void set_appearance(const ModelScene& scene) {
@@ -85,7 +108,80 @@ struct ImageSource::Workspace {
   std::vector<float> emission;
   std::vector<std::uint8_t> visible;
   std::vector<float> camera_pose;
+  std::vector<float> fovy;
+  std::vector<RenderSurface> surface;
+  RenderLighting lighting;
 };
+
+// Things that stand around come last, so that all else has the same numbers.
+void ImageSource::Scene::add_changes(const mjModel& from, std::vector<std::string>& segments) {
+  varies = true;
+  const auto geom_of = [&](const char* name) {
+    const auto found = std::ranges::find(model.model_geom, mj_name2id(&from, mjOBJ_GEOM, name));
+    return static_cast<std::size_t>(found - model.model_geom.begin());
+  };
+  table = geom_of("table");
+  ground = geom_of("ground");
+  for (const char* name : kSensorCameraNames) {
+    const auto found = std::ranges::find(model.scene.cameras, name, &RenderCamera::name);
+    sensors.push_back(static_cast<std::size_t>(found - model.scene.cameras.begin()));
+  }
+  extras = SceneExtras(model.scene, segments);
+}
+
+void ImageSource::Workspace::apply(const Scene& scene, const PictureChanges& changes) {
+  if (changes.cameras) apply_cameras(scene, changes);
+  if (changes.lights) apply_lights(scene.model.scene, changes.light);
+  if (changes.table) apply_surface(scene, scene.table, changes.table_surface);
+  if (changes.ground) apply_surface(scene, scene.ground, changes.ground_surface);
+  scene.extras.place(changes, geom_pose.data(), rgba.data(), visible.data());
+}
+
+void ImageSource::Workspace::apply_cameras(const Scene& scene, const PictureChanges& changes) {
+  for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
+    const std::size_t camera = scene.sensors[i];
+    float* pose = camera_pose.data() + 12 * camera;
+    using Rows = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+    Eigen::Map<Rows> axes(pose);
+    Eigen::Map<Eigen::Vector3f> position(pose + 9);
+    const Frame frame = moved({position.cast<double>(), axes.cast<double>()}, changes.camera[i]);
+    axes = frame.axes.cast<float>();
+    position = frame.pos.cast<float>();
+    fovy[camera] =
+        scene.model.scene.cameras[camera].fovy + static_cast<float>(changes.camera[i].fovy);
+  }
+}
+
+void ImageSource::Workspace::apply_lights(const RenderScene& scene, const LightChange& change) {
+  std::array<float, 3> factor = {};
+  for (std::size_t k = 0; k < 3; ++k) {
+    factor[k] = static_cast<float>((1 + change.brightness) * (1 + change.color[k]));
+    lighting.ambient[k] = scene.ambient[k] * factor[k];
+  }
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const RenderLight& from = scene.lights[i];
+    RenderLight& to = lighting.lights[i];
+    for (std::size_t k = 0; k < 3; ++k) to.color[k] = from.color[k] * factor[k];
+    const auto x = static_cast<double>(from.direction[0]);
+    const auto y = static_cast<double>(from.direction[1]);
+    const double level = real::hypot(x, y);
+    if (level < 1e-6) continue;  // a light from above stays there
+    const double azimuth = real::atan2(y, x) + change.azimuth;
+    const double elevation =
+        real::atan2(-static_cast<double>(from.direction[2]), level) + change.elevation;
+    to.direction[0] = static_cast<float>(real::cos(elevation) * real::cos(azimuth));
+    to.direction[1] = static_cast<float>(real::cos(elevation) * real::sin(azimuth));
+    to.direction[2] = static_cast<float>(-real::sin(elevation));
+  }
+}
+
+void ImageSource::Workspace::apply_surface(const Scene& scene, std::size_t geom,
+                                           const SurfaceChange& change) {
+  surface[geom] = change.surface;
+  for (std::size_t k = 0; k < 3; ++k) {
+    rgba[4 * geom + k] = std::min(1.0F, scene.model.rgba[4 * geom + k] * (1 + change.color[k]));
+  }
+}
 
 ImageSource::ImageSource(const std::string& document, const std::vector<std::string>& bodies,
                          const ImageSourceOptions& options, int workers,
@@ -102,8 +198,9 @@ ImageSource::ImageSource(const std::string& document, const std::vector<std::str
     if (body < 0) throw Error(Error::kInternal, "document without a body '" + name + "'");
     scene->bodies.push_back(static_cast<std::size_t>(body));
   }
-  scene->mark_still();
   segments_ = name_segments(*model, scene->model);
+  if (options.varies) scene->add_changes(*model, segments_);
+  scene->mark_still();
   workspaces_.assign(static_cast<std::size_t>(workers),
                      Workspace(scene->model, initial_frames(*model)));
   renderer_ = make_renderer(drawn, options, workers);
@@ -113,7 +210,7 @@ ImageSource::ImageSource(const std::string& document, const std::vector<std::str
 ImageSource::~ImageSource() = default;
 
 void ImageSource::render(int worker, std::span<const BodyView> bodies,
-                         std::span<const RenderImage> images) {
+                         std::span<const RenderImage> images, const PictureChanges* changes) {
   Workspace& workspace = workspaces_[static_cast<std::size_t>(worker)];
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     workspace.frames[scene_->bodies[i]] = bodies[i].frame;
@@ -123,10 +220,15 @@ void ImageSource::render(int worker, std::span<const BodyView> bodies,
   pose_geoms(scene_->model, workspace.frames.data(), workspace.geom_pose.data(),
              workspace.visible.data());
   pose_cameras(scene_->model, workspace.frames.data(), workspace.camera_pose.data());
-  renderer_->render(worker,
-                    {workspace.geom_pose.data(), workspace.rgba.data(), workspace.emission.data(),
-                     workspace.visible.data(), workspace.camera_pose.data()},
-                    images);
+  RenderInstances rows{workspace.geom_pose.data(), workspace.rgba.data(), workspace.emission.data(),
+                       workspace.visible.data(), workspace.camera_pose.data()};
+  if (changes != nullptr && scene_->varies) {
+    workspace.apply(*scene_, *changes);
+    rows.camera_fovy = workspace.fovy.data();
+    if (changes->lights) rows.lighting = &workspace.lighting;
+    rows.geom_surface = workspace.surface.data();
+  }
+  renderer_->render(worker, rows, images);
 }
 
 }  // namespace engram

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/image/picture_changes.h"
 #include "core/image/renderer.h"
 #include "core/math/frame.h"
 
@@ -33,8 +34,10 @@ class ImageSource {
   const std::vector<std::string>& cameras() const { return cameras_; }
   // Names of the values of segmentation images: index -> name. 0 is the background.
   const std::vector<std::string>& segments() const { return segments_; }
-  // `bodies` in the order that the source was made for. Does not allocate, lock or throw.
-  void render(int worker, std::span<const BodyView> bodies, std::span<const RenderImage> images);
+  // `bodies` in the order that the source was made for. changes: of a source whose options say that
+  // it varies; null: none. Noise and blur are left to the caller. Does not allocate, lock or throw.
+  void render(int worker, std::span<const BodyView> bodies, std::span<const RenderImage> images,
+              const PictureChanges* changes = nullptr);
 
  private:
   struct Scene;

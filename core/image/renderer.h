@@ -57,6 +57,19 @@ struct RenderLight {
   bool casts_shadow = false;
 };
 
+// Lights of one environment instead of the scene's; as many, which cast shadows as those do.
+struct RenderLighting {
+  std::vector<RenderLight> lights;
+  float ambient[3] = {};
+};
+
+// What a patterned geom of the scene shows in one environment.
+struct RenderSurface {
+  RenderPattern pattern = RenderPattern::kPlain;
+  bool turned = false;  // along and across change places
+  float scale = 1;      // above 1: the pattern is finer
+};
+
 struct RenderScene {
   std::vector<RenderGeom> geoms;
   std::vector<RenderMesh> meshes;
@@ -74,6 +87,10 @@ struct RenderInstances {
   const float* geom_emission = nullptr;        // (geoms), 0: lit by the lights only
   const std::uint8_t* geom_visible = nullptr;  // (geoms)
   const float* camera_pose = nullptr;          // (cameras, 12)
+  // Departures from the scene; null: none. For cameras and geoms that are not still.
+  const float* camera_fovy = nullptr;           // (cameras) rad
+  const RenderLighting* lighting = nullptr;     // lights as many as the scene's
+  const RenderSurface* geom_surface = nullptr;  // (geoms); counts where the scene has a pattern
 };
 
 // One image. Row 0 is the top one.

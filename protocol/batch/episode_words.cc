@@ -4,7 +4,7 @@
 #include "core/base/ieee_scope.h"
 #include "core/env/queries.h"
 #include "protocol/formats/document_values.h"
-#include "tasks/paraphrases.h"
+#include "tasks/common/paraphrases.h"
 
 namespace engram {
 DocumentTable describe_words(const Batch& env, int index) {

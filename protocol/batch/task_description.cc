@@ -9,7 +9,7 @@
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/unused_constants.h"
 #include "protocol/formats/document_values.h"
-#include "tasks/paraphrases.h"
+#include "tasks/common/paraphrases.h"
 
 namespace engram {
 namespace {

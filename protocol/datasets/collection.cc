@@ -132,6 +132,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
   env_options.control_mode = options.plan.control_mode;
   env_options.joint_proprio = options.plan.joint_proprio;
   env_options.constants = options.plan.constants;
+  env_options.perturbations = options.plan.perturbations;
   std::vector<EpisodeBatch> batches(
       static_cast<std::size_t>(worker_threads(options.threads, ranks)));
   const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {

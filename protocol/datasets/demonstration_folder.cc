@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/env/scripted_policy.h"
+#include "protocol/batch/perturbations_document.h"
 #include "protocol/batch/variants.h"
 #include "protocol/datasets/npz.h"
 #include "protocol/formats/document_checksum.h"
@@ -72,7 +73,8 @@ DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan)
           {"joint_proprio", plan.joint_proprio},
           {"keep_failures", plan.keep_failures},
           {"reward_mode", "normalized_dense"},
-          {"variant", variant_document(entry, plan.constants)}};
+          {"variant", variant_document(entry, plan.constants)},
+          {"perturbations", perturbations_document(plan.perturbations)}};
 }
 
 }  // namespace

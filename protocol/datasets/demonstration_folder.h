@@ -25,6 +25,7 @@ struct CollectionPlan {
   bool joint_proprio = false;
   bool keep_failures = false;    // episodes that fail are demonstrations too
   ConstantTable constants = {};  // of all tasks, instead of their own
+  std::vector<PerturbationLevel> perturbations = {};
   bool labels = false;           // beside the frames: protocol/datasets/labels.h
 };
 

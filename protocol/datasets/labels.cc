@@ -7,7 +7,7 @@
 #include "core/base/error.h"
 #include "core/env/queries.h"
 #include "protocol/batch/rows.h"
-#include "tasks/paraphrases.h"
+#include "tasks/common/paraphrases.h"
 
 namespace engram {
 namespace {

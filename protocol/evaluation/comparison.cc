@@ -173,12 +173,13 @@ std::vector<double> holm(const std::vector<double>& p_values) {
 
 // --- which results may be compared ---
 
-// Constants and options of the task that a result is of.
+// Constants, options and perturbations of the task that a result is of.
 Document environment_of(const Document& task) {
   const Document* config = find(part(task, "model"), "config");
   const Document* options = config == nullptr ? nullptr : find(*config, "task_options");
   return DocumentTable{{"variant", value_or_null(task, "variant")},
-                       {"task_options", options == nullptr ? Document() : *options}};
+                       {"task_options", options == nullptr ? Document() : *options},
+                       {"perturbations", value_or_null(task, "perturbations")}};
 }
 
 Document compared(AllowedDifference what, const Document& task) {

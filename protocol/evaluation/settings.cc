@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "protocol/batch/make.h"
+#include "protocol/batch/perturbations_document.h"
 #include "protocol/batch/variants.h"
 #include "protocol/formats/document_checksum.h"
 
@@ -67,6 +68,11 @@ EvaluationSettings read(const Document& document) {
     settings.task_options[name] = number(value);
   }
   settings.constants = table(part(document, "constants"));
+  const Document& perturbations = part(document, "perturbations");
+  for (const auto& [axis, level] :
+       is_null(perturbations) ? DocumentTable() : table(perturbations)) {
+    settings.perturbations.push_back({require_axis(axis), number(level)});
+  }
   settings.repeat = static_cast<int>(number_or(document, "repeat", 1, kMaxRepeat));
   if (settings.repeat < 1) throw Error(Error::kIo, "'repeat' is 0");
   check_rounds(settings.episodes, settings.repeat);
@@ -103,6 +109,7 @@ void EvaluationSettings::set_environment(const MakeOptions& environment) {
     task_options[choice.name] = choice.value;
   }
   constants = environment.constants;
+  perturbations = environment.perturbations;
 }
 
 void EvaluationSettings::set_seal(SeedSeal seed) {
@@ -132,6 +139,7 @@ Document EvaluationSettings::document() const {
                          {"rules", name_of(rules)},
                          {"task_options", DocumentTable(task_options.begin(), task_options.end())},
                          {"constants", constants},
+                         {"perturbations", perturbations_document(perturbations)},
                          {"variants", variants_of(tasks)},
                          {"repeat", repeat},
                          {"policy_seed", policy_seed},
@@ -223,6 +231,7 @@ Protocol protocol_of(const EvaluationSettings& settings) {
     environment.task_options.push_back({name, value});
   }
   environment.constants = settings.constants;
+  environment.perturbations = settings.perturbations;
   return protocol;
 }
 

@@ -26,7 +26,8 @@ struct EvaluationSettings {
   Document policy_config;  // further description in the results
   Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
-  ConstantTable constants;     // of all tasks, instead of their own
+  ConstantTable constants;  // of all tasks, instead of their own
+  std::vector<PerturbationLevel> perturbations;
   bool tell_episodes = false;  // to the policy, with their seeds
   int repeat = 1;              // rounds of the episodes; round i has policy_seed + i
   std::uint64_t policy_seed = 0;

@@ -18,6 +18,7 @@ from engram._args.values import (
     boolean,
     constants_json,
     integer,
+    levels,
     one_of,
     path,
     real,
@@ -87,6 +88,7 @@ def evaluate(
     repeat: int = 1,
     policy_seed: int = 0,
     latency: int | str = 0,
+    perturb: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Success rates of a policy: ``{"summary": ..., "tasks": [...]}``, as ``engram eval --json``.
 
@@ -125,6 +127,8 @@ def evaluate(
     ``repeat``: rounds of the same episodes; round i has ``policy_seed`` + i.
     ``latency``: control steps (``3``), or milliseconds (``"120ms"``), from a call of the policy to
     the first action of its answer; the world goes on with the last action meanwhile.
+    ``perturb``: departures from the tasks' usual scenes, robot and words, by axis, from 0 (none) to
+    1: docs/perturbations.md.
     """
     if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
@@ -168,6 +172,7 @@ def evaluate(
         latency=latency if isinstance(latency, str) else str(integer("latency", latency)),
         control_mode=text("control_mode", control_mode),
         joint_proprio=boolean("joint_proprio", joint_proprio),
+        perturb=levels("perturb", perturb),
     )
     return json.loads(document)
 

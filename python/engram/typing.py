@@ -118,6 +118,7 @@ class EnvOptions(TypedDict, total=False):
     joint_proprio: bool
     terminate_on_failure: bool
     after_end: AfterEnd
+    perturb: Mapping[str, float] | None
     privileged: bool
 
 

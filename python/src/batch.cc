@@ -101,6 +101,12 @@ void check(engram_status status) {
 
 // --- the handle ---
 
+std::vector<engram_perturbation> as_perturbations(const NamedValue& levels) {
+  std::vector<engram_perturbation> result;
+  for (const auto& [axis, level] : levels) result.push_back({c_text(axis), level});
+  return result;
+}
+
 namespace {
 
 std::vector<engram_task_option> as_task_options(const NamedValue& options) {
@@ -119,6 +125,9 @@ void make_with(const Options& options, Make&& make) {
   const std::vector<engram_task_option> task_options = as_task_options(options.task_options);
   plain.task_options = task_options.data();
   plain.num_task_options = task_options.size();
+  const std::vector<engram_perturbation> perturbations = as_perturbations(options.perturbations);
+  plain.perturbations = perturbations.data();
+  plain.num_perturbations = perturbations.size();
   plain.constants = options.constants.empty() ? nullptr : c_text(options.constants);
   std::vector<const char*> cameras;
   for (const std::string& camera : options.cameras) cameras.push_back(c_text(camera));

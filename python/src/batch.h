@@ -37,6 +37,7 @@ struct Options {
   std::deque<std::string> texts;  // targets of its pointers
   NamedValues pins;
   NamedValue task_options;
+  NamedValue perturbations;
   std::string constants;  // JSON; empty: none
   std::vector<std::string> cameras;
 
@@ -44,6 +45,9 @@ struct Options {
   Options(const Options&) = delete;
   Options& operator=(const Options&) = delete;
 };
+
+// Levels of perturbations as the C API takes them; they point into the given texts.
+std::vector<engram_perturbation> as_perturbations(const NamedValue& levels);
 
 // An open engram_env. Arrays that view its buffers share it, so that they outlive the batch.
 class Handle {

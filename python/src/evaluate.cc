@@ -118,7 +118,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      bool tell_episodes, const std::optional<std::string>& seed_file,
                      nb::object progress, int repeat, std::uint64_t policy_seed,
                      const std::string& latency, const std::string& control_mode,
-                     bool joint_proprio) {
+                     bool joint_proprio, const NamedValue& perturb) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
   for (const std::string& id : ids) names.push_back(c_text(id));
@@ -150,6 +150,9 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.latency = c_text(latency);
   options.control_mode = c_text(control_mode);
   options.joint_proprio = joint_proprio ? 1 : 0;
+  const std::vector<engram_perturbation> perturbations = as_perturbations(perturb);
+  options.perturbations = perturbations.data();
+  options.num_perturbations = perturbations.size();
   char* document = nullptr;
   engram_status status = ENGRAM_OK;
   without_lock([&] { status = engram_evaluate(&options, &Session::act, &session, &document); });
@@ -194,7 +197,7 @@ void bind_evaluate(nb::module_& module) {
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
              "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
              "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a,
-             "control_mode"_a, "joint_proprio"_a);
+             "control_mode"_a, "joint_proprio"_a, "perturb"_a);
   module.def("suites_json", [] {
     const char* text = engram_suites_json();
     if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());

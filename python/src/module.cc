@@ -105,6 +105,7 @@ void bind_options(nb::module_& module) {
   options.def_rw("cameras", &Options::cameras)
       .def_rw("pins", &Options::pins)
       .def_rw("task_options", &Options::task_options)
+      .def_rw("perturbations", &Options::perturbations)
       .def_rw("constants", &Options::constants);
 }
 

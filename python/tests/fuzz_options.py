@@ -219,6 +219,7 @@ def evaluate(rng: random.Random) -> Any:
     names += [
         "task_options",
         "constants",
+        "perturb",
         "name",
         "config",
         "output",

@@ -39,6 +39,8 @@ import engram
         ("pins", {"target": [[1]]}),
         ("task_options", {"strict": "1"}),
         ("task_options", []),
+        ("perturb", {"light": "1"}),
+        ("perturb", ["light"]),
         ("image_size", True),
         ("renderer", "cpu\0egl"),
         ("control_mode", "\ud800"),

@@ -1,6 +1,7 @@
 #include "render/cpu/frame_builder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/math/real_functions.h"
@@ -86,9 +87,8 @@ FrameBuilder::FrameBuilder(const PreparedScene& prepared, const SetupKernel* set
 
 const FrameData& FrameBuilder::build(const RenderInstances& instances, int camera, int width,
                                      int height, Shown shown) {
-  const auto index = static_cast<std::size_t>(camera);
-  aim(prepared_->scene.cameras[index], instances.camera_pose + 12 * index, width, height);
-  set_lights();
+  aim(instances, camera, width, height);
+  set_lights(instances.lighting);
   plane_count_ = 0;
   primitive_count_ = 0;
   surface_count_ = 0;
@@ -160,7 +160,11 @@ void FrameBuilder::set_casters() {
   }
 }
 
-void FrameBuilder::aim(const RenderCamera& camera, const float* pose, int width, int height) {
+void FrameBuilder::aim(const RenderInstances& instances, int camera_index, int width, int height) {
+  const auto index = static_cast<std::size_t>(camera_index);
+  const RenderCamera& camera = prepared_->scene.cameras[index];
+  const float* pose = instances.camera_pose + 12 * index;
+  const float fovy = instances.camera_fovy == nullptr ? camera.fovy : instances.camera_fovy[index];
   world_to_camera_ = CameraAxes(pose).cast<double>().transpose();
   world_to_camera_.row(2) *= -1;  // cameras look along -z
   eye_ = Eigen::Map<const Eigen::Vector3f>(pose + 9).cast<double>();
@@ -169,7 +173,7 @@ void FrameBuilder::aim(const RenderCamera& camera, const float* pose, int width,
   frame_.far_w = 1 / camera.far_clip;
 
   // Pixel centres.
-  const double half_v = real::tan(0.5 * camera.fovy);
+  const double half_v = real::tan(0.5 * fovy);
   if (width == width_ && height == height_ && half_v == half_v_) return;
   width_ = width;
   height_ = height;
@@ -190,11 +194,25 @@ void FrameBuilder::aim(const RenderCamera& camera, const float* pose, int width,
   }
 }
 
-void FrameBuilder::set_lights() {
+void FrameBuilder::set_lights(const RenderLighting* lighting) {
+  const RenderScene& scene = prepared_->scene;
+  light_colors_ = lighting == nullptr ? scene.lights.data() : lighting->lights.data();
+  ambient_ = lighting == nullptr ? scene.ambient : lighting->ambient;
+  std::array<Eigen::Vector3d, kMaxRays> own_rays;
   for (std::size_t i = 0; i < lights_.size(); ++i) {
-    lights_[i] = world_to_camera_ * prepared_->to_light[i];
-    for (std::size_t r = 0; r < prepared_->rays[i].size(); ++r) {
-      const Eigen::Vector3d ray = world_to_camera_ * prepared_->rays[i][r];
+    Eigen::Vector3d to_light = prepared_->to_light[i];
+    std::span<const Eigen::Vector3d> rays = prepared_->rays[i];
+    if (lighting != nullptr) {
+      to_light = -Eigen::Map<const Eigen::Vector3f>(light_colors_[i].direction)
+                      .cast<double>()
+                      .normalized();
+      const std::span<Eigen::Vector3d> own(own_rays.data(), rays.size());
+      if (!own.empty()) spread(to_light, prepared_->shadow_softness, own);
+      rays = own;
+    }
+    lights_[i] = world_to_camera_ * to_light;
+    for (std::size_t r = 0; r < rays.size(); ++r) {
+      const Eigen::Vector3d ray = world_to_camera_ * rays[r];
       float* out = frame_.ray[static_cast<std::size_t>(frame_.ray_begin[i]) + r];
       Eigen::Map<Eigen::Vector3f> mapped(out);
       mapped = ray.cast<float>();
@@ -232,6 +250,7 @@ PlacedGeom FrameBuilder::place(const RenderInstances& instances, std::size_t ind
   placed.geom = &prepared_->scene.geoms[index];
   placed.rgba = instances.geom_rgba + 4 * index;
   placed.emission = instances.geom_emission == nullptr ? 0 : instances.geom_emission[index];
+  placed.surface = instances.geom_surface == nullptr ? nullptr : instances.geom_surface + index;
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3f>(pose + 9).cast<double>();
   placed.center = world_to_camera_ * (position - eye_);
   placed.axes = world_to_camera_ * CameraAxes(pose).cast<double>();

@@ -19,6 +19,7 @@ struct PlacedGeom {
   const RenderGeom* geom;
   const float* rgba;
   float emission;
+  const RenderSurface* surface;  // or null
   Eigen::Vector3d center;
   Eigen::Matrix3d axes;  // its columns: the geom's axes
 };
@@ -58,8 +59,8 @@ class FrameBuilder {
   bool sort_by_count();
   void sort();
   void set_casters();
-  void aim(const RenderCamera& camera, const float* pose, int width, int height);
-  void set_lights();
+  void aim(const RenderInstances& instances, int camera, int width, int height);
+  void set_lights(const RenderLighting* lighting);
   void add_background();
   bool is_shown(const RenderInstances& instances, std::size_t index, Shown shown) const {
     if (instances.geom_visible != nullptr && instances.geom_visible[index] == 0) return false;
@@ -124,6 +125,8 @@ class FrameBuilder {
   Eigen::Matrix3d world_to_camera_;
   Eigen::Vector3d eye_;
   std::vector<Eigen::Vector3d> lights_;  // unit, towards each, camera axes
+  const RenderLight* light_colors_ = nullptr;
+  const float* ambient_ = nullptr;
   double near_ = 0;
   double half_u_ = 0;
   double half_v_ = 0;

@@ -52,7 +52,7 @@ void FrameBuilder::add_batches(const RenderInstances& instances, Shown shown) {
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) view_params_.rotation[i][k] = world_to_camera_(i, k);
     view_params_.eye[i] = eye_[i];
-    view_params_.ambient[i] = prepared_->scene.ambient[i];
+    view_params_.ambient[i] = ambient_[i];
   }
   view_params_.near = near_;
   view_params_.half_u = half_u_;
@@ -67,7 +67,7 @@ void FrameBuilder::add_batches(const RenderInstances& instances, Shown shown) {
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       view_params_.light[i][k] = lights_[i][k];
-      view_params_.light_color[i][k] = prepared_->scene.lights[i].color[k];
+      view_params_.light_color[i][k] = light_colors_[i].color[k];
     }
   }
 

@@ -34,14 +34,13 @@ Surface& FrameBuilder::new_surface(const PlacedGeom& placed) {
   const auto index = static_cast<std::size_t>(surface_count_++);
   segments_[index] = static_cast<std::uint32_t>(placed.geom->segment);
   Surface& surface = surfaces_[index];
-  const RenderScene& scene = prepared_->scene;
   surface.pattern = Pattern::kPlain;
   surface.gloss = -1;
   for (int k = 0; k < 3; ++k) {
     const float color = placed.rgba[k] * 255;
-    surface.constant[k] = color * (scene.ambient[k] + placed.emission);
+    surface.constant[k] = color * (ambient_[k] + placed.emission);
     for (std::size_t i = 0; i < lights_.size(); ++i) {
-      surface.light[i][k] = color * scene.lights[i].color[k];
+      surface.light[i][k] = color * light_colors_[i].color[k];
     }
   }
   return surface;
@@ -68,11 +67,14 @@ void FrameBuilder::add_patterned(const PlacedGeom& placed, const Vector3d& norma
                                  const Affine& plane, int along, int across) {
   Surface& surface = new_surface(placed);
   light_flat(normal, surface);
-  surface.pattern = pattern_of(placed.geom->pattern);
+  RenderSurface shown{placed.geom->pattern};
+  if (placed.surface != nullptr) shown = *placed.surface;
+  surface.pattern = pattern_of(shown.pattern);
+  if (shown.turned) std::swap(along, across);
   if (surface.pattern == Pattern::kWood) surface.gloss = add_gloss(normal);
   surface.plane = plane;
-  surface.axes[0] = form_of(placed.axes.col(along), placed.center);
-  surface.axes[1] = form_of(placed.axes.col(across), placed.center);
+  surface.axes[0] = form_of(shown.scale * placed.axes.col(along), placed.center);
+  surface.axes[1] = form_of(shown.scale * placed.axes.col(across), placed.center);
   for (int i = 0; i < 2; ++i) {
     const Form& form = surface.axes[i];
     surface.spread[i][0] = form.a * plane.b - form.b * plane.a;

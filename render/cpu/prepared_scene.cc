@@ -87,21 +87,6 @@ void check(const RenderScene& scene) {
   }
 }
 
-// Directions spread evenly over the cone around `axis` (a spiral of equal areas).
-std::vector<Eigen::Vector3d> spread(const Eigen::Vector3d& axis, int count, double half_angle) {
-  if (count == 1) return {axis};
-  const Eigen::Vector3d x = axis.unitOrthogonal();
-  const Eigen::Vector3d y = axis.cross(x);
-  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-  std::vector<Eigen::Vector3d> directions;
-  for (int i = 0; i < count; ++i) {
-    const double r = real::tan(half_angle) * std::sqrt((i + 0.5) / count);
-    directions.push_back(
-        (axis + r * (real::cos(golden * i) * x + real::sin(golden * i) * y)).normalized());
-  }
-  return directions;
-}
-
 std::size_t plane_count(const RenderGeom& geom, const std::vector<Hull>& hulls) {
   switch (geom.shape) {
     case RenderShape::kMesh:
@@ -171,6 +156,24 @@ std::vector<int>& batch_of(PreparedScene& prepared, const RenderGeom& geom) {
 
 }  // namespace
 
+// A spiral of equal areas.
+void spread(const Eigen::Vector3d& axis, double half_angle, std::span<Eigen::Vector3d> directions) {
+  const std::size_t count = directions.size();
+  if (count == 1) {
+    directions[0] = axis;
+    return;
+  }
+  const Eigen::Vector3d x = axis.unitOrthogonal();
+  const Eigen::Vector3d y = axis.cross(x);
+  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
+  for (std::size_t n = 0; n < count; ++n) {
+    const auto i = static_cast<double>(n);
+    const double r = real::tan(half_angle) * std::sqrt((i + 0.5) / static_cast<double>(count));
+    directions[n] =
+        (axis + r * (real::cos(golden * i) * x + real::sin(golden * i) * y)).normalized();
+  }
+}
+
 Hull make_hull(const RenderMesh& mesh, const std::string& name) {
   const std::size_t points = mesh.vertices.size() / 3;
   if (mesh.vertices.size() % 3 != 0 || mesh.triangles.size() % 3 != 0 || points < 4 ||
@@ -226,7 +229,7 @@ Hull make_hull(const RenderMesh& mesh, const std::string& name) {
 }
 
 PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& options)
-    : scene(from) {
+    : scene(from), shadow_softness(options.shadow_softness) {
   check(scene);
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
     hulls.push_back(make_hull(scene.meshes[i], "mesh " + std::to_string(i)));
@@ -239,7 +242,8 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
     to_light.push_back(direction);
     rays.emplace_back();
     if (light.casts_shadow && options.shadow_rays > 0) {
-      rays.back() = spread(direction, options.shadow_rays, options.shadow_softness);
+      rays.back().resize(static_cast<std::size_t>(options.shadow_rays));
+      spread(direction, shadow_softness, rays.back());
     }
     ray_count += rays.back().size();
   }
@@ -256,13 +260,13 @@ PreparedScene::PreparedScene(const RenderScene& from, const CpuRendererOptions& 
     ball_radius.push_back(ball_radius_of(geom));
     rank_radius.push_back(rank_radius_of(geom));
     max_surfaces += surfaces;  // at most three faces of a box are visible
-    if (geom.pattern == RenderPattern::kWood) max_glosses += 3;
+    if (geom.pattern != RenderPattern::kPlain) max_glosses += 3;  // an environment's may be wood
     batch_of(*this, geom).push_back(static_cast<int>(ball_radius.size()) - 1);
   }
-  const bool any_wood = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {
-    return geom.pattern == RenderPattern::kWood;
+  const bool patterns = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {
+    return geom.pattern != RenderPattern::kPlain;
   });
-  if (any_wood) wood = wood_texture();
+  if (patterns) wood = wood_texture();
 }
 
 bool PreparedScene::casts_shadows() const {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct PreparedScene {
   std::vector<Hull> hulls;                         // one per mesh
   std::vector<Eigen::Vector3d> to_light;           // unit, one per light
   std::vector<std::vector<Eigen::Vector3d>> rays;  // unit, towards each light; empty: no shadow
+  double shadow_softness = 0;                      // half angle of the cone that they fill, rad
   WoodTexture wood = {};                           // if any geom needs it
   std::size_t max_planes = 0;                      // of all geoms together
   std::size_t max_surfaces = 0;                    // the background included
@@ -43,6 +45,9 @@ struct PreparedScene {
   std::vector<double> ball_radius;
   std::vector<float> rank_radius;  // and exactly, of boxes, capsules and cylinders
 };
+
+// Fills `directions` with some that are spread evenly over the cone around `axis`.
+void spread(const Eigen::Vector3d& axis, double half_angle, std::span<Eigen::Vector3d> directions);
 
 // Throws Error if the mesh is not convex or not closed. `name` is for messages.
 Hull make_hull(const RenderMesh& mesh, const std::string& name);

@@ -48,6 +48,8 @@ void main() {
   } else {
     place = (kind.y & 8) == 0 ? local.xy : local.yx;
   }
+  place *= scale.w;
+  if ((kind.y & 16) != 0) place = place.yx;
 #endif
   color = rgb_emission;
   identity = kind;
@@ -91,7 +93,9 @@ vec3 grid(vec2 at) {
 }
 
 vec3 pattern_at(vec2 at, vec2 footprint) {
-  return (identity.y & 3) == 1 ? wood(at, footprint) : grid(at);
+  int pattern = identity.y & 3;
+  if (pattern == 0) return vec3(1);
+  return pattern == 1 ? wood(at, footprint) : grid(at);
 }
 
 uniform vec3 eye;

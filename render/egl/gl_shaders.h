@@ -15,6 +15,7 @@ enum Attribute : GLuint { kPosition, kNormal, kRowX, kRowY, kRowZ, kScale, kColo
 inline constexpr int kPatternMask = 3;  // a RenderPattern
 inline constexpr int kPlaneBit = 4;     // a plane: patterns along x ...
 inline constexpr int kSwapBit = 8;      // ... or along y
+inline constexpr int kTurnBit = 16;     // along and across change places
 
 // Texture units.
 inline constexpr int kWoodUnit = 0;

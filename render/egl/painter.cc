@@ -41,8 +41,8 @@ GlPainter::GlPainter(const Gl& gl, const RenderScene& scene, const Shapes& shape
                                          " samples asked for, the device has " +
                                          std::to_string(most_samples));
   }
+  to_light_.resize(scene.lights.size());
   for (const RenderLight& light : scene.lights) {
-    to_light_.push_back(-Eigen::Map<const Eigen::Vector3f>(light.direction).normalized());
     const bool casts = options.shadows && light.casts_shadow;
     shadow_layer_.push_back(casts ? shadow_layers_++ : -1);
   }
@@ -53,14 +53,14 @@ GlPainter::GlPainter(const Gl& gl, const RenderScene& scene, const Shapes& shape
   const bool patterns = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {
     return geom.pattern != RenderPattern::kPlain;
   });
-  if (patterns) patterned_ = make_color(true);
+  if (patterns) {
+    patterned_ = make_color(true);
+    make_wood();
+  }
   data_.id = make_data_program(gl_);
   data_.clip_from_world = gl_.GetUniformLocation(data_.id, "clip_from_world");
   if (shadow_layers_ > 0) make_shadow_map();
-  const bool wood = std::any_of(scene.geoms.begin(), scene.geoms.end(), [](const auto& geom) {
-    return geom.pattern == RenderPattern::kWood;
-  });
-  if (wood) make_wood();
+  light(nullptr);
 
   gl_.Enable(GL_DEPTH_TEST);
   gl_.Enable(GL_CULL_FACE);
@@ -124,13 +124,11 @@ GlPainter::ColorProgram GlPainter::make_color(bool patterns) const {
   program.light_from_world = where("light_from_world");
   program.shadow_width = where("shadow_width");
 
+  program.ambient = where("ambient");
+  program.to_light = where("to_light");
+  program.light_color = where("light_color");
+
   gl_.UseProgram(program.id);
-  gl_.Uniform3fv(where("ambient"), 1, scene_.ambient);
-  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
-    const auto index = static_cast<GLint>(i);
-    gl_.Uniform3fv(where("to_light") + index, 1, to_light_[i].data());
-    gl_.Uniform3fv(where("light_color") + index, 1, scene_.lights[i].color);
-  }
   if (patterns) {
     const float wood_size[] = {cpu::WoodTexture::kAlongLength, cpu::WoodTexture::kAcrossLength};
     gl_.Uniform1i(where("wood_texels"), kWoodUnit);
@@ -145,6 +143,30 @@ GlPainter::ColorProgram GlPainter::make_color(bool patterns) const {
     gl_.Uniform2fv(where("spiral"), kShadowTaps, places.data());
   }
   return program;
+}
+
+void GlPainter::light(const RenderLighting* lighting) {
+  relit_ = lighting != nullptr;
+  const RenderLight* lights = relit_ ? lighting->lights.data() : scene_.lights.data();
+  for (std::size_t i = 0; i < to_light_.size(); ++i) {
+    to_light_[i] = -Eigen::Map<const Eigen::Vector3f>(lights[i].direction).normalized();
+  }
+  for (const ColorProgram* program : {&plain_, &patterned_}) {
+    if (program->id != 0) {
+      set_lights(*program, lights, relit_ ? lighting->ambient : scene_.ambient);
+    }
+  }
+}
+
+void GlPainter::set_lights(const ColorProgram& program, const RenderLight* lights,
+                           const float* ambient) {
+  gl_.UseProgram(program.id);
+  gl_.Uniform3fv(program.ambient, 1, ambient);
+  for (std::size_t i = 0; i < to_light_.size(); ++i) {
+    const auto index = static_cast<GLint>(i);
+    gl_.Uniform3fv(program.to_light + index, 1, to_light_[i].data());
+    gl_.Uniform3fv(program.light_color + index, 1, lights[i].color);
+  }
 }
 
 // The CPU renderer's texture, with its own coarser levels.
@@ -197,6 +219,7 @@ void GlPainter::make_shadow_map() {
 }
 
 void GlPainter::paint(const RenderInstances& rows, std::span<const RenderImage> images) {
+  if (rows.lighting != nullptr || relit_) light(rows.lighting);
   if (shadow_layers_ > 0) draw_shadows(rows);
   for (const RenderImage& image : images) {
     const bool known =
@@ -245,9 +268,7 @@ void GlPainter::set_shadow(const ColorProgram& program, std::size_t light, const
 void GlPainter::paint_image(const RenderInstances& rows, const RenderImage& image) {
   RenderTarget* to = target(image.width, image.height);
   if (to == nullptr) return;
-  const auto camera = static_cast<std::size_t>(image.camera);
-  const Viewpoint view = camera_viewpoint(scene_.cameras[camera], rows.camera_pose + 12 * camera,
-                                          image.width, image.height);
+  const Viewpoint view = camera_viewpoint(scene_, rows, image.camera, image.width, image.height);
   list_.fill_for_camera(rows, view, options_.tolerance);
   upload();
   gl_.FrontFace(GL_CW);  // y is flipped

@@ -30,6 +30,9 @@ class GlPainter {
     GLint eye = -1;
     GLint light_from_world = -1;
     GLint shadow_width = -1;
+    GLint ambient = -1;
+    GLint to_light = -1;
+    GLint light_color = -1;
   };
   struct Program {
     GLuint id = 0;
@@ -38,6 +41,9 @@ class GlPainter {
 
   void make_arrays();
   ColorProgram make_color(bool patterns) const;
+  // Lights of the pictures that follow; null: the scene's.
+  void light(const RenderLighting* lighting);
+  void set_lights(const ColorProgram& program, const RenderLight* lights, const float* ambient);
   void set_shadow(const ColorProgram& program, std::size_t light, const Viewpoint& view,
                   float width);
   void make_wood();
@@ -54,6 +60,7 @@ class GlPainter {
   EglRendererOptions options_;
   DrawList list_;
   std::vector<Eigen::Vector3f> to_light_;
+  bool relit_ = false;  // the lights are not the scene's
   ColorProgram plain_;
   ColorProgram patterned_;  // none if no geom has a pattern
   Program data_;

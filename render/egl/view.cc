@@ -108,16 +108,25 @@ void set_instance(const RenderGeom& geom, const RenderInstances& rows, std::size
   if (geom.shape == RenderShape::kPlane) {
     out.kind[1] = kPlaneBit | (geom.size[1] > geom.size[0] ? kSwapBit : 0);
   }
-  if (has_pattern(geom)) out.kind[1] |= static_cast<int>(geom.pattern);
+  if (!has_pattern(geom)) return;
+  RenderSurface shown{geom.pattern};
+  if (rows.geom_surface != nullptr) shown = rows.geom_surface[index];
+  out.scale[3] = shown.scale;  // of the pattern: such geoms have no ends that need it
+  out.kind[1] |= static_cast<int>(shown.pattern) | (shown.turned ? kTurnBit : 0);
 }
 
 }  // namespace
 
-Viewpoint camera_viewpoint(const RenderCamera& camera, const float* pose, int width, int height) {
+Viewpoint camera_viewpoint(const RenderScene& scene, const RenderInstances& rows, int camera_index,
+                           int width, int height) {
+  const auto index = static_cast<std::size_t>(camera_index);
+  const RenderCamera& camera = scene.cameras[index];
+  const float* pose = rows.camera_pose + 12 * index;
+  const float fovy = rows.camera_fovy == nullptr ? camera.fovy : rows.camera_fovy[index];
   Viewpoint view;
   view.axes = Rotation(pose);
   view.position = Position(pose + 9);
-  view.slope_y = std::tan(camera.fovy / 2);
+  view.slope_y = std::tan(fovy / 2);
   view.slope_x = view.slope_y * static_cast<float>(width) / static_cast<float>(height);
   view.near_clip = camera.near_clip;
   view.far_clip = camera.far_clip;

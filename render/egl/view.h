@@ -37,7 +37,8 @@ struct Viewpoint {
 };
 
 // Rows of pictures run from the top, so y is flipped. That also turns the triangles' order round.
-Viewpoint camera_viewpoint(const RenderCamera& camera, const float* pose, int width, int height);
+Viewpoint camera_viewpoint(const RenderScene& scene, const RenderInstances& rows, int camera,
+                           int width, int height);
 
 // The instances to draw, grouped by part, patterned ones last. Allocates when constructed only.
 class DrawList {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "mjcf/object_descriptor.h"
+#include "tasks/common/paraphrases.h"
 #include "tasks/common/task_info.h"
 #include "tasks/common/task_options.h"
 
@@ -10,6 +11,10 @@ namespace engram::tasks {
 
 FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {
   scene_.wrist_camera = entry.wrist_camera;
+}
+
+std::vector<std::string> FamilyBase::paraphrases(int env) const {
+  return engram::paraphrases(instruction(env));
 }
 
 void FamilyBase::set_constants(std::vector<TaskConstant> constants) {

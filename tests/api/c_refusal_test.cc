@@ -31,6 +31,9 @@ constexpr engram_pin kHuge = {"target", kValues, std::numeric_limits<std::size_t
 constexpr engram_pin kUnknown = {"colour", kValues, 1};
 constexpr engram_task_option kNamelessOption = {nullptr, 1};
 constexpr engram_task_option kUnknownOption = {"gravity", 1};
+constexpr engram_perturbation kNamelessAxis = {nullptr, 1};
+constexpr engram_perturbation kUnknownAxis = {"smell", 1};
+constexpr engram_perturbation kBeyond = {"blur", 1.5};
 constexpr const char* kNoCamera[] = {nullptr};
 constexpr const char* kOtherCamera[] = {"top_camera"};
 
@@ -74,6 +77,13 @@ const std::vector<BadOption>& bad_options() {
        ENGRAM_INVALID_ARGUMENT, "name of a task option: NULL"},
       {[](O& o) { o.task_options = &kUnknownOption, o.num_task_options = 1; }, ENGRAM_UNKNOWN_ID,
        "gravity"},
+      {[](O& o) { o.num_perturbations = 1; }, ENGRAM_INVALID_ARGUMENT, "perturbations: NULL"},
+      {[](O& o) { o.perturbations = &kNamelessAxis, o.num_perturbations = 1; },
+       ENGRAM_INVALID_ARGUMENT, "axis of a perturbation: NULL"},
+      {[](O& o) { o.perturbations = &kUnknownAxis, o.num_perturbations = 1; }, ENGRAM_UNKNOWN_ID,
+       "no axis of perturbations named 'smell'; allowed are: camera"},
+      {[](O& o) { o.perturbations = &kBeyond, o.num_perturbations = 1; }, ENGRAM_INVALID_ARGUMENT,
+       "perturbation 'blur': level 1.5 given, 0 to 1 allowed"},
       {[](O& o) { o.obs_mode = ENGRAM_OBS_RGB, o.image_width = 0; }, ENGRAM_INVALID_ARGUMENT,
        "0 x 128"},
       {[](O& o) { o.obs_mode = ENGRAM_OBS_RGB, o.num_cameras = 1; }, ENGRAM_INVALID_ARGUMENT,

@@ -109,6 +109,7 @@ TEST_CASE("Options arrive", "[cpp_api]") {
   CHECK(refused({.num_envs = 0}, "num_envs: 0") == Error::Kind::kInvalidArgument);
   CHECK(refused({.pins = {{"target", {3}}}}, "target") == Error::Kind::kInvalidArgument);
   CHECK(refused({.task_options = {{"gravity", 1}}}, "gravity") == Error::Kind::kUnknownId);
+  CHECK(refused({.perturbations = {{"smell", 1}}}, "smell") == Error::Kind::kUnknownId);
   CHECK(refused({.obs_mode = ObsMode::kRgb, .images = {.cameras = {}}}, "camera") ==
         Error::Kind::kInvalidArgument);
   CHECK(refused({.obs_mode = static_cast<ObsMode>(9)}, "obs_mode") ==

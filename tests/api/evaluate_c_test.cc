@@ -191,6 +191,11 @@ TEST_CASE("C API: an evaluation that cannot be says why", "[evaluation]") {
   options.task_options = &nameless;
   refused(options, ENGRAM_INVALID_ARGUMENT, "name of a task option: NULL given");
   options = options_of(1);
+  const engram_perturbation beyond = {"light", 2};
+  options.perturbations = &beyond;
+  options.num_perturbations = 1;
+  refused(options, ENGRAM_INVALID_ARGUMENT, "perturbation 'light': level 2 given");
+  options = options_of(1);
   const std::string deep = "{\"a\":" + std::string(300'000, '[') + std::string(300'000, ']') + "}";
   options.config_json = deep.c_str();
   refused(options, ENGRAM_INVALID_ARGUMENT, "config_json: a JSON object needed");

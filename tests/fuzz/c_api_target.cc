@@ -131,7 +131,8 @@ struct Run {
 // --- making ---
 
 engram_options any_options(Run& run, std::array<engram_pin, 2>& pins, std::array<double, 8>& values,
-                           engram_task_option& choice, std::array<const char*, 3>& cameras) {
+                           engram_task_option& choice, engram_perturbation& perturbation,
+                           std::array<const char*, 3>& cameras) {
   Input& input = run.input;
   engram_options options;
   engram_options_init(&options);
@@ -145,7 +146,7 @@ engram_options any_options(Run& run, std::array<engram_pin, 2>& pins, std::array
         &options.image_height,     &options.shadows,    &options.antialias,
         &options.render_shadows,   &options.after_end,  &options.terminate_on_failure,
         &options.max_episode_steps};
-    const int which = input.choice(std::size(numbers) + 7);
+    const int which = input.choice(std::size(numbers) + 8);
     if (which < static_cast<int>(std::size(numbers))) {
       *numbers[which] = number(input);
       // Neither this machine's memory nor its threads are what is tested here.
@@ -180,6 +181,11 @@ engram_options any_options(Run& run, std::array<engram_pin, 2>& pins, std::array
         options.num_task_options = static_cast<std::size_t>(input.choice(2));
         break;
       case 5:
+        perturbation = {name(input, run.texts), real(input)};
+        options.perturbations = input.choice(8) == 0 ? nullptr : &perturbation;
+        options.num_perturbations = static_cast<std::size_t>(input.choice(2));
+        break;
+      case 6:
         for (const char*& camera : cameras) camera = name(input, run.texts);
         options.cameras = input.choice(8) == 0 ? nullptr : cameras.data();
         options.num_cameras = static_cast<std::size_t>(input.choice(4));
@@ -195,8 +201,9 @@ void make(Run& run) {
   std::array<engram_pin, 2> pins{};
   std::array<double, 8> values{};
   engram_task_option choice{};
+  engram_perturbation perturbation{};
   std::array<const char*, 3> cameras{};
-  const engram_options options = any_options(run, pins, values, choice, cameras);
+  const engram_options options = any_options(run, pins, values, choice, perturbation, cameras);
   const char* id = name(run.input, run.texts);
   engram_env* env = nullptr;
   const int form = run.input.choice(8);

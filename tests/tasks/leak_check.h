@@ -30,12 +30,14 @@ inline std::vector<double> hidden_values(const RandomVariable& draw, bool other)
 // as ever.
 inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantTable& constants,
                                           std::uint64_t seed, const RandomVariable& draw,
-                                          bool second) {
+                                          bool second,
+                                          std::vector<PerturbationLevel> perturbations = {}) {
   MakeOptions options;
   options.seed = seed;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
   options.constants = constants;
+  options.perturbations = std::move(perturbations);
   options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
   auto env = make(id, options);
   const std::vector<Pin> pins = {{draw.name, hidden_values(draw, second)}};
@@ -82,6 +84,7 @@ struct LeakCheck {
   int closely = 60;  // control steps after the cue of which all are looked at, then one in fifty
   // Who moves the robot once the cue is over; `one` decides for both. kZero: it rests.
   Policy policy = Policy::kZero;
+  std::vector<PerturbationLevel> perturbations = {};
 };
 
 // A moment in which what is hidden shows: the cue, and the flashes of tasks that show it at a time
@@ -159,8 +162,8 @@ inline void check_leaks(const std::string& id, const ConstantTable& constants, s
   const std::unique_ptr<Task> task = make_task(id, constants);
   const std::optional<RandomVariable> draw = draw_named(task->info(), task->info().hidden_variable);
   if (!draw || hidden_values(*draw, false) == hidden_values(*draw, true)) return;
-  const auto one = make_hiding(id, constants, seed, *draw, false);
-  const auto other = make_hiding(id, constants, seed, *draw, true);
+  const auto one = make_hiding(id, constants, seed, *draw, false, check.perturbations);
+  const auto other = make_hiding(id, constants, seed, *draw, true, check.perturbations);
   compare_pictures(id, *one, *other, check);
 }
 

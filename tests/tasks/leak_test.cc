@@ -35,6 +35,20 @@ TEST_CASE("No picture of short episodes after the cue reveals what was shown", "
   }
 }
 
+TEST_CASE("No picture after the cue reveals what was shown under perturbations",
+          "[render][leak][perturbation]") {
+  std::vector<PerturbationLevel> levels;
+  for (std::size_t i = 0; i < kPerturbationAxes; ++i) {
+    const auto axis = static_cast<PerturbationAxis>(i);
+    // A wide post would hide cues.
+    levels.push_back({axis, axis == PerturbationAxis::kOccluder ? 0.25 : 1});
+  }
+  for (const std::string& id : short_ids()) {
+    INFO(id);
+    test::check_leaks(id, {}, 1, {.policy = Policy::kSweep, .perturbations = levels});
+  }
+}
+
 TEST_CASE("No picture after the cue reveals what was shown to a robot that rests",
           "[render][leak][long]") {
   check_all(Policy::kZero);

@@ -12,6 +12,7 @@ from engram._args.values import (
     boolean,
     constants_json,
     integer,
+    levels,
     one_of,
     pin_list,
     real,
@@ -106,6 +107,7 @@ def make_options(arguments: Mapping[str, Any], auto_reset: str) -> _core.Options
         (name, real(f"task_options: {name}", value))
         for name, value in text_keys("task_options", {} if chosen is None else chosen).items()
     ]
+    options.perturbations = levels("perturb", arguments["perturb"])
     options.constants = constants_json(arguments["constants"])
     options.image_width, options.image_height = size_pair(arguments["image_size"])
     cameras = arguments["cameras"]

@@ -105,6 +105,14 @@ def text_keys(name: str, value: Any) -> Mapping[str, Any]:
     return value
 
 
+def levels(what: str, given: Any) -> list[tuple[str, float]]:
+    """Axes of perturbations and their levels; None: none."""
+    given = {} if given is None else given
+    return [
+        (axis, real(f"{what}: {axis}", level)) for axis, level in text_keys(what, given).items()
+    ]
+
+
 def pin_list(name: str, pins: Any) -> list[tuple[str, list[float]]]:
     """Pins as the extension takes them; each value is a number or a sequence of numbers."""
     result = []

@@ -107,6 +107,8 @@ def _facts(folder: DemonstrationFolder, further: Mapping[str, str]) -> dict[str,
             facts[name] = str(origin[name])
     if origin.get("variant") is not None:
         facts["changed constants"] = f"`{json.dumps(origin['variant'])}`"
+    if origin.get("perturbations"):
+        facts["perturbations"] = f"`{json.dumps(origin['perturbations'])}`"
     facts["licence"] = _LICENCE
     if "version" in origin:
         facts["version of engram"] = str(origin["version"])
@@ -149,6 +151,8 @@ def collect_command(folder: DemonstrationFolder) -> str:
     constants = variant.get("constants") if isinstance(variant, dict) else None
     for name, value in constants.items() if isinstance(constants, dict) else ():
         words += ["--set", f"{name}={json.dumps(value)}"]
+    for axis, level in (origin.get("perturbations") or {}).items():
+        words += ["--perturb", f"{axis}={json.dumps(level)}"]
     return printable(shlex.join([*words, "--out", "data"]))
 
 

@@ -143,6 +143,7 @@ def _new_metadata(env_id: str, player: str, version: str, spaces: Spaces) -> dic
             "joint_proprio": spaces.joint_proprio,
             "reward_mode": "normalized_dense",
             "variant": None,
+            "perturbations": None,
             "attempts": 0,
         },
     }

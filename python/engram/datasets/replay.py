@@ -138,6 +138,8 @@ def _environment(folder: Metadata):
     variant = made_how.get("variant")
     if isinstance(variant, dict):
         options["constants"] = variant.get("constants")
+    if made_how.get("perturbations"):
+        options["perturb"] = made_how["perturbations"]
     return engram.make(
         folder.env_id,
         obs_mode="rgb",

@@ -147,6 +147,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             episode has ended. "refuse": raises BadStateError; "hold": it stands still, with reward
             0, until it is reset; "continue": it is simulated on, and reports success, reward and
             endings as in any step.
+        perturb: Departures from the task's usual scene, robot and words, by axis, from 0 (none) to
+            1: {"camera": 0.5, "light": 1}; docs/perturbations.md has the axes.
         out: Arrays or torch tensors (pinned ones too) by output: {"rgb": ..., "proprio": ...,
             "reward": ...}. engram writes there, and ``reset`` and ``step`` return them instead of
             copies. Each needs the dtype and shape of the output. Two such dicts take turns: steps
@@ -202,6 +204,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         joint_proprio: bool = False,
         terminate_on_failure: bool = True,
         after_end: AfterEnd = "refuse",
+        perturb: Mapping[str, float] | None = None,
         out: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
         privileged: bool = False,
         # end options

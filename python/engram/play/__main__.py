@@ -115,9 +115,25 @@ def parser() -> argparse.ArgumentParser:
         help="registers the variants of a file (docs/variants.md)",
     )
     result.add_argument(
+        "--perturb",
+        type=_perturbation,
+        action="append",
+        default=[],
+        metavar="AXIS=LEVEL",
+        help="departures from the usual scene, from 0 to 1 (docs/perturbations.md)",
+    )
+    result.add_argument(
         "--stay", action="store_true", help="keeps running when the page is closed, until Ctrl-C"
     )
     return result
+
+
+def _perturbation(text: str) -> tuple[str, float]:
+    axis, _, level = text.partition("=")
+    try:
+        return axis, float(level)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} given; AXIS=LEVEL needed") from None
 
 
 def _path(text: str) -> Path:

@@ -71,7 +71,9 @@ class Server:
             options.policy_timeout,
             ENVS,
         )
-        self._context = ServerContext(options.out, Catalogue(), sources, Scores(), self._engine)
+        self._context = ServerContext(
+            options.out, Catalogue(), sources, Scores(), self._engine, dict(options.perturb)
+        )
         self._library.submit(self._context.catalogue.list)  # while the browser starts
         self._tabs = Tabs()
         self._shutdown: asyncio.TimerHandle | None = None

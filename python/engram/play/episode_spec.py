@@ -1,4 +1,4 @@
-"""Specification of an episode: task, seed, pins, constants, options of the task, rules."""
+"""Specification of an episode: task, seed, and what is not as usual."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ _RANDOM_SEEDS = 2**31  # short enough for people
 
 @dataclasses.dataclass(frozen=True)
 class EpisodeSpec:
-    """Choices of the page for an episode; rules come from a folder that is watched."""
+    """Choices for an episode.
+
+    Rules come from a folder that is watched, perturbations from there or from the command line.
+    """
 
     id: str
     seed: int
@@ -24,6 +27,7 @@ class EpisodeSpec:
     constants: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     rules: str = "reference"
+    perturb: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     @classmethod
     def from_message(cls, message: Mapping[str, Any]) -> EpisodeSpec:
@@ -41,12 +45,14 @@ class EpisodeSpec:
     @property
     def is_default(self) -> bool:
         """Without changes: seed and actions reproduce the episode, and rates of the task apply."""
-        return not (self.pins or self.constants or self.options)
+        return not (self.pins or self.constants or self.options or self.perturb)
 
     @property
     def batch_key(self) -> str:
         """Equal for episodes that the same batch can play."""
-        return json.dumps([self.id, dict(self.constants), dict(self.options)], sort_keys=True)
+        return json.dumps(
+            [self.id, dict(self.constants), dict(self.options), dict(self.perturb)], sort_keys=True
+        )
 
     def make_batch(self, num_envs: int = 1, **more: Any) -> engram.VectorEnv[Any]:
         """A batch for such episodes, not yet reset; ended environments are held."""
@@ -54,6 +60,7 @@ class EpisodeSpec:
             "constants": dict(self.constants) or None,
             "task_options": dict(self.options) or None,
             "rules": self.rules,
+            "perturb": dict(self.perturb) or None,
             "autoreset_mode": "DISABLED",
             "after_end": "hold",
             "threads": 1,

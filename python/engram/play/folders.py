@@ -101,9 +101,14 @@ class Demonstrations:
     def recording(self, task: int, episode: int, _policy: PolicyByName) -> Recording:
         folder = _at(self._data_sets, task, "data set")
         stored = folder[_index(folder, episode, "episode")]
-        rules = folder.metadata.get("engram", {}).get("rules", "reference")
+        made_how = folder.metadata.get("engram", {})
         return Recording(
-            EpisodeSpec(folder.env_id, stored.episode_seed, rules=str(rules)),
+            EpisodeSpec(
+                folder.env_id,
+                stored.episode_seed,
+                rules=str(made_how.get("rules", "reference")),
+                perturb=made_how.get("perturbations") or {},
+            ),
             recorded_policy(list(stored.action)),
             "state",
             success=True,
@@ -125,6 +130,7 @@ class Results:
         self._rules = str(settings.get("rules", "reference"))
         self._options = _table(path, settings, "task_options")
         self._constants = _table(path, settings, "constants")
+        self._perturb = _table(path, settings, "perturbations")
         _register(path, settings)
         self._tasks = []
         ids = settings.get("tasks")
@@ -159,6 +165,7 @@ class Results:
             constants=self._constants,
             options=self._options,
             rules=self._rules,
+            perturb=self._perturb,
         )
         return Recording(spec, actor, obs, success=then["success"], steps=then["steps"])
 

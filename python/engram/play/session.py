@@ -9,7 +9,7 @@ import dataclasses
 import sys
 import time
 import traceback
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -50,6 +50,7 @@ class ServerContext:
     catalogue: Catalogue
     sources: Sources
     scores: Scores
+    perturb: Mapping[str, float]  # of every episode that is begun
     # One thread for the simulation, while messages are read and sent.
     engine: concurrent.futures.Executor
 
@@ -411,7 +412,7 @@ class Session:
     # --- internals ---
 
     def _episode_spec(self, message: dict[str, Any]) -> EpisodeSpec:
-        spec = EpisodeSpec.from_message(message)
+        spec = dataclasses.replace(EpisodeSpec.from_message(message), perturb=self._context.perturb)
         if spec.id not in self._context.catalogue:
             raise MessageError(f"id: '{spec.id}' given, which is no task")
         return spec

@@ -28,6 +28,7 @@ from training import (
     evaluate,
     finish,
     load_policy,
+    perturbation,
     save_policy,
     scale_lr,
 )
@@ -41,6 +42,14 @@ def arguments():
     add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; or: ten")
     add("--tasks", type=Path, help="file of tasks of your own, for its ids (docs/own_tasks.md)")
     add("--obs", default="objects", choices=["objects", "rgb"])
+    add(
+        "--perturb",
+        nargs="+",
+        default=[],
+        type=perturbation,
+        metavar="AXIS=LEVEL",
+        help="of training and test: docs/perturbations.md",
+    )
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
@@ -67,6 +76,7 @@ def arguments():
     if len(set(args.id)) < len(args.id):
         parser.error("--id: an id is given twice")
     args.id = args.id if len(args.id) > 1 else args.id[0]
+    args.perturb = dict(args.perturb)
     return args
 
 
@@ -152,11 +162,11 @@ def main():
     resumed = args.resume and path.exists()
     policy, detector, _ = load_policy(path) if resumed else (None, None, None)
     if args.obs == "rgb":
-        scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, detector)
-        test = RgbEnv(args.id, 200, detector=scenes.detector)
+        scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb, detector)
+        test = RgbEnv(args.id, 200, perturb=args.perturb, detector=scenes.detector)
     else:
-        scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps)
-        test = ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)))
+        scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb)
+        test = ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)), perturb=args.perturb)
     policy = policy or Policy(scenes.layout, not args.no_memory, args.appearances)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []

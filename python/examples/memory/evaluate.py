@@ -13,6 +13,7 @@ import json
 from pathlib import Path
 
 from inference import load_runner
+from training import perturbation
 
 import engram
 
@@ -26,13 +27,14 @@ def arguments():
     add("--id", help="another task than that of its training")
     add("--tasks", type=Path, help="file of tasks of your own, if it is one of those")
     add("--episodes", type=int, default=50)
+    add("--perturb", nargs="+", default=[], type=perturbation, metavar="AXIS=LEVEL")
     add("--seed", type=int, default=4242424242, help="of the first episode")
     add("--json", action="store_true", help="in place of the table, a line of JSON for each task")
     add("--out", type=Path, help="folder for engram's own results")
     return parser.parse_args()
 
 
-def evaluate(runner, task, episodes, seed, out=None):
+def evaluate(runner, task, episodes, seed, out=None, perturb=None):
     """Rates of a policy, and those of chance, sweep and oracle."""
     results = engram.evaluate(
         runner,
@@ -43,6 +45,7 @@ def evaluate(runner, task, episodes, seed, out=None):
         threads=1,
         num_envs=50,
         output=out,
+        perturb=perturb,
     )
     one, known = results["tasks"][0], engram.describe(task)
     others = known["ceilings"] or {}  # measured for engram's own tasks, not for variants
@@ -76,7 +79,7 @@ def main():
     runner = load_runner(args.agent)
     tasks = args.id or runner.task
     for task in [tasks] if isinstance(tasks, str) else tasks:
-        figures = evaluate(runner, task, args.episodes, args.seed, args.out)
+        figures = evaluate(runner, task, args.episodes, args.seed, args.out, dict(args.perturb))
         print(json.dumps(figures) if args.json else table(figures), flush=True)
 
 

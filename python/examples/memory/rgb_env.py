@@ -17,9 +17,9 @@ class RgbEnv(ObjectsEnv):
     Two batches have the same seeds and actions: one renders, the other has the labels.
     """
 
-    def __init__(self, task, num_envs, seed=0, most_steps=None, detector=None):
-        super().__init__(task, num_envs, seed, most_steps)
-        self.camera = make_batch(task, num_envs, seed, "rgb")
+    def __init__(self, task, num_envs, seed=0, most_steps=None, perturb=None, detector=None):
+        super().__init__(task, num_envs, seed, most_steps, perturb)
+        self.camera = make_batch(task, num_envs, seed, "rgb", perturb)
         self.objects, self.stored = self.layout, []
         self.detector = detector or ObjectDetector(*self.collect_appearances(seed))
         self.layout = detector_layout(self.objects, self.detector.appearances)

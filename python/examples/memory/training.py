@@ -17,10 +17,17 @@ EVALUATION_SEED = 1_000_000
 FINAL_SEED = 2_000_000
 
 
-def make_batch(task, num_envs, seed, obs_mode):
+def perturbation(text):
+    """An axis and its level, of "camera=0.5"."""
+    axis, _, level = text.partition("=")
+    return axis, float(level)
+
+
+def make_batch(task, num_envs, seed, obs_mode, perturb=None):
     """A batch without early ends: all episodes run to the horizon.
 
     task: an id, or a list of several. Shorter episodes stand still after their horizon.
+    perturb: levels of perturbations, by axis.
     """
     return engram.make_vec(
         task,
@@ -32,6 +39,7 @@ def make_batch(task, num_envs, seed, obs_mode):
         after_end="hold",
         terminate_on_success=False,
         language_in_info=False,
+        perturb=perturb,
     )
 
 
@@ -46,8 +54,8 @@ class ObjectsEnv:
 
     detector = None  # only images need one
 
-    def __init__(self, task, num_envs, seed=0, most_steps=None):
-        self.batch = make_batch(task, num_envs, seed, "objects")
+    def __init__(self, task, num_envs, seed=0, most_steps=None, perturb=None):
+        self.batch = make_batch(task, num_envs, seed, "objects", perturb)
         self.num_envs, description = num_envs, self.batch.description
         tasks = description.get("tasks", [])
         self.inputs = TaskInputs(description) if tasks else None
@@ -229,6 +237,8 @@ def finish(policy, scenes, args, log, cpu_s, learner):
     several = not isinstance(args.id, str)
     log.draw(f"{f'{len(args.id)} tasks' if several else args.id}, {learner}, seed {args.seed}")
     result = {"id": args.id, "learner": learner, "seed": args.seed, "cpu_s": round(cpu_s, 1)}
+    if getattr(args, "perturb", None):
+        result["perturb"] = args.perturb
     result |= evaluate(policy, scenes, FINAL_SEED)
     if policy.memory:
         result["wiped"] = evaluate(policy, scenes, FINAL_SEED, forget=True)

@@ -131,6 +131,11 @@ TEST_CASE("Results of other environments are refused unless that is allowed",
   const ResultSet c = results("c", {task_of(kId, {true, false}, changed)});
   CHECK_THROWS_WITH(compare_results(a, c, {}), Contains("strict") && Contains("allow constants"));
   CHECK_NOTHROW(compare_results(a, c, {AllowedDifference::kConstants}));
+
+  EvaluationSettings perturbed;
+  perturbed.perturbations = {{PerturbationAxis::kBlur, 0.5}};
+  const ResultSet d = results("d", {task_of(kId, {true, false}, perturbed)});
+  CHECK_THROWS_WITH(compare_results(a, d, {}), Contains("blur") && Contains("allow constants"));
 }
 
 }  // namespace

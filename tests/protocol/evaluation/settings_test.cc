@@ -20,6 +20,7 @@ EvaluationSettings example() {
   environment.rules = Rules::kOriginal;
   environment.task_options = {{"touch_radius", 0.03}};
   environment.constants = {{"COLORS", 8}, {"EMPTY_PHASE_STEPS", ConstantList{1, 3}}};
+  environment.perturbations = {{PerturbationAxis::kLight, 0.25}};
   settings.set_environment(environment);
   return settings;
 }
@@ -51,6 +52,8 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
   using Catch::Contains;
   refuse(edited(document, "task_options", std::nullopt),
          Contains("settings.json") && Contains("no 'task_options'"));
+  refuse(edited(document, "perturbations", DocumentTable{{"smell", 1}}),
+         Contains("settings.json") && Contains("no axis of perturbations named 'smell'"));
   refuse(edited(document, "obs_mode", "pixels"),
          Contains("'pixels'") && Contains("state_dict, rgb"));
   refuse(edited(document, "rules", "none"),
@@ -118,6 +121,9 @@ TEST_CASE("A protocol has the values of the settings", "[evaluation][settings]")
   REQUIRE(protocol.environment.task_options.size() == 1);
   CHECK(protocol.environment.task_options[0].name == "touch_radius");
   CHECK(protocol.environment.task_options[0].value == 0.03);
+  REQUIRE(protocol.environment.perturbations.size() == 1);
+  CHECK(protocol.environment.perturbations[0].axis == PerturbationAxis::kLight);
+  CHECK(protocol.environment.perturbations[0].level == 0.25);
 }
 
 TEST_CASE("Ids are in the registry's order", "[evaluation][settings]") {

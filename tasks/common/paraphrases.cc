@@ -1,9 +1,10 @@
-#include "tasks/paraphrases.h"
+#include "tasks/common/paraphrases.h"
 
 #include <algorithm>
 #include <optional>
 
-#include "tasks/paraphrase_table.h"
+#include "tasks/common/procedure_paraphrases.h"
+#include "tasks/common/recall_paraphrases.h"
 
 namespace engram {
 namespace {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <span>
 #include <string_view>
 
 namespace engram {
@@ -14,10 +13,5 @@ struct ParaphraseSet {
   std::string_view instruction;
   std::array<std::string_view, kParaphrases> others;
 };
-
-// What is remembered is one thing, and then an object is touched, pushed or picked up.
-std::span<const ParaphraseSet> recall_paraphrases();
-// Motions, sequences, counts and checks.
-std::span<const ParaphraseSet> procedure_paraphrases();
 
 }  // namespace engram

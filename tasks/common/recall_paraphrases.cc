@@ -1,4 +1,4 @@
-#include "tasks/paraphrase_table.h"
+#include "tasks/common/recall_paraphrases.h"
 
 namespace engram {
 namespace {

@@ -1,4 +1,4 @@
-#include "tasks/paraphrases.h"
+#include "tasks/common/paraphrases.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
