@@ -103,11 +103,21 @@ void Queries::sampled_values(std::span<float> values) const {
 std::string Queries::instruction(int env) const {
   const IeeeScope scope;
   batch_.check_env(env);
-  const Task& task = *batch_.task_;
-  if (!batch_.perturbations_.has(PerturbationAxis::kInstruction)) return task.instruction(env);
-  const std::vector<std::string> others = task.paraphrases(env);
+  std::string own = batch_.task_->instruction(env);
+  if (!batch_.perturbations_.has(PerturbationAxis::kInstruction)) return own;
+  const std::vector<std::string> others = paraphrases(env);
   const int wording = batch_.perturbations_.wording(env, static_cast<int>(others.size()) + 1);
-  return wording == 0 ? task.instruction(env) : others[static_cast<std::size_t>(wording) - 1];
+  return wording == 0 ? own : others[static_cast<std::size_t>(wording) - 1];
+}
+
+std::vector<std::string> Queries::paraphrases() const {
+  return batch_.task_->paraphrases(batch_.info().instruction);
+}
+
+std::vector<std::string> Queries::paraphrases(int env) const {
+  const IeeeScope scope;
+  batch_.check_env(env);
+  return batch_.task_->paraphrases(batch_.task_->instruction(env));
 }
 
 int Queries::cue_end(int env) const {

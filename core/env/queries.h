@@ -33,6 +33,10 @@ class Queries {
 
   // The language instruction of an environment's episode.
   std::string instruction(int env) const;
+  // Other wordings of info().instruction, and of the task's own instruction of an episode; empty
+  // where there are none.
+  std::vector<std::string> paraphrases() const;
+  std::vector<std::string> paraphrases(int env) const;
   // The number of steps from which on nothing shows info().hidden_variable any more.
   int cue_end(int env) const;
   // The words of the episodes, after the first reset; null if the task has none. Privileged.

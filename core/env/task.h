@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -159,8 +160,11 @@ class Task {
 
   // The instruction of one environment's episode.
   virtual std::string instruction(int /*env*/) const { return info().instruction; }
-  // Other wordings of it; empty where there are none.
-  virtual std::vector<std::string> paraphrases(int /*env*/) const { return {}; }
+  // Other wordings of an instruction of this task, with the same numbers or placeholders; empty
+  // where there are none.
+  virtual std::vector<std::string> paraphrases(std::string_view /*instruction*/) const {
+    return {};
+  }
   // Adds what is written over a picture of one environment, apart from step and reward. Called for
   // people's views only, never for observations.
   virtual void overlay(int /*env*/, Overlay& /*out*/) const {}

@@ -143,7 +143,7 @@ void ImageSource::Workspace::apply_cameras(const Scene& scene, const PictureChan
     float* pose = camera_pose.data() + 12 * camera;
     using Rows = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
     Eigen::Map<Rows> axes(pose);
-    Eigen::Map<Eigen::Vector3f> position(pose + 9);
+    Eigen::Map<Eigen::Matrix<float, 3, 1>> position(pose + 9);
     const Frame frame = moved({position.cast<double>(), axes.cast<double>()}, changes.camera[i]);
     axes = frame.axes.cast<float>();
     position = frame.pos.cast<float>();

@@ -4,12 +4,11 @@
 #include "core/base/ieee_scope.h"
 #include "core/env/queries.h"
 #include "protocol/formats/document_values.h"
-#include "tasks/common/paraphrases.h"
 
 namespace engram {
 DocumentTable describe_words(const Batch& env, int index) {
   const Queries queries(env);
-  const std::string instruction = queries.instruction(index);
+  std::vector<std::string> paraphrases = queries.paraphrases(index);
   const Annotator* annotator = queries.annotator();
   if (annotator == nullptr) {
     throw Error(Error::kUnavailable, env.info().id + " has no words for its episodes");
@@ -23,7 +22,7 @@ DocumentTable describe_words(const Batch& env, int index) {
           {"subtasks_done", annotator->subtasks_done(index)},
           {"memory", annotator->memory(index)},
           {"object", named ? Document(props[static_cast<std::size_t>(object)].name) : Document()},
-          {"paraphrases", to_list(paraphrases(instruction))}};
+          {"paraphrases", to_list(paraphrases)}};
 }
 
 }  // namespace engram

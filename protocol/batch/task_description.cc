@@ -9,7 +9,6 @@
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/unused_constants.h"
 #include "protocol/formats/document_values.h"
-#include "tasks/common/paraphrases.h"
 
 namespace engram {
 namespace {
@@ -305,7 +304,7 @@ ConstantTable describe_task(const Batch& env) {
       {"options", describe_options(env)},
       {"changeable", describe_changeable(info)},
       {"changed", changed_constants(info.constants)},
-      {"paraphrases", to_list(paraphrases(info.instruction))},
+      {"paraphrases", to_list(Queries(env).paraphrases())},
       {"warnings", to_list(unused_constants(info, env.options()))},
       {"phases", describe_phases(info)},
       {"state_dim", env.state_dim()},

@@ -7,7 +7,6 @@
 #include "core/base/error.h"
 #include "core/env/queries.h"
 #include "protocol/batch/rows.h"
-#include "tasks/common/paraphrases.h"
 
 namespace engram {
 namespace {
@@ -93,7 +92,7 @@ void LabelRecorder::start(const Batch& env, int index) {
   labels_ = {};
   plan_.clear();
   answers_ = !env.info().answer.empty();
-  labels_.paraphrases = paraphrases(queries.instruction(index));
+  labels_.paraphrases = queries.paraphrases(index);
   segment_.clear();
   const auto names = env.images().segmentation_names;
   for (const PropModel& prop : env.physics_model().props()) {

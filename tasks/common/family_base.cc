@@ -13,8 +13,8 @@ FamilyBase::FamilyBase(const RegistryEntry& entry) : info_(describe(entry)) {
   scene_.wrist_camera = entry.wrist_camera;
 }
 
-std::vector<std::string> FamilyBase::paraphrases(int env) const {
-  return engram::paraphrases(instruction(env));
+std::vector<std::string> FamilyBase::paraphrases(std::string_view instruction) const {
+  return engram::paraphrases(instruction);
 }
 
 void FamilyBase::set_constants(std::vector<TaskConstant> constants) {

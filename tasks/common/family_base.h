@@ -18,7 +18,7 @@ class FamilyBase : public Task {
   SceneSpec scene() const final;
   std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
   std::vector<ObjectDescriptor> object_descriptors() const final;
-  std::vector<std::string> paraphrases(int env) const final;
+  std::vector<std::string> paraphrases(std::string_view instruction) const final;
   void bind(const Bindings& bindings) override { engine_ = bindings; }
   // The declared constants, with the user's values.
   void set_constants(std::vector<TaskConstant> constants);

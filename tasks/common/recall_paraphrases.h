@@ -1,4 +1,5 @@
-// Wordings of instructions: one thing is remembered, then an object is touched, pushed or picked up.
+// Wordings of instructions: one thing is remembered, then an object is touched, pushed or picked
+// up.
 #pragma once
 
 #include <span>
