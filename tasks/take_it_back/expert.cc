@@ -1,7 +1,9 @@
 #include "tasks/take_it_back/expert.h"
 
 #include <algorithm>
+#include <string>
 
+#include "core/env/object_words.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/tcp_servo.h"
@@ -19,6 +21,7 @@ constexpr double kLeastHeight = 0.014;  // m, of the grip: the fingertips clear 
 constexpr double kTravelGap = 0.04;     // m above the cube during the approach
 constexpr double kCarryGap = 0.015;     // m above a cube on the table
 constexpr double kNearPart = 0.85;      // of the radius, from the target's centre
+constexpr int kMiddle = 1;              // key of the slot in the middle
 
 }  // namespace
 
@@ -56,8 +59,7 @@ void TakeItBackExpert::grasp_cube(int env, bool let_go, float* action) const {
 
 void TakeItBackExpert::carry_cube(int env, const Vec2& home, float* action) const {
   const State& state = *view_.engine.state;
-  const bool changed = state.status_of(env, kChangedGoalRegion) != PropStatus::kHidden;
-  if (view_.reached[env] != 0 && !changed) {  // wait for the target to change colour
+  if (view_.reached[env] != 0 && !is_to_return(env)) {  // wait for the target to change colour
     hold_tcp(kGripperSqueezing, action);
     return;
   }
@@ -68,12 +70,40 @@ void TakeItBackExpert::carry_cube(int env, const Vec2& home, float* action) cons
   servo_tcp(state, env, waypoint, tilt_outwards(kToolDown, waypoint), kGripperSqueezing, action);
 }
 
+bool TakeItBackExpert::is_to_return(int env) const {
+  const State& state = *view_.engine.state;
+  return view_.reached[env] != 0 && state.status_of(env, kChangedGoalRegion) != PropStatus::kHidden;
+}
+
+ChoiceForm TakeItBackExpert::choice_form() const {
+  const char* const words[kSlots] = {"on the left", "in the middle", "on the right"};
+  ChoiceForm form{.question = "Where was the cube first?"};
+  for (int key = 0; key < kSlots; ++key) {  // left as in pictures
+    form.items.push_back(words[key] + std::string(", near y ") +
+                         in_metres(middle_of_slot(key - kMiddle).y()));
+  }
+  return form;
+}
+
+bool TakeItBackExpert::is_choice_due(int env) const {
+  return is_to_return(env) && awaits_choice(env);
+}
+
+// The cube's first place, or the same in another slot. Before anybody has chosen one, the oracle's
+// way: all see where the cube comes from.
+Vec2 TakeItBackExpert::chosen_home(int env) const {
+  const int slot = choice_or(env, [&] { return view_.slot[env] + kMiddle; }) - kMiddle;
+  return Eigen::Map<const Vec2>(view_.initial.row(env)) +
+         Vec2(0, kSlotPitch * (slot - view_.slot[env]));
+}
+
 // Place to which the cube is brought back.
 Vec2 TakeItBackExpert::home(int env, Script script) const {
   switch (script) {
     case Script::kOracle:
       return Eigen::Map<const Vec2>(view_.initial.row(env));
     case Script::kBlind:
+      if (is_asked(env)) return chosen_home(env);
       return middle_of_slot(guess_stream(view_.engine, env).integer(-1, 1));
     case Script::kSweep:
       break;
