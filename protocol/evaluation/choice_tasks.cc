@@ -9,9 +9,7 @@
 namespace engram {
 namespace {
 
-bool has_choices(std::string_view id, const ConstantTable& constants = {}) {
-  return choices_of(*make_task(id, constants)) != nullptr;
-}
+bool has_choices(std::string_view id) { return choices_of(*make_task(id)) != nullptr; }
 
 // Tasks with choices: families where all have, ids of the others.
 std::string tasks_with_choices() {
@@ -51,9 +49,18 @@ void require_choices(const EvaluationSettings& settings) {
                     " steps given, 0 allowed: the hand waits for the answer");
   }
   for (const std::string& id : settings.tasks) {
-    if (has_choices(id, settings.constants)) continue;
-    throw Error(Error::kInvalidArgument,
-                id + " has no list of answers to choose from; " + tasks_with_choices() + " have");
+    const std::unique_ptr<Task> task = make_task(id, settings.constants);
+    const Choices* choices = choices_of(*task);
+    if (choices == nullptr) {
+      throw Error(Error::kInvalidArgument,
+                  id + " has no list of answers to choose from; " + tasks_with_choices() + " have");
+    }
+    const std::vector<std::string> items = choices->choice_form().items;
+    for (const std::string& item : items) {
+      if (std::ranges::count(items, item) == 1) continue;
+      throw Error(Error::kInvalidArgument,
+                  id + ": two answers are '" + item + "'; constants that tell them apart needed");
+    }
   }
 }
 

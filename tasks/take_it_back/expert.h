@@ -32,6 +32,8 @@ class TakeItBackExpert final : public Expert, public Choices {
   bool is_to_return(int env) const;
   Eigen::Vector2d home(int env, Script script) const;
   Eigen::Vector2d chosen_home(int env) const;
+  bool is_beside_way(int env, const Eigen::Vector2d& place) const;
+  Eigen::Vector2d neutral_way(int env) const;
   void grasp_cube(int env, bool let_go, float* action) const;
   void carry_cube(int env, const Eigen::Vector2d& home, float* action) const;
 

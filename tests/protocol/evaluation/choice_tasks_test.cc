@@ -34,6 +34,13 @@ TEST_CASE("Tasks without choices are refused by name", "[choices]") {
       refused("RememberColor3-VLA-v0",
               [](EvaluationSettings& all) { all.control_mode = ControlMode::kPdJointDeltaPos; }),
       Catch::Equals(""));
+  CHECK_THAT(
+      refused("RememberShapeAndColor3x2-VLA-v0",
+              [](EvaluationSettings& all) {
+                all.constants = {
+                    {"COLOR_PALETTE", ConstantList{"red", ConstantList{0.95, 0.05, 0.0}, "blue"}}};
+              }),
+      Catch::Contains("two answers are 'the red "));
   // Nothing to choose from once there is one shape.
   CHECK_THAT(refused("TraceShapeHard-VLA-v0",
                      [](EvaluationSettings& all) {

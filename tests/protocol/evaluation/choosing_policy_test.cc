@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "core/math/random.h"
 #include "tests/protocol/evaluation/choice_play.h"
@@ -161,6 +162,8 @@ void check_lists(bool lengthy) {
     const FirstQuestion low = ask_first(id, 3, {{hidden->name, extreme_values(*hidden, false)}});
     const FirstQuestion high = ask_first(id, 3, {{hidden->name, extreme_values(*hidden, true)}});
     CHECK(low.choices == high.choices);
+    const std::set<std::string> different(low.choices.begin(), low.choices.end());
+    CHECK(different.size() == low.choices.size());
     // One shape of several sizes; batteries in any order.
     const bool differs = low.choices.size() > 1 && !id.starts_with("Batteries");
     CHECK((low.right != high.right) == differs);
