@@ -231,9 +231,15 @@ class ItemEvaluator {
 
   // Of guessing, in actions or among the choices.
   double chance_in(const Batch& env) const {
-    const double of_choices =
-        protocol_.choices_stride > 0 ? Queries(env).choices()->choice_chance() : 0;
-    return of_choices > 0 ? of_choices : env.info().chance();
+    const TaskInfo& info = env.info();
+    if (protocol_.choices_stride == 0) return info.chance();
+    const Queries queries(env);
+    for (std::size_t i = 0; i < info.options.size(); ++i) {
+      const bool strict = info.options[i].name == kStrictOption && queries.option_values()[i] != 0;
+      if (strict) return info.answer_chance();  // a wrong choice fails
+    }
+    const double of_choices = queries.choices()->choice_chance();
+    return of_choices > 0 ? of_choices : info.chance();
   }
 
   // external: the policy, or null for engram's own.

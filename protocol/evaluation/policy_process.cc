@@ -141,7 +141,10 @@ void PolicyProcess::choose(const ChoiceQuestion& question, ChoiceAnswer& answer)
     ByteReader in(bytes);
     std::vector<std::string> texts;
     const auto count = in.get<std::uint32_t>();
-    // Each has four bytes or more, so that a count that is made up ends soon.
+    if (count > static_cast<std::uint32_t>(question.form.most)) {
+      fail("answered at " + request_ + ": " + std::to_string(count) + " choices given, at most " +
+           std::to_string(question.form.most) + " allowed");
+    }
     for (std::uint32_t i = 0; i < count; ++i) texts.push_back(in.text());
     if (!in.rest().empty()) fail("answered with bytes to spare");
     answer.set(texts);

@@ -85,7 +85,7 @@ TEST_CASE("eval: answers of another form end the run with a sentence", "[apps]")
       {"[\\\"the pink cube\\\"]", "choice 'the pink cube' given, the "},
       {"[\\\"7\\\"]", "choice 7 given, 0 to 2 allowed"},
       {"[]", "0 choices given, 1 needed"},
-      {"[\\\"0\\\", \\\"1\\\"]", "2 choices given, 1 needed"},
+      {"[\\\"0\\\", \\\"1\\\"]", "2 choices given, at most 1 allowed"},
       {"sys.exit(3)", "ended with exit code 3"}};
   for (const auto& [expression, words] : answers) {
     require_refusal(eval + answering(expression), 1, words);
@@ -180,6 +180,15 @@ TEST_CASE("record: films what a named answer looks like", "[apps]") {
   CHECK_FALSE(film("RememberColor3-VLA-v0 --policy oracle").contains("choices"));
   require_refusal("record InterceptSlow-VLA-v0 --out x.gif " + chooser(), 2,
                   "InterceptSlow-VLA-v0 has no list of answers");
+}
+
+TEST_CASE("eval: chance is that of a choice, and of a first answer where a wrong one fails",
+          "[apps]") {
+  const std::string eval = "TraceShapeHard-VLA-v0 --episodes 2 " + chooser(" --guess");
+  const Json about = engram_command("info TraceShapeHard-VLA-v0 --json").json();
+  CHECK(evaluate(eval)["tasks"][0]["chance"] == about["choices"]["chance"]);
+  CHECK(about["choices"]["chance"] != about["chance"]);
+  CHECK(evaluate(eval + "--option strict=1")["tasks"][0]["chance"] == about["answer_chance"]);
 }
 
 TEST_CASE("info: the choices of a task", "[apps]") {
