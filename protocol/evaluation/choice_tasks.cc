@@ -58,8 +58,10 @@ void require_choices(const EvaluationSettings& settings) {
     const std::vector<std::string> items = choices->choice_form().items;
     for (const std::string& item : items) {
       if (std::ranges::count(items, item) == 1) continue;
-      throw Error(Error::kInvalidArgument,
-                  id + ": two answers are '" + item + "'; constants that tell them apart needed");
+      throw Error(Error::kInvalidArgument, std::string(id)
+                                               .append(": two answers are '")
+                                               .append(item)
+                                               .append("'; constants that tell them apart needed"));
     }
   }
 }
