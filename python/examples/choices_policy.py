@@ -20,6 +20,7 @@ import sys
 from pipe_policy import HELLO, OBJECTS, RGB, TASK, Reader, greet, read, read_task, send
 
 QUESTION, CHOICE = 6, 7
+STEPS_PER_SHAPE = 64  # NUM_WAYPOINTS of the TraceShape tasks
 PLACE = re.compile(r"(.*) at x (\S+) m, y (\S+) m, z (\S+) m(.*)")
 
 
@@ -82,13 +83,22 @@ def place_of_ball(frames, color):
     return "left" if offset < -0.5 else "right" if offset > 0.5 else "middle"
 
 
+def traced_shapes(frames, steps):
+    """While the lamp is red, the red cube takes as many steps for every shape."""
+    demo = [(step, frame) for step, frame in zip(steps, frames) if lit(frame, "red")]
+    shapes = {}
+    for step, frame in demo:
+        shapes.setdefault((step - demo[0][0]) // STEPS_PER_SHAPE, []).append(frame)
+    return [f"a {traced_shape(shape)}" for shape in shapes.values()]
+
+
 def traced_shape(frames):
     """By how much nearer the sides of a shape are to its centre than its corners."""
     path = {(x, y) for frame in frames for name, x, y, _ in frame if name == "red cube"}
     center = [sum(point[i] for point in path) / len(path) for i in (0, 1)]
     radii = sorted(math.dist(point, center) for point in path)
-    ratio = radii[0] / radii[-1]
-    return "circle" if ratio > 0.84 else "square" if ratio > 0.6 else "triangle"
+    ratio = radii[len(radii) // 10] / radii[-1 - len(radii) // 10]
+    return "circle" if ratio > 0.84 else "square" if ratio > 0.65 else "triangle"
 
 
 def answer(asked, notes):
@@ -117,8 +127,8 @@ def answer(asked, notes):
     if "button" in question:
         flash = next(lamp for frame in frames for lamp in lit(frame))
         return [f"the {flash.split()[0]} button"]
-    if "traced" in question and asked["most"] == 1:
-        return [f"a {traced_shape(frames)}"]
+    if "traced" in question:
+        return traced_shapes(frames, asked["steps"])
     if "first" in question:
         y = next(y for name, _, y, _ in frames[0] if name.endswith("cube"))
         return [min(choices, key=lambda c: abs(float(c.split()[-2]) - y))]

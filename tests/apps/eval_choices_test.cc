@@ -33,9 +33,10 @@ TEST_CASE("eval: plain rules over the objects in words solve tasks without pictu
       "RememberColor9-VLA-v0 RememberShape5-VLA-v0 FindImposterColor5-VLA-v0 ShellGameTouch-VLA-v0 "
       "ShellGameShuffleTouch-VLA-v0 ShellGameColorLampTouch-VLA-v0 TakeItBack-VLA-v0 "
       "BlinkCountButtonPressEasy-VLA-v0 ChainOfColors3-VLA-v0 GatherAndRecall1-VLA-v0 "
-      "BatteriesCheckerEasy-3-VLA-v0 TraceShapeHard-VLA-v0 --episodes 10 " +
+      "BatteriesCheckerEasy-3-VLA-v0 TraceShapeHard-VLA-v0 "
+      "TraceShapeSeqHard-VLA-v0 --episodes 10 " +
       chooser());
-  REQUIRE(results["tasks"].size() == 12);
+  REQUIRE(results["tasks"].size() == 13);
   for (const Json& task : results["tasks"]) {
     INFO(task["env_id"]);
     CHECK(task["sr"].get<double>() >= 0.9);
