@@ -10,10 +10,7 @@ namespace engram::tests {
 namespace {
 
 std::string chooser(const std::string& options = "") {
-  return "--policy-choices 'python3 " +
-         (std::filesystem::path(test::kRoot) / "python" / "examples" / "choices_policy.py")
-             .string() +
-         options + "' ";
+  return "--policy-choices '" + choices_policy() + options + "' ";
 }
 
 // The example with another function that answers.
@@ -166,6 +163,19 @@ TEST_CASE("compare: choices and actions are told apart", "[apps]") {
   require_refusal("compare " + named + " " + acted, 2,
                   "allow choices to compare them nevertheless");
   CHECK(engram_command("compare " + named + " " + acted + " --allow choices").code == 0);
+}
+
+TEST_CASE("report: choices are named as such, and are no entry of a leaderboard", "[apps]") {
+  const TemporaryFolder folder;
+  REQUIRE(engram_command("eval RememberColor3-VLA-v0 --obs objects --episodes 2 " + chooser() +
+                         "--out " + folder.path().string())
+              .code == 0);
+  const auto run = std::filesystem::directory_iterator(folder.path() / "short")->path();
+  CHECK_THAT(read_file(run / "report.html"),
+             Catch::Contains("names answers; a scripted hand acts"));
+  CHECK(engram_command("report " + run.string()).code == 0);
+  require_refusal("report " + run.string() + " --format vla-eval", 2,
+                  "results of choices given, of actions needed");
 }
 
 TEST_CASE("record: films what a named answer looks like", "[apps]") {
