@@ -3,6 +3,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <type_traits>
 
 #include "api/c_error.h"
 #include "api/c_options.h"
@@ -10,6 +11,8 @@
 #include "engram/engram_c.h"
 #include "protocol/batch/environment_files.h"
 #include "protocol/batch/variants.h"
+#include "protocol/evaluation/choice_question.h"
+#include "protocol/evaluation/choice_tasks.h"
 #include "protocol/evaluation/comparison.h"
 #include "protocol/evaluation/evaluation_run.h"
 #include "protocol/evaluation/result_tables.h"
@@ -20,12 +23,31 @@ struct engram_policy_reply {
   std::string failure;
 };
 
+struct engram_choice_answer {
+  engram::ChoiceAnswer* answer;
+  std::string failure;
+};
+
 namespace {
 
 using engram::Error;
 using engram::c::guarded;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
+
+void require_success(int status, const std::string& failure) {
+  if (status == 0) return;
+  throw Error(Error::kUnavailable, failure.empty() ? "the policy's callback returned " +
+                                                         std::to_string(status) + ", 0 needed"
+                                                   : "policy: " + failure);
+}
+
+std::vector<const char*> c_texts(std::span<const std::string> texts) {
+  std::vector<const char*> plain;
+  plain.reserve(texts.size());
+  for (const std::string& text : texts) plain.push_back(text.c_str());
+  return plain;
+}
 
 // The callback as a policy. Threads share the callback; one at a time calls it.
 class CallbackPolicy final : public engram::ExternalPolicy {
@@ -35,9 +57,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
 
   void act(const engram::PolicyRequest& request, engram::PolicyReply& reply) override {
     const std::string id(request.env_id);
-    std::vector<const char*> instructions;
-    instructions.reserve(request.instructions.size());
-    for (const std::string& text : request.instructions) instructions.push_back(text.c_str());
+    const std::vector<const char*> instructions = c_texts(request.instructions);
     engram_policy_request plain = {};
     plain.struct_size = sizeof plain;
     plain.env_id = id.c_str();
@@ -65,11 +85,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
       const std::lock_guard lock(mutex_);
       status = callback_(user_, &plain, &answer);
     }
-    if (status == 0) return;
-    throw Error(Error::kUnavailable,
-                answer.failure.empty()
-                    ? "the policy's callback returned " + std::to_string(status) + ", 0 needed"
-                    : "policy: " + answer.failure);
+    require_success(status, answer.failure);
   }
 
  private:
@@ -79,7 +95,65 @@ class CallbackPolicy final : public engram::ExternalPolicy {
   int worker_;
 };
 
-engram::EvaluationSettings settings_of(const engram_evaluation_options& options) {
+// Likewise a callback that names answers.
+class ChoiceCallback final : public engram::ExternalPolicy {
+ public:
+  ChoiceCallback(engram_choice_callback callback, void* user, std::mutex& mutex, int worker)
+      : callback_(callback), user_(user), mutex_(mutex), worker_(worker) {}
+
+  void act(const engram::PolicyRequest& /*request*/, engram::PolicyReply& /*reply*/) override {
+    throw Error(Error::kInternal, "this policy names answers and sends no actions");
+  }
+
+  void choose(const engram::ChoiceQuestion& question, engram::ChoiceAnswer& answer) override {
+    const std::string id(question.env_id);
+    const std::vector<const char*> choices = c_texts(question.choices);
+    const std::vector<const char*> texts = c_texts(question.texts);
+    engram_choice_question plain = {};
+    plain.struct_size = sizeof plain;
+    plain.env_id = id.c_str();
+    plain.worker = worker_;
+    plain.slot = question.slot;
+    plain.episode = question.number;
+    plain.step = question.step;
+    plain.index = question.index;
+    plain.instruction = question.instruction.c_str();
+    plain.question = question.form.question.c_str();
+    plain.choices = choices.data();
+    plain.num_choices = choices.size();
+    plain.least = question.form.least;
+    plain.most = question.form.most;
+    plain.repeats = question.form.repeats ? 1 : 0;
+    plain.num_frames = question.steps.size();
+    plain.frame_steps = question.steps.data();
+    plain.proprio = question.proprio.data();
+    plain.rgb = question.rgb.empty() ? nullptr : question.rgb.data();
+    plain.state = question.state.empty() ? nullptr : question.state.data();
+    plain.texts = texts.empty() ? nullptr : texts.data();
+    plain.height = question.height;
+    plain.width = question.width;
+    plain.state_dim = question.state_dim;
+    plain.proprio_dim = question.proprio_dim;
+    plain.max_slots = question.max_slots;
+    plain.seed = question.seed ? &*question.seed : nullptr;
+    plain.policy_seed = question.policy_seed;
+    engram_choice_answer reply{&answer, {}};
+    int status = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      status = callback_(user_, &plain, &reply);
+    }
+    require_success(status, reply.failure);
+  }
+
+ private:
+  engram_choice_callback callback_;
+  void* user_;
+  std::mutex& mutex_;
+  int worker_;
+};
+
+engram::EvaluationSettings settings_of(const engram_evaluation_options& options, bool choices) {
   engram::EvaluationSettings settings;
   if (options.num_ids == 0 || options.ids == nullptr) refuse("ids: none given, 1 or more needed");
   engram::load_environment_files();
@@ -150,6 +224,14 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options)
   }
   settings.set_environment(environment);
   for (const std::string& id : settings.tasks) (void)engram::make_task(id, settings.constants);
+  settings.choices = choices;
+  if (!choices) return settings;
+  if (options.choices_stride < 1 || options.choices_stride > engram::kMaxChoicesStride) {
+    refuse("choices_stride: " + std::to_string(options.choices_stride) + " given, 1 to " +
+           std::to_string(engram::kMaxChoicesStride) + " allowed");
+  }
+  settings.choices_stride = options.choices_stride;
+  engram::require_choices(settings);
   return settings;
 }
 
@@ -164,9 +246,9 @@ void check_texts(const engram_evaluation_options& options) {
   }
 }
 
-engram::EvaluationRun begin(const engram_evaluation_options& options) {
+engram::EvaluationRun begin(const engram_evaluation_options& options, bool choices) {
   check_texts(options);
-  engram::EvaluationSettings settings = settings_of(options);
+  engram::EvaluationSettings settings = settings_of(options, choices);
   std::optional<engram::ResultFolder> folder;
   if (options.resume != nullptr) {
     folder = engram::ResultFolder::open(options.resume);
@@ -181,13 +263,14 @@ engram::EvaluationRun begin(const engram_evaluation_options& options) {
   return {std::move(settings), std::move(folder)};
 }
 
-std::string evaluate(const engram_evaluation_options& options, engram_policy_callback policy,
-                     void* user) {
-  engram::EvaluationRun run = begin(options);
+// Policy, Callback: a class above and its callback.
+template <class Policy, class Callback>
+std::string evaluate(const engram_evaluation_options& options, Callback callback, void* user) {
+  engram::EvaluationRun run = begin(options, std::is_same_v<Policy, ChoiceCallback>);
   std::mutex mutex;
   engram::Protocol protocol = engram::protocol_of(run.settings());
   protocol.external = [&](const engram::WorkContext& context) {
-    return std::make_unique<CallbackPolicy>(policy, user, mutex, context.worker());
+    return std::make_unique<Policy>(callback, user, mutex, context.worker());
   };
   protocol.num_envs = options.num_envs;
   protocol.threads = options.threads;
@@ -207,6 +290,21 @@ std::string evaluate(const engram_evaluation_options& options, engram_policy_cal
   return engram::to_text(run.document());
 }
 
+template <class Policy, class Callback>
+engram_status evaluate_guarded(const char* what, const engram_evaluation_options* options,
+                               Callback callback, void* user, char** document) {
+  if (document != nullptr) *document = nullptr;
+  return guarded([&] {
+    if (options == nullptr || callback == nullptr || document == nullptr) {
+      refuse(std::string(what) + ": a null pointer given");
+    }
+    if (options->struct_size != sizeof *options) {
+      refuse(std::string(what) + ": options not from engram_evaluation_options_init");
+    }
+    *document = engram::c::new_text(evaluate<Policy>(*options, callback, user));
+  });
+}
+
 }  // namespace
 
 void engram_evaluation_options_init(engram_evaluation_options* options) {
@@ -218,6 +316,7 @@ void engram_evaluation_options_init(engram_evaluation_options* options) {
   options->obs_mode = ENGRAM_OBS_RGB;
   options->seed = engram::kBenchmarkSeed;
   options->repeat = 1;
+  options->choices_stride = 1;
 }
 
 engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const float* actions,
@@ -260,15 +359,42 @@ const char* engram_suites_json() {
 
 engram_status engram_evaluate(const engram_evaluation_options* options,
                               engram_policy_callback policy, void* user, char** document) {
-  if (document != nullptr) *document = nullptr;
+  return evaluate_guarded<CallbackPolicy>("engram_evaluate", options, policy, user, document);
+}
+
+engram_status engram_evaluate_choices(const engram_evaluation_options* options,
+                                      engram_choice_callback policy, void* user, char** document) {
+  return evaluate_guarded<ChoiceCallback>("engram_evaluate_choices", options, policy, user,
+                                          document);
+}
+
+engram_status engram_choose(engram_choice_answer* answer, const int32_t* indices, size_t count) {
   return guarded([&] {
-    if (options == nullptr || policy == nullptr || document == nullptr) {
-      refuse("engram_evaluate: a null pointer given");
+    if (answer == nullptr || (indices == nullptr && count > 0)) {
+      refuse("engram_choose: a null pointer given");
     }
-    if (options->struct_size != sizeof *options) {
-      refuse("engram_evaluate: options not from engram_evaluation_options_init");
+    answer->answer->set({indices, count});
+  });
+}
+
+engram_status engram_choose_texts(engram_choice_answer* answer, const char* const* texts,
+                                  size_t count) {
+  return guarded([&] {
+    bool null = answer == nullptr || (texts == nullptr && count > 0);
+    std::vector<std::string> words;
+    for (size_t i = 0; i < count && !null; ++i) {
+      null = texts[i] == nullptr;
+      if (!null) words.emplace_back(texts[i]);
     }
-    *document = engram::c::new_text(evaluate(*options, policy, user));
+    if (null) refuse("engram_choose_texts: a null pointer given");
+    answer->answer->set(words);
+  });
+}
+
+engram_status engram_choice_fail(engram_choice_answer* answer, const char* message) {
+  return guarded([&] {
+    if (answer == nullptr || message == nullptr) refuse("engram_choice_fail: a null pointer given");
+    answer->failure = message;
   });
 }
 

@@ -8,6 +8,7 @@
 
 #include "apps/task_choice.h"
 #include "core/env/scripted_policy.h"
+#include "protocol/evaluation/choice_tasks.h"
 #include "protocol/evaluation/suites.h"
 
 namespace engram::apps {
@@ -31,6 +32,10 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--policy", "policy"},
     {"--policy-name", "policy"},
     {"--policy-command", "policy_config"},
+    {"--policy-command", "choices"},
+    {"--policy-choices", "policy_config"},
+    {"--policy-choices", "choices"},
+    {"--choices-stride", "choices_stride"},
     {"--control-mode", "control_mode"},
     {"--joint-proprio", "joint_proprio"},
     {"--rules", "rules"},
@@ -104,6 +109,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   }
   settings.set_environment(environment);
   if (!options.policy.given()) require_mode_of(protocol.policy, environment.control_mode);
+  if (settings.choices) require_choices(settings);
   for (const std::string& id : settings.tasks) (void)make_task(id, settings.constants);
   return settings;
 }
@@ -129,9 +135,9 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
   if (!is_null(before->policy_config) && !options.policy.given()) {
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "
-                            "run because a file names it; the same --policy-command needed, or "
-                            "--policy-server",
-                            folder.path().string(), to_line(before->policy_config)));
+                            "run because a file names it; the same {} needed, or --policy-server",
+                            folder.path().string(), to_line(before->policy_config),
+                            before->choices ? "--policy-choices" : "--policy-command"));
   }
   return *before;
 }

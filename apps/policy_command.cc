@@ -34,6 +34,19 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
     for (const Option& option : {name, timeout, tell}) option.need_no_longer(given);
   });
   server.excludes(own).excludes(given);
+  const Option choices = command.add_option(
+      "--policy-choices",
+      [=, &policy](const std::string& text) {
+        policy.command = text;
+        policy.choices = true;
+        for (const Option& option : {name, timeout, tell}) option.need_no_longer(given);
+      },
+      "An external policy that names an answer from a list instead of sending actions; a scripted "
+      "hand carries it out (docs/choices.md)");
+  choices.type_name("COMMAND").excludes(own).excludes(given).excludes(server);
+  add_int(command, "--choices-stride", policy.choices_stride, 1, kMaxChoicesStride,
+          "Control steps between the frames of its questions")
+      .needs(choices);
   add_server_options(command, server,
                      [&policy](const std::string& option, const std::string& value) {
                        policy.server.options.emplace_back(option, value);
@@ -54,6 +67,8 @@ void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& se
   settings.policy = policy.name.empty() ? "external" : policy.name;
   settings.policy_config = config_of(policy);
   settings.tell_episodes = policy.tell_episodes;
+  settings.choices = policy.choices;
+  settings.choices_stride = policy.choices_stride;
 }
 
 PolicyProcessOptions process_options(const PolicyCommand& policy, const BatchOptions& environment,
@@ -68,6 +83,7 @@ PolicyProcessOptions process_options(const PolicyCommand& policy, const BatchOpt
   }
   options.environment = environment;
   options.max_slots = max_slots;
+  options.choices = policy.choices;
   return options;
 }
 

@@ -16,18 +16,21 @@ struct PolicyCommand {
   int timeout = 300;           // seconds
   bool tell_episodes = false;  // with the seeds of their episodes
   PolicyServer server = {};    // in place of the command
+  bool choices = false;        // the command names answers instead of sending actions
+  int choices_stride = 1;      // control steps between the frames of its questions
 
   bool given() const { return !command.empty() || server.given(); }
 };
 
-// --policy-command and --policy-server, which exclude `own` and each other, and what goes with
-// either.
+// --policy-command, --policy-choices and --policy-server, which exclude `own` and each other, and
+// what goes with them.
 void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy);
 
 // Its description in results and settings; null if there is none.
 Document config_of(const PolicyCommand& policy);
 
-// Names the policy in the settings: the command, or else one of engram's own policies.
+// Names the policy in the settings, and says what it does: the command, or else one of engram's own
+// policies.
 void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings);
 
 // For a process that plays up to max_slots environments of that kind.

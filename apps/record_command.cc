@@ -15,6 +15,7 @@
 #include "apps/record_episode.h"
 #include "apps/record_view.h"
 #include "apps/task_choice.h"
+#include "protocol/evaluation/choice_tasks.h"
 #include "protocol/evaluation/result_files.h"
 
 namespace engram::apps {
@@ -143,6 +144,16 @@ void complete_size(RecordOptions& options) {
   view.width = view.height / 2 * 3;
 }
 
+// The policy and what it sees, as in results of an evaluation.
+EvaluationSettings settings_of(const EpisodeOptions& episode) {
+  EvaluationSettings settings;
+  settings.tasks = {episode.id};
+  settings.latency = episode.latency;
+  name_policy(episode.command, episode.policy, settings);
+  settings.set_environment(episode.command.given() ? episode.observed() : episode.env);
+  return settings;
+}
+
 // Fills in the options that were not given.
 RecordOptions completed(RecordOptions options) {
   const std::string extension = extension_of(options.out);
@@ -166,8 +177,11 @@ RecordOptions completed(RecordOptions options) {
   complete_size(options);
   EpisodeOptions& episode = options.episode;
   if (episode.obs && !episode.command.given()) {
-    refuse("--obs: what --policy-command or --policy-server sees; no such policy given");
+    refuse(
+        "--obs: what --policy-command, --policy-choices or --policy-server sees; no such policy "
+        "given");
   }
+  if (episode.command.choices) require_choices(settings_of(episode));
   MakeOptions& env = episode.env;
   env.obs_mode = ObsMode::kNone;
   env.auto_reset = AutoReset::kOff;  // the last frame is that of the last step
@@ -200,15 +214,15 @@ RecordReport record(const RecordOptions& options) {
 // The policy is described as in results of an evaluation.
 Document to_document(const RecordOptions& options, const RecordReport& report) {
   const EpisodeOptions& episode = options.episode;
-  EvaluationSettings settings;
-  name_policy(episode.command, episode.policy, settings);
-  settings.set_environment(episode.command.given() ? episode.observed() : episode.env);
-  return DocumentTable{{"out", options.out},
-                       {"frames", report.frames},
-                       {"success_once", report.success_once},
-                       {"obs_mode", name_of(settings.obs_mode)},
-                       {"action_chunk_size", report.chunk_size},
-                       {"model", model_document(settings)}};
+  const EvaluationSettings settings = settings_of(episode);
+  DocumentTable document{{"out", options.out},
+                         {"frames", report.frames},
+                         {"success_once", report.success_once},
+                         {"obs_mode", name_of(settings.obs_mode)},
+                         {"action_chunk_size", report.chunk_size},
+                         {"model", model_document(settings)}};
+  if (settings.choices) document.emplace_back("choices", true);
+  return document;
 }
 
 void run(const RecordOptions& given) {
@@ -302,7 +316,7 @@ void add_record_command(const Command& program) {
   add_seed(command, episode.env.seed, "Of the episode");
   add_policy_command(command, add_policy(command, episode.policy, kTaskPolicies), episode.command);
   add_obs_mode(command, episode.obs, kObsModes)
-      .description("Observation of --policy-command and --policy-server")
+      .description("Observation of --policy-command, --policy-choices and --policy-server")
       .default_str(std::string(name_of(ObsMode::kRgb)));
   add_policy_seed(command, episode.env.policy_seed);
   add_latency(command, episode.latency);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocol/evaluation/choosing_policy.h"
+
 namespace engram::apps {
 namespace {
 
@@ -25,15 +27,17 @@ CommandPolicy::CommandPolicy(const EpisodeOptions& options, const std::atomic<bo
     : context_(0, stopped, env_steps_),
       env_(make(options.id, options.observed())),
       process_(process_of(options, *env_), context_),
-      queue_(*env_, process_, context_,
-             {options.command.tell_episodes, options.env.policy_seed, options.latency}) {
+      actor_(make_external_actor(
+          *env_, process_, context_,
+          {options.command.tell_episodes, options.env.policy_seed, options.latency},
+          options.command.choices ? options.command.choices_stride : 0)) {
   env_->reset();
   const std::uint64_t seed = env_->options().seed;
-  queue_.start(0, label_episode(0, env_->info().id, seed, {}, options.command.tell_episodes));
+  actor_->start(0, label_episode(0, env_->info().id, seed, {}, options.command.tell_episodes));
 }
 
 void CommandPolicy::act(std::span<float> actions, std::span<std::uint8_t> commanded) {
-  queue_.act(actions, commanded);
+  actor_->act(actions, commanded);
   env_->step(actions, commanded);
 }
 

@@ -39,14 +39,14 @@ class CommandPolicy {
   void act(std::span<float> actions, std::span<std::uint8_t> commanded);
   // Throws Error if the policy has sent more than it was asked for.
   void require_drained() { process_.require_drained(); }
-  int longest_chunk() const { return queue_.longest_chunk(); }
+  int longest_chunk() const { return actor_->longest_chunk(); }
 
  private:
   std::atomic<std::uint64_t> env_steps_ = 0;
   WorkContext context_;
   std::unique_ptr<Batch> env_;
   PolicyProcess process_;
-  ChunkedPolicy queue_;
+  std::unique_ptr<EpisodeActor> actor_;
 };
 
 class RecordedEpisode {

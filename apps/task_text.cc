@@ -54,6 +54,11 @@ std::string memory_section(const Document& task) {
     text += fmt::format("\nAnswer\n  {}\n  a guess is right first with probability {:.3f}\n",
                         plain(answer), number(part(task, "answer_chance")));
   }
+  if (const Document& choices = part(task, "choices"); !is_null(choices)) {
+    const Document& items = part(choices, "choices");
+    text += fmt::format("\nChoices (docs/choices.md)\n  {}\n", plain(choices, "question"));
+    if (!is_null(items)) text += fmt::format("  {}\n", to_line(items));
+  }
   const Document& ceilings = part(task, "ceilings");
   if (is_null(ceilings)) return text;
   Table rows({{"policy"}, {"success_once", true}, {"first_answer_correct", true}});

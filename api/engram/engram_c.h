@@ -545,6 +545,57 @@ ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const ch
 typedef int (*engram_policy_callback)(void* user, const engram_policy_request* request,
                                       engram_policy_reply* reply);
 
+/* A question to a policy that names answers instead of sending actions. Frames are the observations
+ * since the episode's last question, or since it began; those that look like the one before are
+ * left out, and the last one is of now. */
+typedef struct engram_choice_question {
+  size_t struct_size;
+  const char* env_id;
+  int32_t worker; /**< the thread's batch: 0 to threads - 1 */
+  int32_t slot;   /**< place among the worker's episodes, 0 to max_slots - 1 */
+  int32_t
+      episode;  /**< opaque number, the same in every run; with tell_episodes that of the episode */
+  int32_t step; /**< control steps taken so far */
+  int32_t index; /**< of the question in its episode, from 0 */
+  const char* instruction;
+  const char* question;
+  const char* const* choices; /**< `num_choices` texts, in an order that means nothing */
+  size_t num_choices;
+  int32_t least; /**< choices of an answer, at least and at most; and 1 if one may be named twice */
+  int32_t most;
+  int32_t repeats;
+  size_t num_frames;
+  const int32_t* frame_steps;
+  const float* proprio;     /**< (num_frames, proprio_dim) */
+  const uint8_t* rgb;       /**< (num_frames, height, width, 6), or NULL without images */
+  const float* state;       /**< (num_frames, state_dim): state or objects, or NULL with images */
+  const char* const* texts; /**< (num_frames) the objects in words, or NULL without objects */
+  int32_t height;
+  int32_t width;
+  int32_t state_dim;
+  int32_t proprio_dim;
+  int32_t max_slots;
+  const uint64_t* seed; /**< of the episode, with tell_episodes; otherwise NULL */
+  uint64_t policy_seed; /**< of the policy's own random numbers */
+} engram_choice_question;
+
+typedef struct engram_choice_answer engram_choice_answer;
+
+/** Names `count` choices by their indices, in the answer's order. For use in the callback alone. */
+ENGRAM_API engram_status engram_choose(engram_choice_answer* answer, const int32_t* indices,
+                                       size_t count);
+/** The same by their texts, or by indices in digits. */
+ENGRAM_API engram_status engram_choose_texts(engram_choice_answer* answer, const char* const* texts,
+                                             size_t count);
+/** Sets the reason why the policy cannot answer; the callback then returns something else than
+ * 0. */
+ENGRAM_API engram_status engram_choice_fail(engram_choice_answer* answer, const char* message);
+
+/** Answers a question by engram_choose or engram_choose_texts; returns 0, or anything else to end
+ * the evaluation. Called from several threads, by one at a time. */
+typedef int (*engram_choice_callback)(void* user, const engram_choice_question* question,
+                                      engram_choice_answer* answer);
+
 /** Progress of an evaluation, reported several times a second by the thread that called
  * engram_evaluate. Returns 0, or anything else to end the evaluation. */
 typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t all_episodes,
@@ -582,6 +633,8 @@ typedef struct engram_evaluation_options {
                                opening; default 0 */
   const engram_perturbation* perturbations; /**< `num_perturbations` of them; default none */
   size_t num_perturbations;
+  int32_t choices_stride;   /**< engram_evaluate_choices: control steps between the frames of
+                               questions; default 1 */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
@@ -592,6 +645,11 @@ ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* option
 ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* options,
                                          engram_policy_callback policy, void* user,
                                          char** document);
+/** The same with a policy that names answers, which a scripted hand carries out. For tasks whose
+ * `choices` in engram_describe_json is not null. */
+ENGRAM_API engram_status engram_evaluate_choices(const engram_evaluation_options* options,
+                                                 engram_choice_callback policy, void* user,
+                                                 char** document);
 ENGRAM_API void engram_free_text(char* text);
 
 /** Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
@@ -599,9 +657,9 @@ ENGRAM_API void engram_free_text(char* text);
 ENGRAM_API const char* engram_suites_json(void);
 
 /** Compares two results of evaluations episode by episode. a, b: folders of runs, JSON files of
- * results, or texts of such documents. allowed: `num_allowed` of "ids", "seeds", "version", "rules"
- * and "constants", in which they may differ. *document: as `engram compare --json` prints it, to be
- * freed by engram_free_text; NULL if the call fails. */
+ * results, or texts of such documents. allowed: `num_allowed` of "ids", "seeds", "version",
+ * "rules", "constants" and "choices", in which they may differ. *document: as `engram compare
+ * --json` prints it, to be freed by engram_free_text; NULL if the call fails. */
 ENGRAM_API engram_status engram_compare(const char* a, const char* b, const char* const* allowed,
                                         size_t num_allowed, char** document);
 /** A table of results. format: "md", "latex", "csv", "episodes" or "vla-eval". *table: as

@@ -126,6 +126,8 @@ int Queries::cue_end(int env) const {
   return batch_.task_->cue_end(env);
 }
 
+const Choices* Queries::choices() const { return choices_of(*batch_.task_); }
+
 const Annotator* Queries::annotator() const {
   batch_.require_started("words of an episode");
   return batch_.task_->annotator();

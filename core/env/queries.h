@@ -11,6 +11,7 @@
 
 #include "core/env/annotator.h"
 #include "core/env/batch.h"
+#include "core/env/choices.h"
 #include "core/image/camera_poses.h"
 
 namespace engram {
@@ -41,6 +42,9 @@ class Queries {
   int cue_end(int env) const;
   // The words of the episodes, after the first reset; null if the task has none. Privileged.
   const Annotator* annotator() const;
+
+  // The answers that somebody may choose for a robot's hand; null if they have no names.
+  const Choices* choices() const;
 
   // Random variables of an episode, the engine's robot_noise first.
   const std::vector<RandomVariable>& random_variables() const { return batch_.pins_.variables(); }

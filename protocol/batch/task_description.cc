@@ -239,6 +239,22 @@ ConstantTable describe_rules(const TaskInfo& info) {
           {"frozen_cue", info.frozen_cue}};
 }
 
+// The answers that a policy may choose from (docs/choices.md); null if there is no list.
+Constant describe_choices(const TaskInfo& info, const Choices* choices) {
+  if (choices == nullptr) return {};
+  const double chance = choices->choice_chance();
+  const ChoiceForm form = choices->choice_form();
+  return ConstantTable{{"question", form.question},
+                       {"choices", form.items.empty() ? Constant()
+                                                      : Constant(ConstantList(form.items.begin(),
+                                                                              form.items.end()))},
+                       {"least", form.least},
+                       {"most", form.most},
+                       {"repeats", form.repeats},
+                       {"questions", form.questions},
+                       {"chance", chance > 0 ? chance : info.chance()}};
+}
+
 // Keys of a description that lists show.
 constexpr const char* kListed[] = {"id",        "family",    "split",       "memory_type",
                                    "horizon",   "canonical", "instruction", "action_dim",
@@ -306,6 +322,7 @@ ConstantTable describe_task(const Batch& env) {
       {"changed", changed_constants(info.constants)},
       {"paraphrases", to_list(Queries(env).paraphrases())},
       {"warnings", to_list(unused_constants(info, env.options()))},
+      {"choices", describe_choices(info, Queries(env).choices())},
       {"phases", describe_phases(info)},
       {"state_dim", env.state_dim()},
       {"state_fields", describe_observation(env)},

@@ -182,6 +182,12 @@ Document environment_of(const Document& task) {
                        {"perturbations", value_or_null(task, "perturbations")}};
 }
 
+// The value of a key that not all results have.
+Document value_or(const Document& task, const char* key, Document missing) {
+  const Document* value = find(task, key);
+  return value == nullptr ? missing : *value;
+}
+
 Document compared(AllowedDifference what, const Document& task) {
   switch (what) {
     case AllowedDifference::kVersion:
@@ -190,6 +196,8 @@ Document compared(AllowedDifference what, const Document& task) {
       return part(task, "rules");
     case AllowedDifference::kConstants:
       return environment_of(task);
+    case AllowedDifference::kChoices:
+      return value_or(task, "choices", false);
     case AllowedDifference::kIds:
     case AllowedDifference::kSeeds:
       break;
@@ -262,7 +270,8 @@ class Comparison {
 
   void check_environments(const Document& a, const Document& b) const {
     for (const AllowedDifference what :
-         {AllowedDifference::kVersion, AllowedDifference::kRules, AllowedDifference::kConstants}) {
+         {AllowedDifference::kVersion, AllowedDifference::kRules, AllowedDifference::kConstants,
+          AllowedDifference::kChoices}) {
       const Document of_a = compared(what, a);
       const Document of_b = compared(what, b);
       if (of_a == of_b || allowed_.contains(what)) continue;
@@ -284,13 +293,8 @@ class Comparison {
     return DocumentTable{
         {"source", results.source},           {"model", part(part(task, "model"), "name")},
         {"version", part(task, "version")},   {"rules", part(task, "rules")},
-        {"obs_mode", part(task, "obs_mode")}, {"latency_steps", latency_of(task)},
+        {"obs_mode", part(task, "obs_mode")}, {"latency_steps", value_or(task, "latency_steps", 0)},
         {"repeat", repeats_of(task)}};
-  }
-
-  static Document latency_of(const Document& task) {
-    const Document* latency = find(task, "latency_steps");
-    return latency == nullptr ? Document(0) : *latency;
   }
 
   const ResultSet& a_;

@@ -17,9 +17,10 @@ enum class AllowedDifference {
   kVersion,
   kRules,
   kConstants,  // and task options
+  kChoices,    // one policy names answers, the other acts
 };
-inline constexpr std::array kAllowedDifferenceNames = {"ids", "seeds", "version", "rules",
-                                                       "constants"};
+inline constexpr std::array kAllowedDifferenceNames = {"ids",   "seeds",     "version",
+                                                       "rules", "constants", "choices"};
 constexpr const auto& names_of(AllowedDifference) { return kAllowedDifferenceNames; }
 
 // {a, b, tasks, splits, total}; docs/results.md has the keys. Throws Error (kInvalidArgument)

@@ -9,6 +9,7 @@
 #include "core/env/queries.h"
 #include "protocol/batch/episodes.h"
 #include "protocol/batch/rows.h"
+#include "protocol/evaluation/choosing_policy.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/sample_pictures.h"
 #include "protocol/evaluation/scripted_actor.h"
@@ -203,7 +204,7 @@ class ItemEvaluator {
     Batch& env = workspace.batch.of(entry.id, item.count, protocol_.num_envs, environment);
 
     ItemResult result;
-    result.chance = env.info().chance();
+    result.chance = chance_in(env);
     result.answer_chance = env.info().answer_chance();
     result.asks = env.info().answer.empty() ? 0 : 1;
     result.episodes.resize(static_cast<std::size_t>(item.count));
@@ -228,6 +229,19 @@ class ItemEvaluator {
     return result.pack();
   }
 
+  // Of guessing, in actions or among the choices.
+  double chance_in(const Batch& env) const {
+    const TaskInfo& info = env.info();
+    if (protocol_.choices_stride == 0) return info.chance();
+    const Queries queries(env);
+    for (std::size_t i = 0; i < info.options.size(); ++i) {
+      const bool strict = info.options[i].name == kStrictOption && queries.option_values()[i] != 0;
+      if (strict) return info.answer_chance();  // a wrong choice fails
+    }
+    const double of_choices = queries.choices()->choice_chance();
+    return of_choices > 0 ? of_choices : info.chance();
+  }
+
   // external: the policy, or null for engram's own.
   std::unique_ptr<EpisodeActor> make_actor(Batch& env, ExternalPolicy* external,
                                            std::uint64_t policy_seed,
@@ -235,8 +249,9 @@ class ItemEvaluator {
     if (external == nullptr) {
       return std::make_unique<ScriptedActor>(env, protocol_.policy, protocol_.latency);
     }
-    const ChunkedPolicyOptions options{protocol_.tell_episodes, policy_seed, protocol_.latency};
-    return std::make_unique<ChunkedPolicy>(env, *external, context, options);
+    return make_external_actor(env, *external, context,
+                               {protocol_.tell_episodes, policy_seed, protocol_.latency},
+                               protocol_.choices_stride);
   }
 
   // Working memory of one thread.

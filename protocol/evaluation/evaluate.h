@@ -22,6 +22,7 @@ inline constexpr int kBenchmarkEpisodes = 50;  // per task
 inline constexpr std::uint64_t kBenchmarkSeed = 4242424242;
 inline constexpr int kEvaluationEnvs = 8;  // by default
 inline constexpr int kMaxRepeat = 1000;
+inline constexpr int kMaxChoicesStride = 1'000'000;     // control steps
 inline constexpr int kMaxLatency = 1'000'000;           // control steps
 inline constexpr double kControlStepMilliseconds = 50;  // 20 control steps a second
 
@@ -33,7 +34,10 @@ struct Protocol {
   // Rounds of the same episodes; round i has policy_seed + i.
   int repeat = 1;
   std::uint64_t policy_seed = 0;
-  int latency = 0;                 // control steps from a question to its answer
+  int latency = 0;  // control steps from a question to its answer
+  // Control steps between the frames of questions to `external`, which then names answers; 0: it
+  // sends actions.
+  int choices_stride = 0;
   int num_envs = kEvaluationEnvs;  // at most, of a thread
   int threads = 0;
   bool tell_episodes = false;  // requests to `external` have numbers and seeds of episodes

@@ -68,6 +68,10 @@ std::string seed_text(const EvaluationSettings& settings) {
   return "sealed, SHA-256 of the secret " + settings.seal->hash();
 }
 
+std::string policy_text(const EvaluationSettings& settings) {
+  return settings.policy + (settings.choices ? " (names answers; a scripted hand acts)" : "");
+}
+
 void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
                   const TaskTotals& totals, const ReportContext& context, HtmlReport& report) {
   const Document summary = summary_document(tasks);
@@ -75,7 +79,7 @@ void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
                {{"split", text(part(summary, "split"))},
                 {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
                 {"its 95 % interval", to_text(mean_success_rate(tasks).interval)},
-                {"policy", settings.policy},
+                {"policy", policy_text(settings)},
                 {"observations", name_of(settings.obs_mode)},
                 {"rules", name_of(settings.rules)},
                 {"renderer", settings.renderer},

@@ -64,6 +64,10 @@ std::span<const float> PolicyReply::chunk(int row) const {
   return chunk;
 }
 
+void ExternalPolicy::choose(const ChoiceQuestion& /*question*/, ChoiceAnswer& /*answer*/) {
+  throw Error(Error::kInternal, "this policy sends actions and names no answers");
+}
+
 // --- queues ---
 
 EpisodeLabel label_episode(int episode, std::string_view env_id, std::uint64_t seed,

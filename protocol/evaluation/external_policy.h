@@ -59,11 +59,16 @@ class PolicyReply {
   std::vector<std::vector<float>> chunks_;
 };
 
+struct ChoiceQuestion;  // protocol/evaluation/choice_question.h
+class ChoiceAnswer;
+
 // Called by one thread at a time.
 class ExternalPolicy {
  public:
   virtual ~ExternalPolicy() = default;
   virtual void act(const PolicyRequest& request, PolicyReply& reply) = 0;
+  // Names an answer, for policies that are asked for answers instead of actions.
+  virtual void choose(const ChoiceQuestion& question, ChoiceAnswer& answer);
   // Called when an item of work is done. Throws Error if the policy has sent more than it was asked
   // for: then some of its answers may belong to other requests.
   virtual void require_drained() {}

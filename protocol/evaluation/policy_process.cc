@@ -11,6 +11,7 @@
 
 #include "core/env/proprio.h"
 #include "core/sim/action_dim.h"
+#include "protocol/evaluation/choice_question.h"
 #include "protocol/formats/printable.h"
 
 namespace engram {
@@ -97,7 +98,8 @@ void PolicyProcess::handshake() {
   body.put(static_cast<std::uint32_t>(rgb ? images.width : 0));
   body.put(static_cast<std::uint32_t>(rgb ? 3 * images.cameras.size() : 0));
   body.put(static_cast<std::uint32_t>(proprio_dim(options_.environment.joint_proprio)));
-  body.put(static_cast<std::uint32_t>(action_dim(options_.environment.control_mode)));
+  const int numbers = options_.choices ? 0 : action_dim(options_.environment.control_mode);
+  body.put(static_cast<std::uint32_t>(numbers));
   body.put(static_cast<std::uint32_t>(options_.max_slots));
   request_ = "the greeting";
   send_message(Message::kHello, body.bytes());
@@ -108,12 +110,18 @@ void PolicyProcess::handshake() {
   if (!understood) fail("answered the greeting with something else than version 1 of the protocol");
 }
 
-void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
-  context_ = request.context;
+void PolicyProcess::begin(const WorkContext* context, int step, int episode,
+                          std::string_view env_id) {
+  context_ = context;
   deadline_ = Clock::now() + options_.timeout;
   require_drained();
-  request_ = "step " + std::to_string(request.steps[0]) + " of episode " +
-             std::to_string(request.episodes[0]) + " of " + std::string(request.env_id);
+  request_ = "step " + std::to_string(step) + " of episode " + std::to_string(episode) + " of " +
+             std::string(env_id);
+}
+
+void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
+  begin(request.context, request.steps[0], request.episodes[0], request.env_id);
+  send_task(request.env_id, request.state_dim, request.policy_seed);
   send_request(request);
   const Bytes answer = receive_message(Message::kChunks);
   try {
@@ -124,17 +132,67 @@ void PolicyProcess::act(const PolicyRequest& request, PolicyReply& reply) {
   }
 }
 
-void PolicyProcess::send_request(const PolicyRequest& request) {
-  if (task_ != request.env_id || policy_seed_ != request.policy_seed) {
-    task_ = request.env_id;
-    policy_seed_ = request.policy_seed;
-    ByteWriter body;
-    body.put(request.env_id);
-    body.put(static_cast<std::uint32_t>(request.state_dim));
-    // Policies that were written before there was one see none.
-    if (policy_seed_ != 0) body.put(policy_seed_);
-    send_message(Message::kTask, body.bytes());
+void PolicyProcess::choose(const ChoiceQuestion& question, ChoiceAnswer& answer) {
+  begin(question.context, question.step, question.episode, question.env_id);
+  send_task(question.env_id, question.state_dim, question.policy_seed);
+  send_question(question);
+  const Bytes bytes = receive_message(Message::kChoice);
+  try {
+    ByteReader in(bytes);
+    std::vector<std::string> texts;
+    const auto count = in.get<std::uint32_t>();
+    if (count > static_cast<std::uint32_t>(question.form.most)) {
+      fail("answered at " + request_ + ": " + std::to_string(count) + " choices given, at most " +
+           std::to_string(question.form.most) + " allowed");
+    }
+    for (std::uint32_t i = 0; i < count; ++i) texts.push_back(in.text());
+    if (!in.rest().empty()) fail("answered with bytes to spare");
+    answer.set(texts);
+  } catch (const Error& error) {
+    if (error.kind() == Error::kUnavailable) throw;
+    fail(std::string("answered at ") + request_ + ": " + error.what());
   }
+}
+
+void PolicyProcess::send_task(std::string_view env_id, int state_dim, std::uint64_t policy_seed) {
+  if (task_ == env_id && policy_seed_ == policy_seed) return;
+  task_ = env_id;
+  policy_seed_ = policy_seed;
+  ByteWriter body;
+  body.put(env_id);
+  body.put(static_cast<std::uint32_t>(state_dim));
+  // Policies that were written before there was one see none.
+  if (policy_seed_ != 0) body.put(policy_seed_);
+  send_message(Message::kTask, body.bytes());
+}
+
+void PolicyProcess::send_question(const ChoiceQuestion& question) {
+  ByteWriter body;
+  for (const std::int32_t number :
+       {question.slot, question.number, question.step, question.index}) {
+    body.put(number);
+  }
+  body.put(std::string_view(question.instruction));
+  body.put(std::string_view(question.form.question));
+  for (const int number : {question.form.least, question.form.most, int{question.form.repeats}}) {
+    body.put(static_cast<std::uint32_t>(number));
+  }
+  const auto put_texts = [&body](std::span<const std::string> texts) {
+    for (const std::string& text : texts) body.put(std::string_view(text));
+  };
+  body.put(static_cast<std::uint32_t>(question.choices.size()));
+  put_texts(question.choices);
+  body.put(static_cast<std::uint32_t>(question.steps.size()));
+  body.append(question.steps);
+  body.append(question.proprio);
+  body.append(question.rgb);
+  body.append(question.state);
+  put_texts(question.texts);
+  if (question.seed) body.put(*question.seed);
+  send_message(Message::kQuestion, body.bytes());
+}
+
+void PolicyProcess::send_request(const PolicyRequest& request) {
   ByteWriter body;
   body.put(static_cast<std::uint32_t>(request.count));
   body.append(request.slots);

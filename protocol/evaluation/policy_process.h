@@ -20,6 +20,7 @@ struct PolicyProcessOptions {
   std::chrono::milliseconds timeout{300'000};  // for every answer, its request included
   BatchOptions environment;                    // observations and control mode count
   int max_slots = 1;                           // episodes under way at the same time, at most
+  bool choices = false;                        // it names answers instead of sending actions
 };
 
 // Writing to a process that has ended raises SIGPIPE: programs that use this class ignore that
@@ -38,14 +39,27 @@ class PolicyProcess final : public ExternalPolicy {
   PolicyProcess& operator=(const PolicyProcess&) = delete;
 
   void act(const PolicyRequest& request, PolicyReply& reply) override;
+  void choose(const ChoiceQuestion& question, ChoiceAnswer& answer) override;
   void require_drained() override;
 
  private:
-  enum class Message : std::uint32_t { kHello = 1, kTask, kRequest, kChunks, kFailed };
+  enum class Message : std::uint32_t {
+    kHello = 1,
+    kTask,
+    kRequest,
+    kChunks,
+    kFailed,
+    kQuestion,
+    kChoice
+  };
   using Clock = std::chrono::steady_clock;
 
   void handshake();
+  // Begins an exchange; where: for messages.
+  void begin(const WorkContext* context, int step, int episode, std::string_view env_id);
+  void send_task(std::string_view env_id, int state_dim, std::uint64_t policy_seed);
   void send_request(const PolicyRequest& request);
+  void send_question(const ChoiceQuestion& question);
   void read_chunks(std::span<const std::byte> answer, int rows, PolicyReply& reply) const;
   void send_message(Message message, std::span<const std::byte> body);
   Bytes receive_message(Message expected);

@@ -41,6 +41,8 @@ constexpr const char* kRepeat = "repeat";
 constexpr const char* kPolicySeed = "policy_seed";
 constexpr const char* kLatency = "latency_steps";
 constexpr const char* kPerturbations = "perturbations";
+constexpr const char* kChoices = "choices";
+constexpr const char* kChoicesStride = "choices_stride";
 
 // The spelling of result files; tasks outside the benchmark's splits are "Custom".
 std::string title(Split split) {
@@ -67,10 +69,10 @@ std::string local_time() {
 }
 
 // Keys of a task document with the settings: the same in all documents of a run.
-constexpr const char* kProtocolKeys[] = {"start_seed",  "n_episodes",  "control_mode", "obs_mode",
-                                         "version",     "rules",       "model",        kSealed,
-                                         kTellEpisodes, kRepeat,       kPolicySeed,    kLatency,
-                                         kJointProprio, kPerturbations};
+constexpr const char* kProtocolKeys[] = {
+    "start_seed",  "n_episodes",   "control_mode", "obs_mode",    "version",   "rules",
+    "model",       kSealed,        kTellEpisodes,  kRepeat,       kPolicySeed, kLatency,
+    kJointProprio, kPerturbations, kChoices,       kChoicesStride};
 
 Document start_seed_document(const EvaluationSettings& settings) {
   return settings.tells_seeds() ? Document(settings.start_seed) : Document();
@@ -171,9 +173,9 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
     set("subtasks", std::move(subtasks));
     set("completion_rate", result.completion_rate());
   }
-  // Ceilings are those of the tasks as they are by default, for policies that answer at once.
+  // Ceilings are those of the tasks as they are by default, for policies that act, and at once.
   const bool usual = settings.rules == Rules::kReference && settings.task_options.empty() &&
-                     settings.constants.empty() && settings.latency == 0 &&
+                     settings.constants.empty() && settings.latency == 0 && !settings.choices &&
                      is_null(perturbations_document(settings.perturbations));
   if (const Ceiling* ceiling = usual ? find_ceiling(result.entry->id) : nullptr) {
     if (const auto score = memory_score(*ceiling, result.success_rate())) {
@@ -189,6 +191,10 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
   if (settings.latency > 0) keys.emplace_back(kLatency, settings.latency);
   Document perturbations = perturbations_document(settings.perturbations);
   if (!is_null(perturbations)) keys.emplace_back(kPerturbations, std::move(perturbations));
+  if (settings.choices) keys.emplace_back(kChoices, true);
+  if (settings.choices && settings.choices_stride > 1) {
+    keys.emplace_back(kChoicesStride, settings.choices_stride);
+  }
   if (settings.seal) keys.emplace_back(kSealed, settings.seal_document());
   Document variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));

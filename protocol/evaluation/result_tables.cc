@@ -182,6 +182,12 @@ std::string vla_eval(const DocumentList& tasks) {
   }
   const bool standard = five.size() == kVlaEvalTasks.size();
   const Document& first = tasks.front();
+  if (find(first, "choices") != nullptr) {
+    throw Error(
+        Error::kInvalidArgument,
+        "format vla-eval: results of choices given, of actions needed: its leaderboard is of "
+        "policies that act");
+  }
   const std::string& name = text(part(part(first, "model"), "name"));
   const std::string notes = "VLA ids of MIKASA-Robo-VLA (not the RL ids), re-created by engram " +
                             text(part(first, "version")) + "; seeds from " +

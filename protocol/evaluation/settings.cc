@@ -78,6 +78,11 @@ EvaluationSettings read(const Document& document) {
   check_rounds(settings.episodes, settings.repeat);
   settings.policy_seed = number_or(document, "policy_seed", 0, UINT64_MAX);
   settings.latency = static_cast<int>(number_or(document, "latency_steps", 0, kMaxLatency));
+  const Document* choices = find(document, "choices");
+  settings.choices = choices != nullptr && truth(*choices);
+  settings.choices_stride =
+      static_cast<int>(number_or(document, "choices_stride", 1, kMaxChoicesStride));
+  if (settings.choices_stride < 1) throw Error(Error::kIo, "'choices_stride' is 0");
   std::vector<TaskVariant> variants;
   for (const Document& variant : list(part(document, "variants"))) {
     variants.push_back(to_variant(variant, "variants"));
@@ -143,7 +148,9 @@ Document EvaluationSettings::document() const {
                          {"variants", variants_of(tasks)},
                          {"repeat", repeat},
                          {"policy_seed", policy_seed},
-                         {"latency_steps", latency}};
+                         {"latency_steps", latency},
+                         {"choices", choices},
+                         {"choices_stride", choices_stride}};
   add_checksum(document);
   return document;
 }
@@ -218,6 +225,7 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   protocol.repeat = settings.repeat;
   protocol.policy_seed = settings.policy_seed;
   protocol.latency = settings.latency;
+  protocol.choices_stride = settings.choices ? settings.choices_stride : 0;
   if (settings.seal) protocol.number_key = settings.seal->secret();
   MakeOptions& environment = protocol.environment;
   environment.obs_mode = settings.obs_mode;

@@ -32,6 +32,8 @@ struct EvaluationSettings {
   int repeat = 1;              // rounds of the episodes; round i has policy_seed + i
   std::uint64_t policy_seed = 0;
   int latency = 0;               // control steps from a question to its answer
+  bool choices = false;          // the policy names answers, and a scripted hand acts
+  int choices_stride = 1;        // control steps between the frames of its questions
   std::optional<SeedSeal> seal;  // of a sealed run, whose start_seed follows from it
   bool opened = false;           // documents tell the seed and the secret of a sealed run
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["compare", "evaluate", "report", "suites"]
 
 Policy = Callable[[dict[str, Any]], Any]
+Chooser = Callable[[dict[str, Any]], Any]
 Results = str | os.PathLike[str] | Mapping[str, Any]
 P = ParamSpec("P")
 Result = dict[str, Any]
@@ -63,7 +64,7 @@ def _with_servers(function: Callable[P, Result]) -> Callable[P, Result]:
 
 @_with_servers
 def evaluate(
-    policy: Policy | str,
+    policy: Policy | str | None = None,
     ids: str | Iterable[str] | None = None,
     *,
     suite: str | None = None,
@@ -89,6 +90,8 @@ def evaluate(
     policy_seed: int = 0,
     latency: int | str = 0,
     perturb: Mapping[str, float] | None = None,
+    choices: Chooser | None = None,
+    choices_stride: int = 1,
 ) -> dict[str, Any]:
     """Success rates of a policy: ``{"summary": ..., "tasks": [...]}``, as ``engram eval --json``.
 
@@ -129,7 +132,20 @@ def evaluate(
     the first action of its answer; the world goes on with the last action meanwhile.
     ``perturb``: departures from the tasks' usual scenes, robot and words, by axis, from 0 (none) to
     1: docs/perturbations.md.
+
+    ``choices``: in place of ``policy``, a function that names an answer, which a scripted hand
+    carries out (docs/choices.md). ``choices(question)`` is called for one episode at a time, with
+    ``choices`` (a list of texts), ``question`` and ``instruction``, the frames since the episode
+    began (``rgb``, ``state``, ``proprio``, ``text``, ``steps``, ``choices_stride`` steps apart) and
+    ``least``, ``most`` and ``repeats`` of an answer. It returns a text of ``choices``, its index,
+    or a list of these.
     """
+    if choices is not None:
+        if policy is not None:
+            raise InvalidArgumentError("policy, choices: one of them allowed")
+        if not callable(choices):
+            raise InvalidArgumentError(f"choices: {choices!r} given, a function needed")
+        policy = choices
     if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
     for what, function in (("policy", policy), ("progress", progress)):
@@ -142,6 +158,9 @@ def evaluate(
     def act(observation: dict[str, Any]) -> list[np.ndarray]:
         return _chunks(call(observation), len(observation["instruction"]))
 
+    def choose(question: dict[str, Any]) -> list[str]:
+        return _named(call(question))
+
     tasks, episodes = _tasks(ids, suite, episodes)
     if rules == "original":
         # Warns of constants without effect. The evaluation refuses bad arguments in its own words.
@@ -149,7 +168,7 @@ def evaluate(
             for id in tasks:
                 describe(id, rules=rules, task_options=task_options, constants=constants)
     document = _core.evaluate(
-        policy=act,
+        policy=act if choices is None else choose,
         ids=tasks,
         episodes=integer("episodes", episodes),
         seed=seed_value("seed", seed),
@@ -173,6 +192,8 @@ def evaluate(
         control_mode=text("control_mode", control_mode),
         joint_proprio=boolean("joint_proprio", joint_proprio),
         perturb=levels("perturb", perturb),
+        choices=choices is not None,
+        choices_stride=integer("choices_stride", choices_stride),
     )
     return json.loads(document)
 
@@ -182,7 +203,8 @@ def compare(a: Results, b: Results, *, allow: Iterable[str] = ()) -> dict[str, A
 
     The same as ``engram compare --json``; docs/evaluation.md describes the keys. ``a`` and ``b``
     are folders of runs, JSON files of results, or what :func:`evaluate` has returned. ``allow``:
-    in what they may differ, of "ids", "seeds", "version", "rules" and "constants".
+    in what they may differ, of "ids", "seeds", "version", "rules", "constants" and
+    "choices".
     """
     if isinstance(allow, (str, bytes)) or not isinstance(allow, Iterable):
         raise InvalidArgumentError(f"allow: {allow!r} given, a list of words needed")
@@ -261,6 +283,22 @@ def _task_options(options: Any) -> list[tuple[str, float]]:
         (text("task_options", name), real(f"task_options: {name}", value))
         for name, value in options.items()
     ]
+
+
+def _named(answer: Any) -> list[str]:
+    """The answer to a question as texts: those of choices, or indices in digits."""
+    items = list(answer) if isinstance(answer, (list, tuple, np.ndarray)) else [answer]
+    named = []
+    for item in items:
+        if isinstance(item, str):
+            named.append(text("choices", item))
+        elif isinstance(item, (int, np.integer)) and not isinstance(item, bool):
+            named.append(str(int(item)))
+        else:
+            raise InvalidArgumentError(
+                f"choices: {answer!r} given, a text, an index or a list of them needed"
+            )
+    return named
 
 
 def _chunks(answer: Any, count: int) -> list[np.ndarray]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ActionSpace",
     "BatchOptions",
+    "Choices",
     "Constant",
     "Draw",
     "Drawn",
@@ -302,6 +303,18 @@ class Prop(TypedDict):
     bounding_radius: float
 
 
+class Choices(TypedDict):
+    """Answers that a policy may name (docs/choices.md)."""
+
+    question: str
+    choices: list[str] | None  # None: they are of an episode
+    least: int
+    most: int
+    repeats: bool
+    questions: int
+    chance: float
+
+
 class TaskDescription(TaskSummary):
     """Result of ``engram.describe(id)``."""
 
@@ -321,6 +334,7 @@ class TaskDescription(TaskSummary):
     changed: dict[str, Any]
     paraphrases: list[str]  # other wordings of the instruction
     warnings: list[str]  # of constants that have no effect under these rules
+    choices: Choices | None
     phases: list[Phase]
     state_fields: list[Field]
     proprio: list[Field]

@@ -29,6 +29,7 @@ nb::object array(const T* data, std::initializer_list<std::size_t> shape) {
 // Both callbacks of one evaluation, and the first exception that came out of either.
 class Session {
  public:
+  // policy: sends actions, or names answers.
   Session(nb::callable policy, nb::object progress)
       : policy_(std::move(policy)), progress_(std::move(progress)) {}
 
@@ -36,6 +37,13 @@ class Session {
     if (calls_have_ended()) return 1;
     const Locked locked;
     return static_cast<Session*>(self)->answer(*request, reply);
+  }
+
+  static int choose(void* self, const engram_choice_question* question,
+                    engram_choice_answer* answer) {
+    if (calls_have_ended()) return 1;
+    const Locked locked;
+    return static_cast<Session*>(self)->name_answer(*question, answer);
   }
 
   static int report(void* self, int32_t episodes, int32_t all, uint64_t env_steps) {
@@ -89,6 +97,47 @@ class Session {
     });
   }
 
+  int name_answer(const engram_choice_question& question, engram_choice_answer* answer) {
+    return guarded([&] {
+      const std::size_t frames = question.num_frames;
+      nb::dict asked;
+      asked["env_id"] = question.env_id;
+      asked["worker"] = question.worker;
+      asked["slot"] = question.slot;
+      asked["episode"] = question.episode;
+      if (question.seed != nullptr) asked["seed"] = *question.seed;
+      asked["step"] = question.step;
+      asked["index"] = question.index;
+      asked["policy_seed"] = question.policy_seed;
+      asked["instruction"] = question.instruction;
+      asked["question"] = question.question;
+      asked["choices"] = texts(question.choices, question.num_choices);
+      asked["least"] = question.least;
+      asked["most"] = question.most;
+      asked["repeats"] = question.repeats != 0;
+      asked["steps"] = array(question.frame_steps, {frames});
+      asked["proprio"] =
+          array(question.proprio, {frames, static_cast<std::size_t>(question.proprio_dim)});
+      asked["rgb"] = array(question.rgb, {frames, static_cast<std::size_t>(question.height),
+                                          static_cast<std::size_t>(question.width), 6});
+      asked["state"] =
+          array(question.state, {frames, static_cast<std::size_t>(question.state_dim)});
+      asked["text"] = question.texts == nullptr ? nb::none() : texts(question.texts, frames);
+      const nb::object named = unless_ended([&] { return policy_(asked); });
+      const auto words = nb::cast<std::vector<std::string>>(named);
+      std::vector<const char*> plain;
+      for (const std::string& word : words) plain.push_back(c_text(word));
+      const engram_status status = engram_choose_texts(answer, plain.data(), plain.size());
+      if (status != ENGRAM_OK) raise(status, engram_last_error());
+    });
+  }
+
+  static nb::object texts(const char* const* words, std::size_t count) {
+    nb::list list;
+    for (std::size_t i = 0; i < count; ++i) list.append(words[i]);
+    return list;
+  }
+
   template <class F>
   int guarded(F&& f) {
     try {
@@ -118,12 +167,13 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      bool tell_episodes, const std::optional<std::string>& seed_file,
                      nb::object progress, int repeat, std::uint64_t policy_seed,
                      const std::string& latency, const std::string& control_mode,
-                     bool joint_proprio, const NamedValue& perturb) {
+                     bool joint_proprio, const NamedValue& perturb, bool choices,
+                     int choices_stride) {
   Session session(std::move(policy), std::move(progress));
   std::vector<const char*> names;
   for (const std::string& id : ids) names.push_back(c_text(id));
-  std::vector<engram_task_option> choices;
-  for (const auto& [option, value] : task_options) choices.push_back({c_text(option), value});
+  std::vector<engram_task_option> rule_options;
+  for (const auto& [option, value] : task_options) rule_options.push_back({c_text(option), value});
   engram_evaluation_options options;
   engram_evaluation_options_init(&options);
   options.ids = names.data();
@@ -138,8 +188,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.renderer = c_text(renderer);
   options.output = output ? c_text(*output) : nullptr;
   options.resume = resume ? c_text(*resume) : nullptr;
-  options.task_options = choices.data();
-  options.num_task_options = choices.size();
+  options.task_options = rule_options.data();
+  options.num_task_options = rule_options.size();
   options.constants = constants.empty() ? nullptr : c_text(constants);
   options.tell_episodes = tell_episodes ? 1 : 0;
   options.seed_file = seed_file ? c_text(*seed_file) : nullptr;
@@ -153,9 +203,13 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   const std::vector<engram_perturbation> perturbations = as_perturbations(perturb);
   options.perturbations = perturbations.data();
   options.num_perturbations = perturbations.size();
+  options.choices_stride = choices_stride;
   char* document = nullptr;
   engram_status status = ENGRAM_OK;
-  without_lock([&] { status = engram_evaluate(&options, &Session::act, &session, &document); });
+  without_lock([&] {
+    status = choices ? engram_evaluate_choices(&options, &Session::choose, &session, &document)
+                     : engram_evaluate(&options, &Session::act, &session, &document);
+  });
   const std::unique_ptr<char, void (*)(char*)> owner(document, &engram_free_text);
   session.rethrow();
   if (status != ENGRAM_OK) raise(status, engram_last_error());
@@ -197,7 +251,7 @@ void bind_evaluate(nb::module_& module) {
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
              "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
              "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a,
-             "control_mode"_a, "joint_proprio"_a, "perturb"_a);
+             "control_mode"_a, "joint_proprio"_a, "perturb"_a, "choices"_a, "choices_stride"_a);
   module.def("suites_json", [] {
     const char* text = engram_suites_json();
     if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());

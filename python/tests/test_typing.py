@@ -92,6 +92,8 @@ def test_descriptions_have_the_keys_of_their_types(obs_mode):
         for name, cls in parts.items():
             for part in described[name]:
                 assert cls.__required_keys__ <= set(part) <= keys_of(cls), (id, name)
+        if described["choices"] is not None:
+            assert set(described["choices"]) == keys_of(types.Choices)
         for space in described["action_spaces"].values():
             assert set(space) == keys_of(types.ActionSpace)
     assert all(set(task) == keys_of(types.TaskSummary) for task in engram.list())

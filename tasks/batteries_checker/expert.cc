@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/env/object_words.h"
 #include "tasks/common/grasp_servo.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"
@@ -76,15 +77,15 @@ void BatteryExpert::act(Range envs, Script script, FloatRows actions) const {
   }
 }
 
-void BatteryExpert::play_round(int env, int stage, const Choice& choice, float* action) const {
-  if (stage == STAGE_INSERT && choice.battery >= 0) {
-    insert(env, choice.battery, action);
-  } else if (stage == STAGE_RETURN && choice.active >= 0) {
-    if (put_back(env, choice.active, action)) {
-      press(env, choice.keep_down, action);
+void BatteryExpert::play_round(int env, int stage, const Plan& plan, float* action) const {
+  if (stage == STAGE_INSERT && plan.battery >= 0) {
+    insert(env, plan.battery, action);
+  } else if (stage == STAGE_RETURN && plan.active >= 0) {
+    if (put_back(env, plan.active, action)) {
+      press(env, plan.keep_down, action);
     }
   } else if (clear_tool(env, action)) {
-    press(env, choice.keep_down, action);
+    press(env, plan.keep_down, action);
   }
   limit_speed_near(*view_.engine.state, env, kTableHeight, action);
 }
@@ -162,11 +163,35 @@ void BatteryExpert::press(int env, bool keep_down, float* action) const {
 int BatteryExpert::guess(int env) const {
   int battery = -1;
   if (view_.check.rounds[env] >= view_.params.ACTIVE_BATTERY_COUNT) return battery;
+  if (is_asked(env)) {
+    const std::span<const int> chosen = choice(env, view_.check.rounds[env]);
+    return chosen.empty() ? battery : chosen.front();
+  }
   RandomStream random = guess_stream(view_.engine, env);
   for (int round = 0; round <= view_.check.rounds[env]; ++round) {
     battery = random.integer(0, view_.params.ACTIVE_BATTERY_COUNT - 1);
   }
   return battery;
+}
+
+ChoiceForm BatteryExpert::choice_form() const {
+  return {.question = "Which battery is to be tested next?",
+          .questions = view_.params.ACTIVE_BATTERY_COUNT};
+}
+
+// Batteries look alike: their places tell them apart.
+std::vector<std::string> BatteryExpert::choice_items(int env) const {
+  std::vector<std::string> items;
+  for (int battery = 0; battery < view_.rack.batteries(); ++battery) {
+    const Eigen::Vector3d slot = view_.rack.slot(env, battery);
+    items.push_back("the battery at x " + in_metres(slot.x()) + ", y " + in_metres(slot.y()));
+  }
+  return items;
+}
+
+bool BatteryExpert::is_choice_due(int env) const {
+  const int rounds = view_.check.rounds[env];
+  return is_asked(env) && choices_made(env) <= rounds && rounds < view_.params.ACTIVE_BATTERY_COUNT;
 }
 
 // Without memory: a clock replaces it. Every battery has its time, in the order of the slots.

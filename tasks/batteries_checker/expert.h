@@ -2,6 +2,7 @@
 // steps.
 #pragma once
 
+#include "core/env/choices.h"
 #include "core/env/expert.h"
 #include "tasks/batteries_checker/check_columns.h"
 #include "tasks/batteries_checker/params.h"
@@ -10,7 +11,7 @@
 
 namespace engram::tasks {
 
-class BatteryExpert final : public Expert {
+class BatteryExpert final : public Expert, public Choices {
  public:
   // Privileged view of the task. Hidden: which batteries have been checked.
   struct View {
@@ -25,17 +26,21 @@ class BatteryExpert final : public Expert {
   explicit BatteryExpert(const View& view) : view_(view) {}
 
   void act(Range envs, Script script, FloatRows actions) const override;
+  // One question in every round.
+  ChoiceForm choice_form() const override;
+  std::vector<std::string> choice_items(int env) const override;
+  bool is_choice_due(int env) const override;
 
  private:
-  // Choice of an agent in one round.
-  struct Choice {
+  // What an agent does in one round.
+  struct Plan {
     int battery = -1;        // to be tested, -1: none
     int active = -1;         // to be returned into its slot
     bool keep_down = false;  // the button, until the next round
   };
 
   // Writes the next action of a round that is in that stage.
-  void play_round(int env, int stage, const Choice& choice, float* action) const;
+  void play_round(int env, int stage, const Plan& plan, float* action) const;
   void insert(int env, int battery, float* action) const;
   // True once the battery stands in its slot and the tool is clear of it.
   bool put_back(int env, int battery, float* action) const;

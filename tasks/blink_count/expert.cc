@@ -1,6 +1,7 @@
 #include "tasks/blink_count/expert.h"
 
 #include <algorithm>
+#include <string>
 
 #include "tasks/blink_count/count_scale.h"
 #include "tasks/common/guess_stream.h"
@@ -62,10 +63,20 @@ void BlinkCountExpert::sweep(int env, float* action) const {
             kToolDown, kGripperClosed, action);
 }
 
-// Presses of an agent without memory.
+// Presses of an agent without memory, or those that somebody has chosen.
 int BlinkCountExpert::guess(int env) const {
+  const int low = view_.params.BLINK_COUNT_RANGE.low;
+  if (const std::span<const int> chosen = choice(env); !chosen.empty()) return low + chosen.front();
   RandomStream random = guess_stream(view_.engine, env);
-  return random.integer(view_.params.BLINK_COUNT_RANGE.low, view_.params.BLINK_COUNT_RANGE.high);
+  return random.integer(low, view_.params.BLINK_COUNT_RANGE.high);
+}
+
+ChoiceForm BlinkCountExpert::choice_form() const {
+  ChoiceForm form{.question = "How often has the lamp blinked?", .ordered = true};
+  for (int n = view_.params.BLINK_COUNT_RANGE.low; n <= view_.params.BLINK_COUNT_RANGE.high; ++n) {
+    form.items.push_back(std::to_string(n) + (n == 1 ? " blink" : " blinks"));
+  }
+  return form;
 }
 
 }  // namespace engram::tasks

@@ -1,6 +1,7 @@
 // Expert of BlinkCountButtonPress: presses red until the count is right, then black.
 #pragma once
 
+#include "core/env/choices.h"
 #include "core/env/expert.h"
 #include "tasks/blink_count/params.h"
 #include "tasks/common/phase_clock.h"
@@ -8,7 +9,7 @@
 
 namespace engram::tasks {
 
-class BlinkCountExpert final : public Expert {
+class BlinkCountExpert final : public Expert, public Choices {
  public:
   // Privileged view of the task.
   struct View {
@@ -26,6 +27,8 @@ class BlinkCountExpert final : public Expert {
   explicit BlinkCountExpert(const View& view) : view_(view) {}
 
   void act(Range envs, Script script, FloatRows actions) const override;
+  ChoiceForm choice_form() const override;
+  bool is_choice_due(int env) const override { return is_acting(env) && awaits_choice(env); }
 
  private:
   bool is_acting(int env) const {

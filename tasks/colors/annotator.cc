@@ -12,8 +12,6 @@ constexpr int kRemember = 0;
 constexpr int kWait = 1;
 constexpr int kFirstTouch = 2;
 
-std::string color_name(int color) { return name_color(to_rgba(COLOR_MAPPING[at(color)].rgba)); }
-
 }  // namespace
 
 // Items of the cue that have been shown so far.

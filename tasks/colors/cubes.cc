@@ -11,6 +11,7 @@
 #include "core/math/real_functions.h"
 #include "tasks/common/overlap_guard.h"
 #include "tasks/common/poses.h"
+#include "tasks/common/words.h"
 
 namespace engram::tasks {
 namespace {
@@ -107,6 +108,8 @@ void check_places(const ColorRecallParams& params) {
 }
 
 }  // namespace
+
+std::string color_name(int color) { return name_color(to_rgba(COLOR_MAPPING[at(color)].rgba)); }
 
 std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& storage,
                                               RandomStream random) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "core/env/task.h"
 #include "core/math/random.h"
@@ -22,6 +23,9 @@ std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& stora
                                               RandomStream random);
 
 inline constexpr double kArcX = -0.25;  // m: centre of the arc on which the cubes stand
+
+// "red", ...
+std::string color_name(int color);
 
 class ColorCubes {
  public:

@@ -133,10 +133,23 @@ int ColorRecallExpert::color_in_row(int env, int place) const {
   return colors[at(place)];
 }
 
-// Cubes that an agent without memory would touch, one after another.
+// Cubes that an agent without memory would touch, one after another, or that somebody has chosen.
 std::span<const std::int32_t> ColorRecallExpert::guess(int env, ColorPermutation& storage) const {
+  if (const std::span<const int> chosen = choice(env); !chosen.empty()) return chosen;
   return shuffled_colors(view_.params.COLORS, storage, guess_stream(view_.engine, env))
       .first(at(view_.params.SEQUENCE_LENGTH));
+}
+
+ChoiceForm ColorRecallExpert::choice_form() const {
+  const bool ordered = view_.params.rule == ColorRule::kChain;
+  ChoiceForm form{.question = ordered ? "Which cubes are to be touched, in which order?"
+                                      : "Which cubes are to be touched?",
+                  .least = view_.params.SEQUENCE_LENGTH,
+                  .most = view_.params.SEQUENCE_LENGTH};
+  for (int color = 0; color < view_.params.COLORS; ++color) {
+    form.items.push_back("the " + color_name(color) + " cube");
+  }
+  return form;
 }
 
 }  // namespace engram::tasks

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "core/env/choices.h"
 #include "core/env/expert.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
@@ -13,7 +14,7 @@
 
 namespace engram::tasks {
 
-class ColorRecallExpert final : public Expert {
+class ColorRecallExpert final : public Expert, public Choices {
  public:
   // Privileged view of the task.
   struct View {
@@ -32,6 +33,8 @@ class ColorRecallExpert final : public Expert {
   explicit ColorRecallExpert(const View& view) : view_(view) {}
 
   void act(Range envs, Script script, FloatRows actions) const override;
+  ChoiceForm choice_form() const override;
+  bool is_choice_due(int env) const override { return is_acting(env) && awaits_choice(env); }
 
   const View& view() const { return view_; }
   // The cube that the oracle touches next, -1 once all have been touched.

@@ -2,25 +2,13 @@
 
 #include <cmath>
 #include <numbers>
-#include <string_view>
 
 #include "core/base/index.h"
+#include "core/env/object_words.h"
 #include "mjcf/object_descriptor.h"
 #include "tasks/common/poses.h"
 
 namespace engram::tasks {
-namespace {
-
-// The benchmark's names, spelled as in English.
-std::string shape_word(int shape) {
-  if (shape < 0) return "object";
-  const std::string_view name = kObjectShapeNames[at(shape)];
-  if (name == "pyramide") return "pyramid";
-  if (name == "t_shape") return "T shape";
-  return std::string(name);
-}
-
-}  // namespace
 
 std::string enumerate(std::span<const std::string> items) {
   std::string text;

@@ -7,6 +7,7 @@
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/press_servo.h"
+#include "tasks/common/words.h"
 
 namespace engram::tasks {
 namespace {
@@ -62,7 +63,7 @@ void GatherExpert::act(Range envs, Script script, FloatRows actions) const {
 void GatherExpert::gather_and_press(int env, int color, float* action) const {
   const State& state = *view_.engine.state;
   if (bring_cubes(env, disc(env), action)) {
-    if (view_.pressed_button[env] >= 0) {
+    if (view_.pressed_button[env] >= 0 || awaits_choice(env)) {
       hold_tcp(kGripperClosed, action);
     } else {
       press(env, color, action);
@@ -148,9 +149,27 @@ int GatherExpert::nearest_button(int env) const {
                           view_.buttons.begin());
 }
 
-// Button that an agent without memory would press.
+// Button that an agent without memory would press, or that somebody has chosen.
 int GatherExpert::guess(int env) const {
-  return guess_stream(view_.engine, env).integer(0, kColors - 1);
+  return choice_or(env, [&] { return guess_stream(view_.engine, env).integer(0, kColors - 1); });
+}
+
+ChoiceForm GatherExpert::choice_form() const {
+  ChoiceForm form{.question = "Which button is to be pressed?"};
+  for (const mjcf::Rgba& color : FLASH_COLORS) {
+    form.items.push_back("the " + name_color(color) + " button");
+  }
+  return form;
+}
+
+// The cubes are on the disc, the tool is clear of them, and the flash is over.
+bool GatherExpert::is_choice_due(int env) const {
+  if (!awaits_choice(env) || view_.flash_triggered[env] == 0 || view_.flash_active[env] != 0) {
+    return false;
+  }
+  constexpr std::size_t kActionDim = 7;
+  std::array<float, kActionDim> unused{};
+  return bring_cubes(env, disc(env), unused.data());
 }
 
 }  // namespace engram::tasks

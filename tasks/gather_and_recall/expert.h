@@ -5,6 +5,7 @@
 #include <array>
 
 #include "core/base/index.h"
+#include "core/env/choices.h"
 #include "core/env/expert.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/press_button.h"
@@ -12,7 +13,7 @@
 
 namespace engram::tasks {
 
-class GatherExpert final : public Expert {
+class GatherExpert final : public Expert, public Choices {
  public:
   // Privileged view of the task. The cubes are its first props.
   struct View {
@@ -22,12 +23,15 @@ class GatherExpert final : public Expert {
     const Column<double>& disc;               // (2) m, of the centre
     const Column<std::int32_t>& flash_color;  // hidden
     const Column<std::uint8_t>& flash_active;
+    const Column<std::uint8_t>& flash_triggered;
     const Column<std::int32_t>& pressed_button;  // -1: none
   };
 
   explicit GatherExpert(const View& view) : view_(view) {}
 
   void act(Range envs, Script script, FloatRows actions) const override;
+  ChoiceForm choice_form() const override;
+  bool is_choice_due(int env) const override;
 
  private:
   void gather_and_press(int env, int color, float* action) const;

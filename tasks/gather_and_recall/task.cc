@@ -39,6 +39,7 @@ class GatherAndRecall final : public FamilyBase {
                  .disc = disc_xy_,
                  .flash_color = flash_color_,
                  .flash_active = flash_active_,
+                 .flash_triggered = flash_triggered_,
                  .pressed_button = pressed_button_}),
         annotator_({.engine = engine_,
                     .params = params_,

@@ -10,15 +10,7 @@ enum Subtask { kRemember, kWait, kMove, kTouch };
 
 constexpr double kApproached = 0.05;  // m beyond the reach of a touch
 
-NamedBy naming(Vocabulary vocabulary) {
-  return {.color = vocabulary != Vocabulary::kShape, .shape = vocabulary != Vocabulary::kColor};
-}
-
 }  // namespace
-
-std::string ObjectRecallAnnotator::name(int key) const {
-  return name_object(view_.objects.prop(key), naming(view_.objects.vocabulary()));
-}
 
 std::string ObjectRecallAnnotator::cue_subtask() const {
   const bool cubes = view_.objects.vocabulary() == Vocabulary::kColor;
@@ -38,7 +30,7 @@ std::string ObjectRecallAnnotator::cue_subtask() const {
 // An imposter has not been seen before it stands among the others.
 std::string ObjectRecallAnnotator::target_words(int env) const {
   if (!view_.imposter || phase(env) == Phase::kManipulation)
-    return "the " + name(view_.target[env]);
+    return "the " + view_.objects.name(view_.target[env]);
   const bool cubes = view_.objects.vocabulary() == Vocabulary::kColor;
   return std::string("the ") + (cubes ? "cube" : "object") + " that was not shown";
 }
@@ -65,10 +57,10 @@ int ObjectRecallAnnotator::subtask(int env) const {
 
 // The cue shows from the first picture on.
 std::string ObjectRecallAnnotator::memory(int env) const {
-  if (!view_.imposter) return "the cue was a " + name(view_.target[env]);
+  if (!view_.imposter) return "the cue was a " + view_.objects.name(view_.target[env]);
   std::vector<std::string> shown;
   for (int key = 0; key < view_.objects.count(); ++key) {
-    if (key != view_.target[env]) shown.push_back("the " + name(key));
+    if (key != view_.target[env]) shown.push_back("the " + view_.objects.name(key));
   }
   return "the cue showed " + enumerate(shown);
 }

@@ -29,7 +29,6 @@ class ObjectRecallAnnotator final : public Annotator {
 
  private:
   Phase phase(int env) const { return view_.clock.phase(env, view_.engine.state->elapsed[env]); }
-  std::string name(int key) const;
   std::string cue_subtask() const;
   std::string target_words(int env) const;
 

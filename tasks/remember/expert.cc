@@ -120,9 +120,18 @@ bool ObjectRecallExpert::is_crowded(int env, int key) const {
   return false;
 }
 
-// Object that an agent without memory would touch.
+// Object that an agent without memory would touch, or that somebody has chosen.
 int ObjectRecallExpert::guess(int env) const {
-  return guess_stream(view_.engine, env).integer(0, view_.objects.count() - 1);
+  return choice_or(
+      env, [&] { return guess_stream(view_.engine, env).integer(0, view_.objects.count() - 1); });
+}
+
+ChoiceForm ObjectRecallExpert::choice_form() const {
+  ChoiceForm form{.question = "Which object is to be touched?"};
+  for (int key = 0; key < view_.objects.count(); ++key) {
+    form.items.push_back("the " + view_.objects.name(key));
+  }
+  return form;
 }
 
 }  // namespace engram::tasks

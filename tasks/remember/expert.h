@@ -2,6 +2,7 @@
 // the other.
 #pragma once
 
+#include "core/env/choices.h"
 #include "core/env/expert.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/touch_target.h"
@@ -9,7 +10,7 @@
 
 namespace engram::tasks {
 
-class ObjectRecallExpert final : public Expert {
+class ObjectRecallExpert final : public Expert, public Choices {
  public:
   // Privileged view of the task. Objects are its first props, keys are indices.
   struct View {
@@ -26,6 +27,8 @@ class ObjectRecallExpert final : public Expert {
   explicit ObjectRecallExpert(const View& view) : view_(view) {}
 
   void act(Range envs, Script script, FloatRows actions) const override;
+  ChoiceForm choice_form() const override;
+  bool is_choice_due(int env) const override { return is_manipulation(env) && awaits_choice(env); }
 
  private:
   bool is_manipulation(int env) const {

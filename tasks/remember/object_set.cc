@@ -7,6 +7,7 @@
 
 #include "tasks/common/colors.h"
 #include "tasks/common/layout.h"
+#include "tasks/common/words.h"
 
 namespace engram::tasks {
 namespace {
@@ -137,6 +138,11 @@ void ObjectSet::add_colored_shapes() {
     add(mjcf::shape_prop(object_name(name, key), shape, color, params_.size), {shape_id, color_id},
         {.has_color = true, .color = color, .shape = name});
   }
+}
+
+std::string ObjectSet::name(int key) const {
+  return name_object(prop(key), {.color = vocabulary() != Vocabulary::kShape,
+                                 .shape = vocabulary() != Vocabulary::kColor});
 }
 
 double ObjectSet::greatest_width() const {

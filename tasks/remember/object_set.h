@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -70,6 +71,8 @@ class ObjectSet {
   double resting_height(int key) const { return object(key).prop.pos[2]; }
   // oracle_info: the key, or the ids of shape and colour.
   std::span<const int> identity(int key) const { return object(key).identity; }
+  // "red cube", "cross", "green T shape".
+  std::string name(int key) const;
   // True if a push makes it roll.
   bool rolls(int key) const {
     const std::vector<mjcf::Geom>& parts = prop(key).geoms;

@@ -12,10 +12,9 @@ constexpr double kOverMug = 0.15;    // m from its origin: the tool is about to 
 constexpr double kBehindMug = 0.15;  // m likewise: or to push it
 constexpr double kAtHandle = 0.09;   // m likewise: or to grasp it
 
-constexpr std::array<const char*, kCups> kPlaces = {"left", "middle", "right"};
 constexpr std::array<const char*, kCups> kBalls = {"red", "green", "blue"};
 
-std::string place(int slot) { return kPlaces[at(slot)]; }
+std::string place(int slot) { return kSlotNames[at(slot)]; }
 
 // "on the left", "in the middle"
 std::string in_place(int slot) { return (slot == 1 ? "in the " : "on the ") + place(slot); }

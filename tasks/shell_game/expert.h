@@ -1,12 +1,19 @@
 // Base of the experts of all shell games.
 #pragma once
 
+#include "core/env/choices.h"
 #include "core/env/expert.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {
 
-class ShellGameExpert : public Expert {
+class ShellGameExpert : public Expert, public Choices {
+ public:
+  ChoiceForm choice_form() const override;
+  bool is_choice_due(int env) const override {
+    return game_.is_manipulation(env) && awaits_choice(env);
+  }
+
  protected:
   explicit ShellGameExpert(const ShellGame& game) : game_(game) {}
 

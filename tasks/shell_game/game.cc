@@ -150,9 +150,9 @@ void ShellGame::reveal_answer() {
 // --- overlay ---
 
 void ShellGame::overlay(int env, Overlay& out) const {
-  static constexpr std::array<const char*, kCups> kSlotNames = {"Left", "Center", "Right"};
+  static constexpr std::array<const char*, kCups> kTitles = {"Left", "Center", "Right"};
   const auto slot = at(answer(env));
-  out.add(OverlayText{{10, 60}, std::string("Target: ") + kSlotNames[slot]});
+  out.add(OverlayText{{10, 60}, std::string("Target: ") + kTitles[slot]});
 }
 
 }  // namespace engram::tasks

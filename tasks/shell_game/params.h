@@ -1,6 +1,7 @@
 // Parameters of all shell games, named as the class constants.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "core/base/error.h"
@@ -11,7 +12,9 @@
 
 namespace engram::tasks {
 
-inline constexpr int kCups = 3;                // slots 0 left (-y), 1 center, 2 right
+inline constexpr int kCups = 3;  // slots 0 left (-y), 1 center, 2 right
+inline constexpr int kMiddleSlot = 1;
+inline constexpr std::array<const char*, kCups> kSlotNames = {"left", "middle", "right"};
 inline constexpr double HEIGHT_OFFSET = 1000;  // m, added to the height of what is hidden
 
 // What has to come into the goal region of ShellGamePush and ShellGamePick.

@@ -29,8 +29,6 @@ constexpr double kBallIntoGoal = 0.012;  // m
 constexpr double kMostLead = 0.045;      // m: faster, and the mug slips
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
-constexpr int kMiddleSlot = 1;
-
 }  // namespace
 
 PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params)

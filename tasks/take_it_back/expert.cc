@@ -1,7 +1,10 @@
 #include "tasks/take_it_back/expert.h"
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
+#include "core/env/object_words.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/tcp_servo.h"
@@ -19,6 +22,7 @@ constexpr double kLeastHeight = 0.014;  // m, of the grip: the fingertips clear 
 constexpr double kTravelGap = 0.04;     // m above the cube during the approach
 constexpr double kCarryGap = 0.015;     // m above a cube on the table
 constexpr double kNearPart = 0.85;      // of the radius, from the target's centre
+constexpr int kMiddle = 1;              // key of the slot in the middle
 
 }  // namespace
 
@@ -56,16 +60,66 @@ void TakeItBackExpert::grasp_cube(int env, bool let_go, float* action) const {
 
 void TakeItBackExpert::carry_cube(int env, const Vec2& home, float* action) const {
   const State& state = *view_.engine.state;
-  const bool changed = state.status_of(env, kChangedGoalRegion) != PropStatus::kHidden;
-  if (view_.reached[env] != 0 && !changed) {  // wait for the target to change colour
+  const bool asks = awaits_choice(env);
+  if (view_.reached[env] != 0 && !is_to_return(env) && !asks) {  // the target will change colour
     hold_tcp(kGripperSqueezing, action);
     return;
   }
   const Vec2 goal = Eigen::Map<const Vec2>(view_.goal.row(env));
   const Vec2 near_part = goal + kNearPart * view_.goal_radius * (home - goal).normalized();
-  const Vec2 next = view_.reached[env] != 0 ? home : near_part;
+  const Vec2 there = asks ? neutral_way(env) : near_part;
+  const Vec2 back = is_asked(env) && is_beside_way(env, home) ? near_part : home;
+  const Vec2 next = view_.reached[env] != 0 && !asks ? back : there;
   const Vector waypoint(next.x(), next.y(), view_.cube_halfsize + kCarryGap);
   servo_tcp(state, env, waypoint, tilt_outwards(kToolDown, waypoint), kGripperSqueezing, action);
+}
+
+bool TakeItBackExpert::is_to_return(int env) const {
+  const State& state = *view_.engine.state;
+  return view_.reached[env] != 0 && state.status_of(env, kChangedGoalRegion) != PropStatus::kHidden;
+}
+
+ChoiceForm TakeItBackExpert::choice_form() const {
+  const char* const words[kSlots] = {"on the left", "in the middle", "on the right"};
+  ChoiceForm form{.question = "Where was the cube first?"};
+  for (int key = 0; key < kSlots; ++key) {  // left as in pictures
+    form.items.push_back(words[key] + std::string(", near y ") +
+                         in_metres(middle_of_slot(key - kMiddle).y()));
+  }
+  return form;
+}
+
+bool TakeItBackExpert::is_choice_due(int env) const {
+  return awaits_choice(env) && is_to_return(env);
+}
+
+// True on the target, apart from the straight way from its centre to a place, which is the
+// oracle's.
+bool TakeItBackExpert::is_beside_way(int env, const Vec2& place) const {
+  constexpr double kApart = 0.01;  // m
+  const Vec2 goal = Eigen::Map<const Vec2>(view_.goal.row(env));
+  const Vec2 offset = prop_pos(*view_.engine.state, env, kCube).head<2>() - goal;
+  const Vec2 way = (place - goal).normalized();
+  return offset.norm() < view_.goal_radius &&
+         std::abs(offset.x() * way.y() - offset.y() * way.x()) > kApart;
+}
+
+// The next point on a way to the target that ends along x: where the cube reaches the target does
+// not tell where it comes from.
+Vec2 TakeItBackExpert::neutral_way(int env) const {
+  constexpr double kAligned = 0.004;  // m
+  constexpr double kRoom = 0.015;     // m before the target
+  const Vec2 goal = Eigen::Map<const Vec2>(view_.goal.row(env));
+  const double cube_y = prop_pos(*view_.engine.state, env, kCube).y();
+  const bool aligned = std::abs(cube_y - goal.y()) < kAligned;
+  return aligned ? goal : goal - Vec2(view_.goal_radius + kRoom, 0);
+}
+
+// The cube's first place, or the same in another slot.
+Vec2 TakeItBackExpert::chosen_home(int env) const {
+  const int slot = choice_or(env, [&] { return view_.slot[env] + kMiddle; }) - kMiddle;
+  return Eigen::Map<const Vec2>(view_.initial.row(env)) +
+         Vec2(0, kSlotPitch * (slot - view_.slot[env]));
 }
 
 // Place to which the cube is brought back.
@@ -74,6 +128,7 @@ Vec2 TakeItBackExpert::home(int env, Script script) const {
     case Script::kOracle:
       return Eigen::Map<const Vec2>(view_.initial.row(env));
     case Script::kBlind:
+      if (is_asked(env)) return chosen_home(env);
       return middle_of_slot(guess_stream(view_.engine, env).integer(-1, 1));
     case Script::kSweep:
       break;

@@ -133,6 +133,7 @@ class TakeItBack final : public FamilyBase {
                                  /*original=*/true)),
         expert_({.engine = engine_,
                  .initial = initial_,
+                 .slot = slot_,
                  .goal = goal_,
                  .reached = reached_,
                  .goal_radius = params.GOAL_RADIUS,

@@ -1,5 +1,6 @@
 #include "tasks/trace_shape/chance.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <numbers>
@@ -37,12 +38,19 @@ constexpr double kStride = 0.025;           // m per control step
 constexpr double kResponse = 0.5;           // of a change of pace, in one control step
 const Vec2 kStart(GREEN_CUBE_OFFSET_X, 0);  // from the shapes' centre
 
+// What an agent guesses of a demonstration: shapes, sizes and turns, or shapes alone.
+enum class Guess { kAll, kShapes };
+
 class Trial {
  public:
-  Trial(const TraceParams& params, const ContourSet& set, int number)
+  Trial(const TraceParams& params, const ContourSet& set, Guess guess, int number)
       : params_(params), set_(set), random_(0, static_cast<std::uint64_t>(number), kPurpose) {
     shown_ = draw_shapes();
     guessed_ = draw_shapes();
+    if (guess == Guess::kAll) return;
+    for (std::size_t i = 0; i < guessed_.size(); ++i) {
+      guessed_[i] = shown_[std::min(i, shown_.size() - 1)].as(guessed_[i].shape());
+    }
   }
 
   // True if the guess passes for the demonstration.
@@ -103,11 +111,11 @@ class Trial {
   std::size_t closed_ = 0;    // shapes
 };
 
-double estimate(const TraceParams& params) {
+double estimate(const TraceParams& params, Guess guess) {
   const ContourSet set(params.contours);
   int successes = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    successes += Trial(params, set, trial).succeeds() ? 1 : 0;
+    successes += Trial(params, set, guess, trial).succeeds() ? 1 : 0;
   }
   // Even the least likely answer is given now and then.
   return (successes + 0.5) / (kTrials + 1);
@@ -127,10 +135,12 @@ int count_sequences(const TraceParams& params) {
 }
 
 double guess_rate(const TraceParams& params) {
-  if (!is_benchmark(params)) return estimate(params);
+  if (!is_benchmark(params)) return estimate(params, Guess::kAll);
   const auto shapes = at(params.AVAILABLE_SHAPES.size());
   return params.sequence ? kTraceSeqRates[shapes] : kTraceRates[shapes];
 }
+
+double choice_rate(const TraceParams& params) { return estimate(params, Guess::kShapes); }
 
 // A shape is as good as the others; in a sequence, the length has to be right as well.
 double answer_rate(const TraceParams& params) {

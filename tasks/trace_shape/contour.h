@@ -65,6 +65,12 @@ class Contour {
   const ContourSet& set() const { return *set_; }
   int shape() const { return shape_; }
   const Vec2& center() const { return center_; }
+  // Another shape with the same place, size and turn.
+  Contour as(int shape) const {
+    Contour other = *this;
+    other.shape_ = shape;
+    return other;
+  }
   // index 0, ..., NUM_WAYPOINTS - 1.
   Vec2 waypoint(int index) const;
   // index 0, ..., NUM_CHECKPOINTS - 1.

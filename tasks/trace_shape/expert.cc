@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "core/math/real_functions.h"
 #include "tasks/common/grasp_servo.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"
+#include "tasks/trace_shape/chance.h"
 
 namespace engram::tasks {
 namespace {
@@ -82,12 +84,35 @@ void TraceExpert::bind(ColumnStore& memory) {
   memory.limit("guess_visited", 0, demo_.contours().all_visited());
 }
 
+ChoiceForm TraceExpert::choice_form() const {
+  const TraceParams& params = demo_.params();
+  const bool one = params.MAX_SEQUENCE_LENGTH == 1;
+  ChoiceForm form{
+      .question = one ? "Which shape was traced?" : "Which shapes were traced, in which order?",
+      .least = params.MIN_SEQUENCE_LENGTH,
+      .most = params.MAX_SEQUENCE_LENGTH,
+      .repeats = !one};
+  for (int i = 0; i < demo_.candidates(); ++i) {
+    form.items.push_back(std::string("a ") + kContourNames[at(params.AVAILABLE_SHAPES[i])]);
+  }
+  return form;
+}
+
+double TraceExpert::choice_chance() const { return choice_rate(demo_.params()); }
+
 int TraceExpert::guessed_length(int env) const {
+  if (const std::span<const int> named = choice(env); !named.empty()) {
+    return static_cast<int>(named.size());
+  }
   const TraceParams& params = demo_.params();
   return guess_stream(engine_, env).integer(params.MIN_SEQUENCE_LENGTH, params.MAX_SEQUENCE_LENGTH);
 }
 
 Contour TraceExpert::guessed_contour(int env, int element) const {
+  if (const std::span<const int> named = choice(env); !named.empty()) {
+    // One more than were shown is as the last one.
+    return demo_.candidate(env, std::min(element, demo_.length(env) - 1), named[at(element)]);
+  }
   const TraceParams& params = demo_.params();
   RandomStream random = guess_stream(engine_, env);
   random.integer(params.MIN_SEQUENCE_LENGTH, params.MAX_SEQUENCE_LENGTH);
@@ -145,6 +170,7 @@ void TraceShapeExpert::act(Range envs, Script script, FloatRows actions) const {
 
 // Round after round, for as long as the episode lasts.
 void TraceShapeExpert::follow_guess(int env, const Vec2& cube) const {
+  if (awaits_choice(env)) return;
   const Contour contour = guessed_contour(env, 0);
   std::int32_t& visited = guess_visited_[env];
   visited = visit(contour, cube, visited);
@@ -210,6 +236,7 @@ void TraceShapeSeqExpert::submit(int env, float* action) const {
 }
 
 void TraceShapeSeqExpert::follow_guess(int env, const Vec2& cube) const {
+  if (awaits_choice(env)) return;
   std::int32_t& element = guess_element_[env];
   if (element >= guessed_length(env)) return;
   const Contour contour = guessed_contour(env, element);

@@ -2,6 +2,7 @@
 // from one checkpoint to the next.
 #pragma once
 
+#include "core/env/choices.h"
 #include "core/env/expert.h"
 #include "tasks/common/press_button.h"
 #include "tasks/trace_shape/demo.h"
@@ -9,8 +10,11 @@
 namespace engram::tasks {
 
 // Base of both. Remembers which checkpoints of its own guess the blind expert has visited.
-class TraceExpert : public Expert {
+class TraceExpert : public Expert, public Choices {
  public:
+  ChoiceForm choice_form() const override;
+  double choice_chance() const override;
+  bool is_choice_due(int env) const override { return demo_.is_acting(env) && awaits_choice(env); }
   // Adds the memory of the blind expert; for the task's bind.
   void bind(ColumnStore& memory);
 
@@ -18,7 +22,8 @@ class TraceExpert : public Expert {
   TraceExpert(const Bindings& engine, const TraceDemo& demo) : engine_(engine), demo_(demo) {}
 
   const State& state() const { return *engine_.state; }
-  // The demonstration as an agent guesses it that has not seen it.
+  // The demonstration as an agent guesses it that has not seen it; or as somebody has named its
+  // shapes, as large and turned as they were shown.
   int guessed_length(int env) const;
   Contour guessed_contour(int env, int element) const;
 

@@ -280,3 +280,97 @@ TEST_CASE("C API: results are compared and tabulated", "[evaluation][compare]") 
   CHECK(engram_report(results, "md", nullptr) == ENGRAM_INVALID_ARGUMENT);
   engram_free_text(results);
 }
+
+namespace {
+
+struct Choosing {
+  int questions = 0;
+  int32_t index = 0;              // of the choice
+  const char* text = nullptr;     // instead
+  const char* failure = nullptr;  // instead
+  engram_status status = ENGRAM_OK;
+  std::string words;  // of the first frame
+};
+
+int choose(void* user, const engram_choice_question* question, engram_choice_answer* answer) {
+  auto& call = *static_cast<Choosing*>(user);
+  ++call.questions;
+  REQUIRE(question->struct_size == sizeof *question);
+  CHECK(question->num_choices == 3);
+  CHECK(question->least == 1);
+  CHECK(question->most == 1);
+  CHECK(question->repeats == 0);
+  CHECK(question->index == 0);
+  CHECK(question->frame_steps[0] == 0);
+  CHECK(question->frame_steps[question->num_frames - 1] == question->step);
+  CHECK(question->rgb == nullptr);
+  CHECK(question->seed == nullptr);
+  if (question->texts != nullptr) call.words = question->texts[0];
+  if (call.failure != nullptr) {
+    engram_choice_fail(answer, call.failure);
+    return 1;
+  }
+  call.status = call.text != nullptr ? engram_choose_texts(answer, &call.text, 1)
+                                     : engram_choose(answer, &call.index, 1);
+  if (call.status == ENGRAM_OK) return 0;
+  engram_choice_fail(answer, engram_last_error());
+  return 1;
+}
+
+}  // namespace
+
+TEST_CASE("C API: a policy names answers", "[evaluation][choices]") {
+  engram_evaluation_options options = options_of(3);
+  options.obs_mode = ENGRAM_OBS_OBJECTS;
+  Choosing call;
+  char* text = nullptr;
+  REQUIRE(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_OK);
+  const Json by_index = Json::parse(text);
+  engram_free_text(text);
+  CHECK(call.questions == 3);
+  CHECK_THAT(call.words, Catch::Contains("cube at x "));
+  CHECK(by_index["tasks"][0]["choices"] == true);
+  call.text = "0";
+  REQUIRE(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_OK);
+  CHECK(Json::parse(text) == by_index);
+  engram_free_text(text);
+}
+
+TEST_CASE("C API: choices of another form are refused", "[evaluation][choices]") {
+  engram_evaluation_options options = options_of(1);
+  char* text = nullptr;
+  Choosing call;
+  call.index = 3;
+  CHECK(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_UNAVAILABLE);
+  CHECK(call.status == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("choice 3 given, 0 to 2 allowed"));
+  call.text = "the pink cube";
+  CHECK(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_UNAVAILABLE);
+  CHECK_THAT(engram_last_error(), Catch::Contains("choice 'the pink cube' given"));
+  call.failure = "no idea";
+  CHECK(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_UNAVAILABLE);
+  CHECK_THAT(engram_last_error(), Catch::Contains("policy: no idea"));
+  const auto silent = [](void*, const engram_choice_question*, engram_choice_answer*) { return 0; };
+  CHECK(engram_evaluate_choices(&options, silent, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("no choice given"));
+  CHECK(engram_choose(nullptr, nullptr, 0) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_choose_texts(nullptr, nullptr, 0) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_choice_fail(nullptr, "x") == ENGRAM_INVALID_ARGUMENT);
+  CHECK(text == nullptr);
+}
+
+TEST_CASE("C API: choices are refused where there are none", "[evaluation][choices]") {
+  const char* const ids[] = {"InterceptSlow-VLA-v0"};
+  engram_evaluation_options options = options_of(1);
+  Choosing call;
+  char* text = nullptr;
+  options.choices_stride = 0;
+  CHECK(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("choices_stride: 0 given, 1 to"));
+  options.choices_stride = 1;
+  options.ids = ids;
+  CHECK(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("InterceptSlow-VLA-v0 has no list of answers"));
+  CHECK(engram_evaluate_choices(&options, nullptr, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(call.questions == 0);
+}

@@ -63,6 +63,13 @@ inline std::string pipe_policy() {
          (std::filesystem::path(test::kRoot) / "python" / "examples" / "pipe_policy.py").string();
 }
 
+// The example of one that names answers.
+inline std::string choices_policy() {
+  return "python3 " +
+         (std::filesystem::path(test::kRoot) / "python" / "examples" / "choices_policy.py")
+             .string();
+}
+
 // The text of an edited document of engram's, as somebody writes it who knows the checksum.
 inline std::string with_checksum(Json edited) {
   edited.erase("checksum");

@@ -141,6 +141,11 @@ TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
     CHECK(result.code == 0);
     CHECK(result.out == alone.out);
   }
+  const std::string choices =
+      "eval RememberColor3-VLA-v0 --obs objects --episodes 7 --json "
+      "--policy-choices '" +
+      choices_policy() + " --guess'";
+  CHECK(ranks(2, choices).out == engram_command(choices).out);
   // Errors of the user end all ranks.
   const CommandResult wrong = ranks(2, "eval NoSuchTask-VLA-v0");
   CHECK(wrong.code != 0);

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <thread>
 
+#include "protocol/evaluation/choice_question.h"
 #include "tests/protocol/evaluation/watched_process.h"
 #include "tests/temporary_folder.h"
 
@@ -133,6 +134,18 @@ class Pipes {
   }
   // An action of zeros for one episode.
   void answer() const { say({4, 4 * 10, 1, 1, 7, 0, 0, 0, 0, 0, 0, 0}); }
+  // Everything that waits to be read.
+  std::vector<char> received() const {
+    std::vector<char> all;
+    std::array<char, 1024> bytes{};
+    pollfd one{to_[0], POLLIN, 0};
+    while (::poll(&one, 1, 0) > 0) {
+      const ssize_t count = ::read(to_[0], bytes.data(), bytes.size());
+      if (count <= 0) break;
+      all.insert(all.end(), bytes.begin(), bytes.begin() + count);
+    }
+    return all;
+  }
   // Makes room for a page of the next question.
   void read_page() const {
     std::array<char, 4096> bytes{};
@@ -186,6 +199,99 @@ struct Question {
     ++step[0];
   }
 };
+
+// --- choices ---
+
+struct ChoiceCall {
+  const std::vector<std::int32_t> steps = {0, 5};
+  const std::vector<float> proprio = std::vector<float>(14, 0.5F);
+  const std::vector<std::string> texts = {"a", "bc"};
+  ChoiceQuestion question;
+
+  explicit ChoiceCall(const WorkContext& context) {
+    question.env_id = "RememberColor3-VLA-v0";
+    question.slot = 2;
+    question.episode = 3;
+    question.number = 77;
+    question.step = 5;
+    question.instruction = "touch it";
+    question.form.question = "Which?";
+    question.choices = {"the red cube", "the blue cube"};
+    question.steps = steps;
+    question.proprio = proprio;
+    question.texts = texts;
+    question.context = &context;
+  }
+
+  std::vector<int> ask(PolicyProcess& policy) const {
+    ChoiceAnswer answer(question);
+    policy.choose(question, answer);
+    return {answer.indices().begin(), answer.indices().end()};
+  }
+};
+
+constexpr std::uint32_t kDigits = 0x31303030;  // "0001" as it lies in memory
+
+TEST_CASE("A question over pipes is as documented", "[policy][choices]") {
+  const Pipes pipes;
+  const Work work;
+  PolicyProcessOptions options = options_of("x");
+  options.choices = true;
+  PolicyProcess policy(pipes.to(), pipes.from(), options, work.context);
+  const std::vector<char> greeting = pipes.received();
+  ByteReader hello(std::as_bytes(std::span(greeting)));
+  (void)hello.take(8 + 7 * 4);
+  CHECK(hello.get<std::uint32_t>() == 0);  // size of an action
+
+  std::thread other([&pipes] {
+    ::usleep(100'000);
+    pipes.say({7, 12, 1, 4, kDigits});
+  });
+  CHECK(ChoiceCall(work.context).ask(policy) == std::vector<int>{1});
+  other.join();
+  const std::vector<char> bytes = pipes.received();
+  ByteReader in(std::as_bytes(std::span(bytes)));
+  CHECK(in.get<std::uint32_t>() == 2);  // the task
+  (void)in.take(in.get<std::uint32_t>());
+  CHECK(in.get<std::uint32_t>() == 6);
+  const auto size = in.get<std::uint32_t>();
+  CHECK(size == in.rest().size());
+  CHECK(in.values<std::int32_t>(4) == std::vector<std::int32_t>{2, 77, 5, 0});
+  CHECK(in.text() == "touch it");
+  CHECK(in.text() == "Which?");
+  CHECK(in.values<std::uint32_t>(4) == std::vector<std::uint32_t>{1, 1, 0, 2});
+  CHECK(in.text() == "the red cube");
+  CHECK(in.text() == "the blue cube");
+  CHECK(in.get<std::uint32_t>() == 2);
+  CHECK(in.values<std::int32_t>(2) == std::vector<std::int32_t>{0, 5});
+  CHECK(in.values<float>(14) == std::vector<float>(14, 0.5F));
+  CHECK(in.text() == "a");
+  CHECK(in.text() == "bc");
+  CHECK(in.rest().empty());
+}
+
+TEST_CASE("Answers that are no choices end a policy", "[policy][choices]") {
+  const Work work;
+  const std::pair<std::vector<std::uint32_t>, const char*> answers[] = {
+      {{7, 4, 0}, "0 choices given, 1 needed"},
+      {{7, 4, 4'000'000'000}, "4000000000 choices given, at most 1 allowed"},
+      {{7, 8, 1, 9}, "message too short"},
+      {{7, 16, 1, 4, kDigits, 0}, "answered with bytes to spare"},
+      {{4, 4, 1}, "answered with message type 4 of 4 bytes, type 7 expected"},
+      {{5, 4, kDigits}, "says: 0001"}};
+  for (const auto& [answer, words] : answers) {
+    const Pipes pipes;
+    PolicyProcessOptions options = options_of("x");
+    options.choices = true;
+    PolicyProcess policy(pipes.to(), pipes.from(), options, work.context);
+    std::thread other([&pipes, &answer = answer] {
+      ::usleep(20'000);
+      pipes.say(answer);
+    });
+    CHECK_THROWS_WITH(ChoiceCall(work.context).ask(policy), Catch::Contains(words));
+    other.join();
+  }
+}
 
 TEST_CASE("Every question has one answer, one that has two is named", "[policy]") {
   const Pipes pipes;
