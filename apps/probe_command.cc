@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 
@@ -82,11 +83,12 @@ void run(const ProbeCommandOptions& options) {
   {
     Progress view("probe", "steps");
     const Interruption interruption;
-    document =
-        run_probes(settings, protocol, options.probe, [&](double done, std::uint64_t env_steps) {
-          interruption.check("no results were written");
-          view.update(done, static_cast<double>(env_steps));
-        });
+    document = run_probes(settings, protocol, options.probe,
+                          [&](int episodes, int all, std::uint64_t env_steps) {
+                            interruption.check("no results were written");
+                            view.update(episodes / std::max(1.0, static_cast<double>(all)),
+                                        static_cast<double>(env_steps));
+                          });
   }
   if (!options.eval.out.empty()) write_probes(document, options.eval.out);
   print(options.eval.json ? to_text(document) : to_plain_text(document, options.probe));

@@ -87,8 +87,7 @@ class ProbeSource final : public WorkSource {
 
   void tick(const WorkStatus& status) override {
     if (!progress_) return;
-    const double all = static_cast<double>(results_.size()) * protocol_.episodes;
-    progress_(done_ / all, status.env_steps);
+    progress_(done_, static_cast<int>(results_.size()) * protocol_.episodes, status.env_steps);
   }
 
   const std::vector<ConditionResults>& results() const { return results_; }

@@ -24,8 +24,8 @@ struct ProbeOptions {
 // Words of a list such as "twins,capacity". Throws Error (kInvalidArgument) for others.
 std::vector<Probe> parse_probes(std::string_view option, const std::string& text);
 
-// done: share of the trials, 0 to 1.
-using ProbeProgress = std::function<void(double done, std::uint64_t env_steps)>;
+// episodes: numbers that are done at all points, of all.
+using ProbeProgress = std::function<void(int episodes, int all, std::uint64_t env_steps)>;
 
 // {settings, tasks}: of each task of the settings, what the probes have found. protocol: with these
 // settings, policy, threads and environments at a time, on which results do not depend. Throws
