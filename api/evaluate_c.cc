@@ -17,6 +17,9 @@
 #include "protocol/evaluation/evaluation_run.h"
 #include "protocol/evaluation/result_tables.h"
 #include "protocol/evaluation/suites.h"
+#include "protocol/formats/files.h"
+#include "protocol/probe/probe_report.h"
+#include "protocol/probe/probe_run.h"
 
 struct engram_policy_reply {
   engram::PolicyReply* reply;
@@ -263,24 +266,57 @@ engram::EvaluationRun begin(const engram_evaluation_options& options, bool choic
   return {std::move(settings), std::move(folder)};
 }
 
-// Policy, Callback: a class above and its callback.
+// With a callback as its policy. Policy, Callback: a class above and its callback. mutex: outlives
+// the protocol.
 template <class Policy, class Callback>
-std::string evaluate(const engram_evaluation_options& options, Callback callback, void* user) {
-  engram::EvaluationRun run = begin(options, std::is_same_v<Policy, ChoiceCallback>);
-  std::mutex mutex;
-  engram::Protocol protocol = engram::protocol_of(run.settings());
-  protocol.external = [&](const engram::WorkContext& context) {
+engram::Protocol protocol_of(const engram::EvaluationSettings& settings,
+                             const engram_evaluation_options& options, Callback callback,
+                             void* user, std::mutex& mutex) {
+  engram::Protocol protocol = engram::protocol_of(settings);
+  protocol.external = [=, &mutex](const engram::WorkContext& context) {
     return std::make_unique<Policy>(callback, user, mutex, context.worker());
   };
   protocol.num_envs = options.num_envs;
   protocol.threads = options.threads;
+  return protocol;
+}
+
+void report_progress(const engram_evaluation_options& options, void* user, int episodes, int all,
+                     std::uint64_t env_steps) {
+  if (options.progress == nullptr) return;
+  if (options.progress(user, episodes, all, env_steps) == 0) return;
+  throw Error(Error::kUnavailable, "ended by the progress callback");
+}
+
+std::string probe(const engram_evaluation_options& options, const char* probes, const char* other,
+                  engram_policy_callback policy, void* user) {
+  check_texts(options);
+  if (options.resume != nullptr) refuse("resume: given, probes have none");
+  const engram::EvaluationSettings settings = settings_of(options, /*choices=*/false);
+  engram::ProbeOptions chosen;
+  if (probes != nullptr) chosen.probes = engram::parse_probes("probes", probes);
+  if (other != nullptr) chosen.other = other;
+  if (options.output != nullptr) engram::require_writable_folder(options.output);
+  std::mutex mutex;
+  const engram::Document document = engram::run_probes(
+      settings, protocol_of<CallbackPolicy>(settings, options, policy, user, mutex), chosen,
+      [&](int episodes, int all, std::uint64_t env_steps) {
+        report_progress(options, user, episodes, all, env_steps);
+      });
+  if (options.output != nullptr) engram::write_probes(document, options.output);
+  return engram::to_text(document);
+}
+
+template <class Policy, class Callback>
+std::string evaluate(const engram_evaluation_options& options, Callback callback, void* user) {
+  engram::EvaluationRun run = begin(options, std::is_same_v<Policy, ChoiceCallback>);
+  std::mutex mutex;
+  engram::Protocol protocol = protocol_of<Policy>(run.settings(), options, callback, user, mutex);
   protocol.samples = run.folder().has_value();
   const std::vector<const engram::RegistryEntry*> tasks = run.open_tasks();
   const int episodes = static_cast<int>(tasks.size()) * protocol.all_episodes();
   const auto tick = [&](const engram::EvaluationStatus& status) {
-    if (options.progress == nullptr) return;
-    if (options.progress(user, status.episodes, episodes, status.env_steps) == 0) return;
-    throw Error(Error::kUnavailable, "ended by the progress callback");
+    report_progress(options, user, status.episodes, episodes, status.env_steps);
   };
   engram::Ranks alone;
   engram::evaluate(
@@ -395,6 +431,21 @@ engram_status engram_choice_fail(engram_choice_answer* answer, const char* messa
   return guarded([&] {
     if (answer == nullptr || message == nullptr) refuse("engram_choice_fail: a null pointer given");
     answer->failure = message;
+  });
+}
+
+engram_status engram_probe(const engram_evaluation_options* options, const char* probes,
+                           const char* other, engram_policy_callback policy, void* user,
+                           char** document) {
+  if (document != nullptr) *document = nullptr;
+  return guarded([&] {
+    if (options == nullptr || policy == nullptr || document == nullptr) {
+      refuse("engram_probe: a null pointer given");
+    }
+    if (options->struct_size != sizeof *options) {
+      refuse("engram_probe: options not from engram_evaluation_options_init");
+    }
+    *document = engram::c::new_text(probe(*options, probes, other, policy, user));
   });
 }
 

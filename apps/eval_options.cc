@@ -174,6 +174,19 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
   return protocol;
 }
 
+void add_policy_options(const Command& command, EvalOptions& options) {
+  const Option policy = add_policy(command, options.protocol.policy, kPolicies);
+  add_policy_command(command, policy, options.policy);
+}
+
+void note_given_settings(const Command& command, EvalOptions& options) {
+  command.when_parsed([command, &options] {
+    for (const auto& [option, key] : kKeyOfOption) {
+      if (command.given(option)) options.given.insert(key);
+    }
+  });
+}
+
 void add_eval_options(const Command& command, EvalOptions& options) {
   command.add_option("ids", options.ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
   add_filter(command, options.filter);
@@ -185,8 +198,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
                   "The tasks of a named list, with its number of episodes unless --episodes is "
                   "given; mikasa5: five tasks x 100")
       .type_name(suite_names());
-  const Option policy = add_policy(command, options.protocol.policy, kPolicies);
-  add_policy_command(command, policy, options.policy);
+  add_policy_options(command, options);
   add_int(command, "--episodes", options.protocol.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");
   const Option seed = add_seed(command, options.protocol.start_seed, "Episode i has seed + i");
@@ -231,11 +243,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
                   "Continues an interrupted run in its folder, with its settings")
       .type_name("DIR")
       .excludes(out);
-  command.when_parsed([command, &options] {
-    for (const auto& [option, key] : kKeyOfOption) {
-      if (command.given(option)) options.given.insert(key);
-    }
-  });
+  note_given_settings(command, options);
   command.footer(
       "One episode per seed, until it is terminated or as long as its horizon; success_once is the "
       "share of episodes with success in any step. Results do not depend on --num-envs, --threads "

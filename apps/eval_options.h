@@ -28,6 +28,11 @@ struct EvalOptions {
   std::set<std::string> given;  // keys of the settings that the command line sets
 };
 
+// Those of them that choose the policy.
+void add_policy_options(const Command& command, EvalOptions& options);
+// Sets `given` when the command line is read; after all options are added.
+void note_given_settings(const Command& command, EvalOptions& options);
+
 void add_eval_options(const Command& command, EvalOptions& options);
 
 // The settings of the command line. Throws Error unless tasks are chosen in exactly one way.

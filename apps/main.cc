@@ -17,6 +17,7 @@
 #include "apps/list_command.h"
 #include "apps/output.h"
 #include "apps/play_command.h"
+#include "apps/probe_command.h"
 #include "apps/record_command.h"
 #include "apps/report_command.h"
 #include "apps/rollout_command.h"
@@ -76,6 +77,7 @@ int run(int argc, char** argv) {
   add_info_command(program);
   add_rollout_command(program);
   add_eval_command(program);
+  add_probe_command(program);
   add_compare_command(program);
   add_report_command(program);
   add_collect_command(program, task_options);

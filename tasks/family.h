@@ -43,6 +43,26 @@ struct Expectations {
   bool hides = false;            // props are hidden at some time
 };
 
+// A change of an episode's past that changes neither its question nor its answer.
+enum class PastChange {
+  kNone,
+  kDraw,        // another value of a draw; where it makes the cue longer, the delay gets shorter
+  kOrder,       // the hidden values in reverse
+  kSameAnswer,  // other hidden values with the same answer
+};
+
+// What probes of memory (docs/probe.md) have to know of a family. What an episode hides is
+// TaskInfo::hidden_variable.
+struct MemoryFacts {
+  // Why no two episodes of one present differ in what their past asks for; empty: they do.
+  std::string_view no_twins = {};
+  bool any_order = false;  // the order of the hidden values is no part of the answer
+  PastChange irrelevant = PastChange::kNone;
+  std::string_view irrelevant_draw = {};  // of kDraw
+  std::string_view delay = {};  // range constant of the time from cue to question; empty: none
+  std::string_view items = {};  // constant or draw of how much there is to remember; empty: none
+};
+
 struct Family {
   std::string_view name;         // "RememberColor"
   std::string_view memory_type;  // "Object"
@@ -52,6 +72,7 @@ struct Family {
   // constants: all that differ from the task's own, the entry's included.
   std::unique_ptr<Task> (*make)(const RegistryEntry& entry, const ConstantTable& constants);
   Expectations expectations = {};
+  MemoryFacts memory = {};
 };
 
 // The rows of a family's table of parameters, each of which has a TaskRow `task`.

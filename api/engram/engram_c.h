@@ -652,6 +652,15 @@ ENGRAM_API engram_status engram_evaluate_choices(const engram_evaluation_options
                                                  char** document);
 ENGRAM_API void engram_free_text(char* text);
 
+/** Probes whether a policy reads its memory (docs/probe.md). options: as of an evaluation, without
+ * resume, seed_file and repeat; output: folder of probe.json and probe.html. probes: some of
+ * "twins,forgetting,interference,capacity", NULL for all. other: id of the task of further episodes
+ * of interference, or NULL. *document: {settings, other, tasks} as JSON, as `engram probe --json`
+ * prints it, to be freed by engram_free_text; NULL if the call fails. */
+ENGRAM_API engram_status engram_probe(const engram_evaluation_options* options, const char* probes,
+                                      const char* other, engram_policy_callback policy, void* user,
+                                      char** document);
+
 /** Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
  * Valid for the life of the process. NULL, with a message, if there is no memory for it. */
 ENGRAM_API const char* engram_suites_json(void);

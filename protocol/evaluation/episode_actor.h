@@ -21,6 +21,9 @@ class EpisodeActor {
 
   // An episode begins in the environment `slot`.
   virtual void start(int slot, const EpisodeLabel& label) = 0;
+  // The policy finds itself in another scene, and nobody tells it: it remembers what it did, and
+  // only its actions on the way are dropped.
+  virtual void go_on(int slot, const EpisodeLabel& label) = 0;
   virtual void finish(int slot) = 0;
   // Actions of all environments; zeros for those without an episode. commanded: 0 for those that
   // have no action yet, 1 for the others.

@@ -87,6 +87,12 @@ void ChunkedPolicy::start(int slot, const EpisodeLabel& label) {
   slots_[static_cast<std::size_t>(slot)] = {label, true, ActionQueue(options_.latency), {}};
 }
 
+void ChunkedPolicy::go_on(int slot, const EpisodeLabel& label) {
+  Slot& own = slots_[static_cast<std::size_t>(slot)];
+  own.label = label;
+  own.queue = ActionQueue(options_.latency);
+}
+
 void ChunkedPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)].label = {}; }
 
 const EpisodeDigests& ChunkedPolicy::digests(int slot) const {

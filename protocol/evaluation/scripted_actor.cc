@@ -14,6 +14,12 @@ void ScriptedActor::start(int slot, const EpisodeLabel& /*label*/) {
   slots_[static_cast<std::size_t>(slot)] = {true, ActionQueue(latency_), {}};
 }
 
+void ScriptedActor::go_on(int slot, const EpisodeLabel& /*label*/) {
+  Slot& own = slots_[static_cast<std::size_t>(slot)];
+  own.busy = true;
+  own.queue = ActionQueue(latency_);
+}
+
 void ScriptedActor::finish(int slot) { slots_[static_cast<std::size_t>(slot)].busy = false; }
 
 // Scripts follow every step, also those between a question and its answer: what they remember must

@@ -1,7 +1,9 @@
 #include "protocol/formats/html.h"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
+#include <set>
 
 #include "protocol/formats/decimal.h"
 
@@ -41,6 +43,8 @@ td.number { text-align: right; font-variant-numeric: tabular-nums }
   .bar { grid-template-columns: 1fr 3em; margin: .5em 0 }
   .bar .label { grid-column: 1 / -1; text-align: left }
 }
+svg { max-width: 100%; font-size: 12px; font-variant-numeric: tabular-nums }
+svg text { fill: var(--soft) }
 figure { margin: 0 0 1em } figcaption { font-size: 13px; color: var(--soft) }
 img { max-width: 100%; image-rendering: pixelated }
 )css";
@@ -112,6 +116,102 @@ void append_bar(std::string& body, const HtmlReport::RateBar& bar, std::size_t g
   append(body, {"</span><span class=\"value\">", decimal(bar.value, 3), "</span></div>\n"});
 }
 
+// A chart of rates as SVG. Lengths are in pixels.
+class CurveChart {
+ public:
+  CurveChart(const std::vector<HtmlReport::Curve>& curves, const HtmlReport::CurveAxes& axes)
+      : curves_(curves), axes_(axes) {
+    for (const HtmlReport::Curve& curve : curves_) {
+      for (const HtmlReport::CurvePoint& point : curve.points) quantities_.insert(point.x);
+    }
+  }
+
+  std::string text() const {
+    std::string svg = "<svg role=\"img\" aria-label=\"rates over " + escaped(axes_.quantity) +
+                      "\" viewBox=\"0 0 " + px(kWidth) + " " + px(kHeight) + "\" width=\"" +
+                      px(kWidth) + "\">\n";
+    append_axes(svg);
+    for (std::size_t i = 0; i < curves_.size(); ++i) append_curve(svg, curves_[i], i);
+    return svg + "</svg>\n" + legend();
+  }
+
+ private:
+  static constexpr double kWidth = 560;
+  static constexpr double kHeight = 240;
+  static constexpr double kLeft = 40;
+  static constexpr double kRight = 20;
+  static constexpr double kTop = 10;
+  static constexpr double kBottom = 40;
+
+  static std::string px(double length) { return decimal(length, 1); }
+  double scaled(double x) const { return axes_.logarithmic ? std::log1p(x) : x; }
+  double x_of(double quantity) const {
+    const double from = scaled(*quantities_.begin());
+    const double range = scaled(*quantities_.rbegin()) - from;
+    const double share = range > 0 ? (scaled(quantity) - from) / range : 0.5;
+    return kLeft + share * (kWidth - kLeft - kRight);
+  }
+  static double y_of(double rate) {
+    return kTop + (1 - std::clamp(rate, 0.0, 1.0)) * (kHeight - kTop - kBottom);
+  }
+
+  static void append_line(std::string& svg, double x1, double y1, double x2, double y2,
+                          std::string_view stroke, std::string_view width) {
+    append(svg, {"<line x1=\"", px(x1), "\" y1=\"", px(y1), "\" x2=\"", px(x2), "\" y2=\"", px(y2),
+                 "\" stroke=\"", stroke, "\" stroke-width=\"", width, "\"/>\n"});
+  }
+  static void append_text(std::string& svg, double x, double y, std::string_view anchor,
+                          std::string_view text) {
+    append(svg, {"<text x=\"", px(x), "\" y=\"", px(y), "\" text-anchor=\"", anchor, "\">",
+                 escaped(text), "</text>\n"});
+  }
+
+  void append_axes(std::string& svg) const {
+    for (int quarter = 0; quarter <= 4; ++quarter) {
+      const double rate = quarter / 4.0;
+      append_line(svg, kLeft, y_of(rate), kWidth - kRight, y_of(rate), "var(--line)", "1");
+      append_text(svg, kLeft - 6, y_of(rate) + 4, "end", decimal(rate, 2));
+    }
+    if (axes_.mark >= 0) {
+      append_line(svg, kLeft, y_of(axes_.mark), kWidth - kRight, y_of(axes_.mark), "var(--mark)",
+                  "1.5");
+    }
+    for (const double x : quantities_) {
+      append_text(svg, x_of(x), kHeight - kBottom + 16, "middle", decimal(x, 0));
+    }
+    append_text(svg, (kLeft + kWidth - kRight) / 2, kHeight - 6, "middle", axes_.quantity);
+  }
+
+  void append_curve(std::string& svg, const HtmlReport::Curve& curve, std::size_t group) const {
+    const std::string stroke = color(group);
+    std::string line;
+    // Curves stand beside one another, so that their intervals can be told apart.
+    const double shift = 3.0 * static_cast<double>(group);
+    for (const HtmlReport::CurvePoint& point : curve.points) {
+      const double x = x_of(point.x) + shift;
+      append_line(svg, x, y_of(point.low), x, y_of(point.high), stroke, "1");
+      append(svg, {"<circle cx=\"", px(x), "\" cy=\"", px(y_of(point.y)), "\" r=\"3\" fill=\"",
+                   stroke, "\"/>\n"});
+      line += px(x) + "," + px(y_of(point.y)) + " ";
+    }
+    append(svg, {"<polyline points=\"", line, "\" fill=\"none\" stroke=\"", stroke,
+                 "\" stroke-width=\"2\"/>\n"});
+  }
+
+  std::string legend() const {
+    std::string text = "<p>";
+    for (std::size_t i = 0; i < curves_.size(); ++i) {
+      append(text, {"<span style=\"color:", color(i), "\">&#9632;</span> ",
+                    escaped(curves_[i].name), " "});
+    }
+    return text + "</p>\n";
+  }
+
+  const std::vector<HtmlReport::Curve>& curves_;
+  const HtmlReport::CurveAxes& axes_;
+  std::set<double> quantities_;
+};
+
 }  // namespace
 
 std::string counted(std::size_t count, std::string_view what) {
@@ -158,6 +258,10 @@ void HtmlReport::bars(const std::vector<RateBar>& bars) {
            {"<span style=\"color:", color(i), "\">&#9632;</span> ", escaped(groups[i]), " "});
   }
   body_ += "</p>\n";
+}
+
+void HtmlReport::curves(const std::vector<Curve>& curves, const CurveAxes& axes) {
+  body_ += CurveChart(curves, axes).text();
 }
 
 void HtmlReport::picture(std::string_view caption, std::span<const std::byte> png) {

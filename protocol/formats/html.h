@@ -36,6 +36,25 @@ class HtmlReport {
   };
   // Horizontal bars of rates, colours by group.
   void bars(const std::vector<RateBar>& bars);
+
+  struct CurvePoint {
+    double x = 0;
+    double y = 0;  // 0 to 1
+    double low = 0;
+    double high = 1;
+  };
+  struct Curve {
+    std::string name;
+    std::vector<CurvePoint> points;
+  };
+  // Rates over a quantity, with their intervals. logarithmic: the axis of the quantity x is that of
+  // log(1 + x). mark: a rate that is shown as a line; below 0: none.
+  struct CurveAxes {
+    std::string quantity;
+    bool logarithmic = false;
+    double mark = -1;
+  };
+  void curves(const std::vector<Curve>& curves, const CurveAxes& axes);
   void picture(std::string_view caption, std::span<const std::byte> png);
 
   // The whole document.

@@ -30,7 +30,7 @@ from engram.errors import (
     UnavailableError,
     UnknownIdError,
 )
-from engram.evaluation import compare, evaluate, report, suites
+from engram.evaluation import compare, evaluate, probe, report, suites
 from engram.factory import make, make_vec
 from engram.gym_registration import load_variants, register
 from engram.tasks import describe
@@ -67,6 +67,7 @@ __all__ = [
     "load_variants",
     "make",
     "make_vec",
+    "probe",
     "register",
     "register_task",
     "report",

@@ -31,8 +31,9 @@ from engram.tasks import describe
 if TYPE_CHECKING:
     from engram.typing import ControlMode, Renderer, Rules
 
-__all__ = ["compare", "evaluate", "report", "suites"]
+__all__ = ["compare", "evaluate", "probe", "report", "suites"]
 
+PROBES = ("twins", "forgetting", "interference", "capacity")
 Policy = Callable[[dict[str, Any]], Any]
 Chooser = Callable[[dict[str, Any]], Any]
 Results = str | os.PathLike[str] | Mapping[str, Any]
@@ -145,18 +146,8 @@ def evaluate(
             raise InvalidArgumentError("policy, choices: one of them allowed")
         if not callable(choices):
             raise InvalidArgumentError(f"choices: {choices!r} given, a function needed")
-        policy = choices
-    if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
-        raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
-    for what, function in (("policy", policy), ("progress", progress)):
-        if not callable(function) and (function is not None or what == "policy"):
-            more = ", or the address of a policy server" if what == "policy" else ""
-            raise InvalidArgumentError(f"{what}: {function!r} given, a function needed{more}")
-
-    call: Any = policy
-
-    def act(observation: dict[str, Any]) -> list[np.ndarray]:
-        return _chunks(call(observation), len(observation["instruction"]))
+    call: Any = choices
+    act = _checked_policy(policy if choices is None else choices, obs, progress)
 
     def choose(question: dict[str, Any]) -> list[str]:
         return _named(call(question))
@@ -196,6 +187,82 @@ def evaluate(
         choices_stride=integer("choices_stride", choices_stride),
     )
     return json.loads(document)
+
+
+@_with_servers
+def probe(
+    policy: Policy | str,
+    ids: str | Iterable[str],
+    *,
+    probes: Iterable[str] = PROBES,
+    other: str | None = None,
+    episodes: int = 50,
+    seed: int = 4242424242,
+    num_envs: int = 8,
+    threads: int = 0,
+    obs: Literal["rgb", "state", "objects"] = "rgb",
+    renderer: Renderer = "cpu",
+    control_mode: ControlMode = "pd_ee_delta_pose",
+    joint_proprio: bool = False,
+    rules: Rules = "reference",
+    constants: Mapping[str, Any] | None = None,
+    name: str = "external",
+    config: Mapping[str, Any] | None = None,
+    output: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int, int], None] | None = None,
+    policy_seed: int = 0,
+) -> dict[str, Any]:
+    """Whether a policy reads its memory: ``{"settings", "other", "tasks"}``, as ``engram probe``.
+
+    docs/probe.md has the definitions and keys. ``policy`` and all arguments that :func:`evaluate`
+    has as well are as there; ``first`` is also 1 where a policy is wiped at the question.
+
+    ``probes``: some of "twins", "forgetting", "interference" and "capacity". ``other``: id of the
+    task of further episodes of interference. ``episodes``: at each point; pairs of twins.
+    ``output``: folder of probe.json and probe.html.
+    """
+    act = _checked_policy(policy, obs, progress)
+    if isinstance(probes, (str, bytes)) or not isinstance(probes, Iterable):
+        raise InvalidArgumentError(f"probes: {probes!r} given, a list of words needed")
+    document = _core.probe(
+        policy=act,
+        ids=_ids(ids),
+        probes=",".join(text("probes", word) for word in probes),
+        other=None if other is None else text("other", other),
+        episodes=integer("episodes", episodes),
+        seed=seed_value("seed", seed),
+        num_envs=integer("num_envs", num_envs),
+        threads=integer("threads", threads),
+        obs_mode=OBS_MODE[obs],
+        name=text("name", name),
+        config=_config_json(config),
+        renderer=text("renderer", renderer),
+        output=None if output is None else path("output", output),
+        rules=one_of("rules", rules, RULES),
+        constants=constants_json(constants),
+        progress=progress,
+        policy_seed=seed_value("policy_seed", policy_seed),
+        control_mode=text("control_mode", control_mode),
+        joint_proprio=boolean("joint_proprio", joint_proprio),
+    )
+    return json.loads(document)
+
+
+def _checked_policy(
+    policy: Any, obs: Any, progress: Any
+) -> Callable[[dict[str, Any]], list[np.ndarray]]:
+    """The policy with one array per episode as its answer."""
+    if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
+        raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
+    for what, function in (("policy", policy), ("progress", progress)):
+        if not callable(function) and (function is not None or what == "policy"):
+            more = ", or the address of a policy server" if what == "policy" else ""
+            raise InvalidArgumentError(f"{what}: {function!r} given, a function needed{more}")
+
+    def act(observation: dict[str, Any]) -> list[np.ndarray]:
+        return _chunks(policy(observation), len(observation["instruction"]))
+
+    return act
 
 
 def compare(a: Results, b: Results, *, allow: Iterable[str] = ()) -> dict[str, Any]:

@@ -158,6 +158,39 @@ class Session {
   std::unique_ptr<nb::python_error> error_;
 };
 
+// Options of the library, and what they point to.
+struct EvaluationArguments {
+  std::vector<std::string> ids;
+  NamedValue task_options;
+  std::vector<const char*> id_texts;
+  std::vector<engram_task_option> choices;
+  engram_evaluation_options options;
+
+  EvaluationArguments(const std::vector<std::string>& given, const NamedValue& task_values)
+      : ids(given), task_options(task_values) {
+    for (const std::string& id : ids) id_texts.push_back(c_text(id));
+    for (const auto& [option, value] : task_options) choices.push_back({c_text(option), value});
+    engram_evaluation_options_init(&options);
+    options.ids = id_texts.data();
+    options.num_ids = id_texts.size();
+    options.task_options = choices.data();
+    options.num_task_options = choices.size();
+    options.progress = &Session::report;
+  }
+};
+
+// The document of a call of the library that asks the session's policy.
+template <class Call>
+std::string document_of(Session& session, Call&& call) {
+  char* document = nullptr;
+  engram_status status = ENGRAM_OK;
+  without_lock([&] { status = call(&document); });
+  const std::unique_ptr<char, void (*)(char*)> owner(document, &engram_free_text);
+  session.rethrow();
+  if (status != ENGRAM_OK) raise(status, engram_last_error());
+  return document;
+}
+
 std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, int episodes,
                      std::uint64_t seed, int num_envs, int threads, int obs_mode,
                      const std::string& name, const std::string& config,
@@ -170,14 +203,8 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      bool joint_proprio, const NamedValue& perturb, bool choices,
                      int choices_stride) {
   Session session(std::move(policy), std::move(progress));
-  std::vector<const char*> names;
-  for (const std::string& id : ids) names.push_back(c_text(id));
-  std::vector<engram_task_option> rule_options;
-  for (const auto& [option, value] : task_options) rule_options.push_back({c_text(option), value});
-  engram_evaluation_options options;
-  engram_evaluation_options_init(&options);
-  options.ids = names.data();
-  options.num_ids = names.size();
+  EvaluationArguments arguments(ids, task_options);
+  engram_evaluation_options& options = arguments.options;
   options.episodes = episodes;
   options.num_envs = num_envs;
   options.threads = threads;
@@ -188,12 +215,9 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.renderer = c_text(renderer);
   options.output = output ? c_text(*output) : nullptr;
   options.resume = resume ? c_text(*resume) : nullptr;
-  options.task_options = rule_options.data();
-  options.num_task_options = rule_options.size();
   options.constants = constants.empty() ? nullptr : c_text(constants);
   options.tell_episodes = tell_episodes ? 1 : 0;
   options.seed_file = seed_file ? c_text(*seed_file) : nullptr;
-  options.progress = &Session::report;
   options.rules = rules;
   options.repeat = repeat;
   options.policy_seed = policy_seed;
@@ -204,16 +228,41 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.perturbations = perturbations.data();
   options.num_perturbations = perturbations.size();
   options.choices_stride = choices_stride;
-  char* document = nullptr;
-  engram_status status = ENGRAM_OK;
-  without_lock([&] {
-    status = choices ? engram_evaluate_choices(&options, &Session::choose, &session, &document)
-                     : engram_evaluate(&options, &Session::act, &session, &document);
+  return document_of(session, [&](char** document) {
+    return choices ? engram_evaluate_choices(&options, &Session::choose, &session, document)
+                   : engram_evaluate(&options, &Session::act, &session, document);
   });
-  const std::unique_ptr<char, void (*)(char*)> owner(document, &engram_free_text);
-  session.rethrow();
-  if (status != ENGRAM_OK) raise(status, engram_last_error());
-  return document;
+}
+
+std::string probe(nb::callable policy, const std::vector<std::string>& ids,
+                  const std::string& probes, const std::optional<std::string>& other, int episodes,
+                  std::uint64_t seed, int num_envs, int threads, int obs_mode,
+                  const std::string& name, const std::string& config, const std::string& renderer,
+                  const std::optional<std::string>& output, int rules, const std::string& constants,
+                  nb::object progress, std::uint64_t policy_seed, const std::string& control_mode,
+                  bool joint_proprio) {
+  Session session(std::move(policy), std::move(progress));
+  EvaluationArguments arguments(ids, {});
+  engram_evaluation_options& options = arguments.options;
+  options.episodes = episodes;
+  options.num_envs = num_envs;
+  options.threads = threads;
+  options.obs_mode = obs_mode;
+  options.seed = seed;
+  options.name = c_text(name);
+  options.config_json = c_text(config);
+  options.renderer = c_text(renderer);
+  options.output = output ? c_text(*output) : nullptr;
+  options.constants = constants.empty() ? nullptr : c_text(constants);
+  options.rules = rules;
+  options.policy_seed = policy_seed;
+  options.control_mode = c_text(control_mode);
+  options.joint_proprio = joint_proprio ? 1 : 0;
+  const char* const which = c_text(probes);
+  const char* const task = other ? c_text(*other) : nullptr;
+  return document_of(session, [&](char** document) {
+    return engram_probe(&options, which, task, &Session::act, &session, document);
+  });
 }
 
 // The text of a call of the library, which it owns.
@@ -252,6 +301,10 @@ void bind_evaluate(nb::module_& module) {
              "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
              "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a,
              "control_mode"_a, "joint_proprio"_a, "perturb"_a, "choices"_a, "choices_stride"_a);
+  module.def("probe", &probe, "policy"_a, "ids"_a, "probes"_a, "other"_a.none(), "episodes"_a,
+             "seed"_a, "num_envs"_a, "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a,
+             "output"_a.none(), "rules"_a, "constants"_a, "progress"_a.none(), "policy_seed"_a,
+             "control_mode"_a, "joint_proprio"_a);
   module.def("suites_json", [] {
     const char* text = engram_suites_json();
     if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());

@@ -311,7 +311,8 @@ const Family kBatteriesCheckerEasy = {
         "result, and then pressing the button to confirm.",
     .tasks = kEasyRows,
     .make = make_variant<BatteryChecker, kEasyVariants>,
-    .expectations = {.least_reward = -0.0517, .most_reward = 0.705}};
+    .expectations = {.least_reward = -0.0517, .most_reward = 0.705},
+    .memory = {.no_twins = "there is no cue: the robot finds out by tests of its own"}};
 
 const Family kBatteriesCheckerHard = {
     .name = "BatteriesCheckerHard",
@@ -322,6 +323,7 @@ const Family kBatteriesCheckerHard = {
         "button to confirm.",
     .tasks = kHardRows,
     .make = make_variant<BatteryChecker, kHardVariants>,
-    .expectations = {.least_reward = -0.0517, .most_reward = 0.705}};
+    .expectations = {.least_reward = -0.0517, .most_reward = 0.705},
+    .memory = {.no_twins = "there is no cue: the robot finds out by tests of its own"}};
 
 }  // namespace engram::tasks

@@ -348,6 +348,9 @@ const Family kBlinkCountButtonPress = {
         "answer.",
     .tasks = kRows,
     .make = make_variant<BlinkCount, kBlinkVariants>,
-    .expectations = {.least_reward = -0.985, .most_reward = 0.425, .settles = false}};
+    .expectations = {.least_reward = -0.985, .most_reward = 0.425, .settles = false},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "pre_blink_off_steps",
+               .items = "target_blinks"}};
 
 }  // namespace engram::tasks

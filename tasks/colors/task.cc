@@ -309,7 +309,11 @@ const Family kSeqOfColors = {
         "any order and press the center button.",
     .tasks = kSeqRows,
     .make = make_variant<ColorRecall, kSeqVariants>,
-    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true}};
+    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true},
+    .memory = {.any_order = true,
+               .irrelevant = PastChange::kOrder,
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "SEQUENCE_LENGTH"}};
 
 const Family kChainOfColors = {
     .name = "ChainOfColors",
@@ -319,7 +323,11 @@ const Family kChainOfColors = {
         "the same order as the cubes were shown and press the center button.",
     .tasks = kChainRows,
     .make = make_variant<ColorRecall, kChainVariants>,
-    .expectations = {.least_reward = -0.275, .most_reward = 0.2288, .hides = true}};
+    .expectations = {.least_reward = -0.275, .most_reward = 0.2288, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_step_duration",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "SEQUENCE_LENGTH"}};
 
 const Family kBunchOfColors = {
     .name = "BunchOfColors",
@@ -329,6 +337,11 @@ const Family kBunchOfColors = {
         "any order and press the center button.",
     .tasks = kBunchRows,
     .make = make_variant<ColorRecall, kBunchVariants>,
-    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true}};
+    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true},
+    .memory = {.any_order = true,
+               .irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "SEQUENCE_LENGTH"}};
 
 }  // namespace engram::tasks

@@ -330,6 +330,8 @@ const Family kGatherAndRecall = {
         "cubes are placed, press the button matching the flash color.",
     .tasks = kRows,
     .make = make_variant<GatherAndRecall, kGatherVariants>,
-    .expectations = {.least_reward = -0.5, .most_reward = 0.4}};
+    .expectations = {.least_reward = -0.5, .most_reward = 0.4},
+    .memory = {
+        .irrelevant = PastChange::kDraw, .irrelevant_draw = "flash_duration", .items = "N_CUBES"}};
 
 }  // namespace engram::tasks

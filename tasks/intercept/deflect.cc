@@ -197,7 +197,10 @@ const Family kIntercept = {
         "Intercept the rolling ball by moving to its path and deflecting it toward the target.",
     .tasks = kRows,
     .make = make_variant<Intercept, kVariants>,
-    .expectations = {
-        .least_reward = 0, .most_reward = 0.1501, .moves_untouched = true, .settles = false}};
+    .expectations = {.least_reward = 0,
+                     .most_reward = 0.1501,
+                     .moves_untouched = true,
+                     .settles = false},
+    .memory = {.no_twins = "nothing is hidden"}};
 
 }  // namespace engram::tasks

@@ -199,13 +199,15 @@ GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
 
 constexpr auto kRows = rows_of(kVariants);
 
-const Family kInterceptGrab = {
-    .name = "InterceptGrab",
-    .memory_type = "Spatial",
-    .instruction = "Intercept the rolling ball and grasp it to stop it.",
-    .tasks = kRows,
-    .make = make_variant<InterceptGrab, kVariants>,
-    .expectations = {
-        .least_reward = 0, .most_reward = 1.4334, .moves_untouched = true, .settles = false}};
+const Family kInterceptGrab = {.name = "InterceptGrab",
+                               .memory_type = "Spatial",
+                               .instruction = "Intercept the rolling ball and grasp it to stop it.",
+                               .tasks = kRows,
+                               .make = make_variant<InterceptGrab, kVariants>,
+                               .expectations = {.least_reward = 0,
+                                                .most_reward = 1.4334,
+                                                .moves_untouched = true,
+                                                .settles = false},
+                               .memory = {.no_twins = "nothing is hidden"}};
 
 }  // namespace engram::tasks

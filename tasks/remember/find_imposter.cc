@@ -181,8 +181,14 @@ const Family kFindImposterColor = {
         "Observe the cubes shown, wait, then touch the cube whose color was not present before.",
     .tasks = kColorRows,
     .make = make_variant<FindImposter, kColors>,
-    .expectations = {
-        .least_reward = -0.0267, .most_reward = 0.346, .moves_untouched = true, .hides = true}};
+    .expectations = {.least_reward = -0.0267,
+                     .most_reward = 0.346,
+                     .moves_untouched = true,
+                     .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "COLORS"}};
 
 const Family kFindImposterShape = {
     .name = "FindImposterShape",
@@ -192,8 +198,14 @@ const Family kFindImposterShape = {
         "before.",
     .tasks = kShapeRows,
     .make = make_variant<FindImposter, kShapes>,
-    .expectations = {
-        .least_reward = -0.0267, .most_reward = 0.346, .moves_untouched = true, .hides = true}};
+    .expectations = {.least_reward = -0.0267,
+                     .most_reward = 0.346,
+                     .moves_untouched = true,
+                     .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "SHAPES"}};
 
 const Family kFindImposterShapeAndColor = {
     .name = "FindImposterShapeAndColor",
@@ -203,7 +215,13 @@ const Family kFindImposterShapeAndColor = {
         "combination was not present before.",
     .tasks = kShapeAndColorRows,
     .make = make_variant<FindImposter, kShapesAndColors>,
-    .expectations = {
-        .least_reward = 0, .most_reward = 0.346, .moves_untouched = true, .hides = true}};
+    .expectations = {.least_reward = 0,
+                     .most_reward = 0.346,
+                     .moves_untouched = true,
+                     .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "SHAPES"}};
 
 }  // namespace engram::tasks

@@ -179,7 +179,11 @@ const Family kRememberColor = {
     .instruction = "Observe the cube's color, wait, then touch the cube of the same color.",
     .tasks = kColorRows,
     .make = make_variant<FindSame, kColors>,
-    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true}};
+    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "COLORS"}};
 
 const Family kRememberShape = {
     .name = "RememberShape",
@@ -187,7 +191,11 @@ const Family kRememberShape = {
     .instruction = "Observe the object's shape, wait, then touch the object of the same shape.",
     .tasks = kShapeRows,
     .make = make_variant<FindSame, kShapes>,
-    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true}};
+    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "SHAPES"}};
 
 const Family kRememberShapeAndColor = {
     .name = "RememberShapeAndColor",
@@ -197,6 +205,10 @@ const Family kRememberShapeAndColor = {
         "and color.",
     .tasks = kShapeAndColorRows,
     .make = make_variant<FindSame, kShapesAndColors>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .hides = true}};
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "EMPTY_PHASE_STEPS",
+               .items = "SHAPES"}};
 
 }  // namespace engram::tasks

@@ -391,7 +391,8 @@ const Family kRotateLenient = {
     .instruction = "Rotate the peg by {angle_deg} degrees to match the target angle.",
     .tasks = kLenientRows,
     .make = make_variant<Rotate, kLenient>,
-    .expectations = {.least_reward = 0, .most_reward = 0.35}};
+    .expectations = {.least_reward = 0, .most_reward = 0.35},
+    .memory = {.no_twins = "the past is the pose of the peg, which the present goes on from"}};
 
 const Family kRotateStrict = {
     .name = "RotateStrict",
@@ -401,6 +402,7 @@ const Family kRotateStrict = {
         "center of the peg in place.",
     .tasks = kStrictRows,
     .make = make_variant<Rotate, kStrict>,
-    .expectations = {.least_reward = 0, .most_reward = 0.555}};
+    .expectations = {.least_reward = 0, .most_reward = 0.555},
+    .memory = {.no_twins = "the past is the pose of the peg, which the present goes on from"}};
 
 }  // namespace engram::tasks

@@ -108,6 +108,7 @@ const Family kShellGameColorLampTouch = {
         "Observe which color is under each cup, then touch the cup matching the lamp color.",
     .tasks = kRows,
     .make = make_variant<ColorLamp, kVariants>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true},
+    .memory = {.irrelevant = PastChange::kSameAnswer}};
 
 }  // namespace engram::tasks

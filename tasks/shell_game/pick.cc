@@ -246,7 +246,10 @@ const Family kShellGamePick = {
     .instruction = "Observe which cup hides the ball, wait, then pick up that cup and lift it.",
     .tasks = kRows,
     .make = make_variant<Pick, kVariants>,
-    .expectations = {
-        .least_reward = 0, .most_reward = 0.6667, .goal_for_people = true, .hides = true}};
+    .expectations = {.least_reward = 0,
+                     .most_reward = 0.6667,
+                     .goal_for_people = true,
+                     .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "cue_steps"}};
 
 }  // namespace engram::tasks

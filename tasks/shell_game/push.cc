@@ -224,7 +224,7 @@ const Family kShellGamePush = {
     .instruction = "Observe which cup hides the ball, wait, then push that cup forward.",
     .tasks = kRows,
     .make = make_variant<Push, kVariants>,
-    .expectations = {
-        .least_reward = 0, .most_reward = 0.8, .goal_for_people = true, .hides = true}};
+    .expectations = {.least_reward = 0, .most_reward = 0.8, .goal_for_people = true, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "cue_steps"}};
 
 }  // namespace engram::tasks

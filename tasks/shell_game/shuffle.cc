@@ -258,7 +258,11 @@ const Family kShellGameShuffleTouch = {
         "correct cup.",
     .tasks = kTouchRows,
     .make = make_variant<ShuffleTouch, kTouchVariants>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "cue_steps",
+               .delay = "SHUFFLE_PHASE_STEPS",
+               .items = "num_swaps"}};
 
 const Family kShellGameShuffleColorLampTouch = {
     .name = "ShellGameShuffleColorLampTouch",
@@ -268,6 +272,9 @@ const Family kShellGameShuffleColorLampTouch = {
         "cup matching the lamp color.",
     .tasks = kColorLampRows,
     .make = make_variant<ShuffleColorLamp, kColorLampVariants>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true}};
+    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true},
+    .memory = {.irrelevant = PastChange::kSameAnswer,
+               .delay = "SHUFFLE_PHASE_STEPS",
+               .items = "num_swaps"}};
 
 }  // namespace engram::tasks

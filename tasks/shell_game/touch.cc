@@ -122,6 +122,7 @@ const Family kShellGameTouch = {
     .instruction = "Observe which cup hides the ball, wait, then touch that cup.",
     .tasks = kRows,
     .make = make_variant<Touch, kVariants>,
-    .expectations = {.least_reward = -0.0334, .most_reward = 1, .hides = true}};
+    .expectations = {.least_reward = -0.0334, .most_reward = 1, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "cue_steps"}};
 
 }  // namespace engram::tasks

@@ -385,6 +385,7 @@ const Family kTakeItBack = {
         "to its original position.",
     .tasks = kRows,
     .make = make_variant<TakeItBack, kVariants>,
-    .expectations = {.least_reward = -0.0034, .most_reward = 0.7531, .hides = true}};
+    .expectations = {.least_reward = -0.0034, .most_reward = 0.7531, .hides = true},
+    .memory = {.no_twins = "the past is where the cube stood, and the robot has come from there"}};
 
 }  // namespace engram::tasks

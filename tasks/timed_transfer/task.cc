@@ -403,10 +403,14 @@ class TimedTransfer final : public FamilyBase {
 
 constexpr auto kRows = rows_of(kVariants);
 
-const Family kTimedTransfer = {.name = "TimedTransfer",
-                               .memory_type = "Temporal",
-                               .tasks = kRows,
-                               .make = make_variant<TimedTransfer, kVariants>,
-                               .expectations = {.least_reward = -0.8334, .most_reward = 0.8334}};
+const Family kTimedTransfer = {
+    .name = "TimedTransfer",
+    .memory_type = "Temporal",
+    .tasks = kRows,
+    .make = make_variant<TimedTransfer, kVariants>,
+    .expectations = {.least_reward = -0.8334, .most_reward = 0.8334},
+    .memory = {
+        .no_twins =
+            "the signal comes in one of the first steps, and one act is right after any of them"}};
 
 }  // namespace engram::tasks

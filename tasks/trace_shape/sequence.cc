@@ -330,6 +330,9 @@ const Family kTraceShapeSeq = {
         "the button to submit your answer.",
     .tasks = kRows,
     .make = make_variant<TraceShapeSeq, kTraceSeqVariants>,
-    .expectations = {.least_reward = -0.05, .most_reward = 0.3575, .hides = true}};
+    .expectations = {.least_reward = -0.05, .most_reward = 0.3575, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw,
+               .irrelevant_draw = "pre_demo_steps",
+               .items = "sequence_length"}};
 
 }  // namespace engram::tasks

@@ -203,6 +203,7 @@ const Family kTraceShape = {
         "green cube and trace exactly the same shape.",
     .tasks = kRows,
     .make = make_variant<TraceShape, kTraceVariants>,
-    .expectations = {.least_reward = -0.0017, .most_reward = 0.2667, .hides = true}};
+    .expectations = {.least_reward = -0.0017, .most_reward = 0.2667, .hides = true},
+    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "pre_demo_steps"}};
 
 }  // namespace engram::tasks

@@ -31,6 +31,15 @@ TEST_CASE("Pictures are embedded", "[html]") {
              Catch::Contains("data:image/png;base64,TWFuIQ==") && Catch::Contains("caption"));
 }
 
+TEST_CASE("Curves have points, intervals, a name and the quantity", "[html]") {
+  HtmlReport report("curves");
+  report.curves({{"success <1>", {{0, 1, 0.5, 1}, {9, 0.25, 0, 0.5}}}},
+                {"steps & more", true, 0.5});
+  const std::string text = report.text();
+  CHECK_THAT(text, Catch::Contains("success &lt;1&gt;") && Catch::Contains("steps &amp; more") &&
+                       Catch::Contains("<polyline points=\"40.0,10.0 540.0,152.5 \""));
+}
+
 TEST_CASE("Bars have labels, values and a mark", "[html]") {
   HtmlReport report("bars");
   report.bars({{"first", 0.25, 0.5, "group", 0.125, 0.375}, {"second", 1, -1, "other"}});

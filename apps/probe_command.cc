@@ -1,0 +1,145 @@
+#include "apps/probe_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+#include "apps/eval_options.h"
+#include "apps/interruption.h"
+#include "apps/output.h"
+#include "apps/progress.h"
+#include "apps/task_choice.h"
+#include "protocol/formats/files.h"
+#include "protocol/probe/probe_report.h"
+#include "protocol/probe/probe_run.h"
+
+namespace engram::apps {
+namespace {
+
+struct ProbeCommandOptions {
+  EvalOptions eval;  // tasks, policy and episodes
+  ProbeOptions probe;
+};
+
+// The rows of one probe's points; a task's twins are one point.
+void add_points(const std::string& id, Probe probe, const Document& section, Table& table) {
+  if (const Document* reason = find(section, "skipped")) {
+    table.add({id, name_of(probe), "", "", "-", "-", text(*reason)});
+    return;
+  }
+  if (probe == Probe::kTwins) {
+    const Document& presents = part(section, "presents");
+    table.add({id, name_of(probe), "pairs", fmt::format("{:.0f}", number(part(section, "pairs"))),
+               "-", share_text(part(section, "follow")),
+               fmt::format("wiped {}, swapped by past {}, stay {}; {:.0f} of {:.0f} presents equal",
+                           share_text(part(section, "wiped_follow")),
+                           share_text(part(part(section, "swapped"), "past")),
+                           share_text(part(section, "stay")), number(part(presents, "equal")),
+                           number(part(presents, "compared")))});
+    return;
+  }
+  const char* const key = probe == Probe::kForgetting     ? "delay"
+                          : probe == Probe::kInterference ? "others"
+                                                          : "items";
+  for (const Document& point : list(part(section, "points"))) {
+    const std::string at = fmt::format("{:.0f}", number(part(point, key)));
+    if (const Document* reason = find(point, "skipped")) {
+      table.add({id, name_of(probe), key, at, "-", "-", text(*reason)});
+      continue;
+    }
+    const Document* kind = find(point, "kind");
+    const Document* oracle = find(point, "oracle");
+    std::string note = kind != nullptr ? text(*kind) : std::string();
+    if (oracle != nullptr) note = "oracle's success " + share_text(part(*oracle, "success"));
+    table.add({id, name_of(probe), key, at, share_text(part(point, "success")),
+               share_text(part(point, "first_answer")), note});
+  }
+}
+
+std::string to_plain_text(const Document& document, const ProbeOptions& options) {
+  Table table({{"task"},
+               {"probe"},
+               {"over"},
+               {"at", true},
+               {"success", true},
+               {"first answer", true},
+               {"beside it"}});
+  for (const Document& task : list(part(document, "tasks"))) {
+    for (const Probe probe : options.probes) {
+      add_points(text(part(task, "env_id")), probe, part(task, name_of(probe)), table);
+    }
+  }
+  return table.text();
+}
+
+void run(const ProbeCommandOptions& options) {
+  const EvaluationSettings settings = settings_of(options.eval);
+  const Protocol protocol = protocol_of(options.eval, settings);
+  // Before the work, not after it.
+  if (!options.eval.out.empty()) require_writable_folder(options.eval.out);
+  Document document;
+  {
+    Progress view("probe", "steps");
+    const Interruption interruption;
+    document = run_probes(settings, protocol, options.probe,
+                          [&](int episodes, int all, std::uint64_t env_steps) {
+                            interruption.check("no results were written");
+                            view.update(episodes / std::max(1.0, static_cast<double>(all)),
+                                        static_cast<double>(env_steps));
+                          });
+  }
+  if (!options.eval.out.empty()) write_probes(document, options.eval.out);
+  print(options.eval.json ? to_text(document) : to_plain_text(document, options.probe));
+}
+
+}  // namespace
+
+void add_probe_command(const Command& program) {
+  const auto options = std::make_shared<ProbeCommandOptions>();
+  EvalOptions& eval = options->eval;
+  // What a policy may see; the state would show it what is hidden.
+  eval.protocol.environment.obs_mode = ObsMode::kObjects;
+  const Command command = program.add_command(
+      "probe", "Does a policy read its memory? Twins, forgetting, interference, capacity");
+  command.add_option("ids", eval.ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
+  add_filter(command, eval.filter);
+  command.add_flag("--canonical", eval.filter.canonical,
+                   "The 90 tasks of the benchmark proper only");
+  command.add_flag("--all", eval.all, "All registered tasks that pass the filters");
+  command
+      .add_option(
+          "--probes",
+          [options](const std::string& text) {
+            options->probe.probes = parse_probes("--probes", text);
+          },
+          "Some of them, with commas; default: all")
+      .type_name("twins,forgetting,interference,capacity");
+  command
+      .add_option("--other", options->probe.other,
+                  "Interference: also episodes of this task between cue and question")
+      .type_name("ID");
+  add_policy_options(command, eval);
+  add_int(command, "--episodes", eval.protocol.episodes, 1, std::numeric_limits<int>::max(),
+          "Episodes at each point; pairs of twins");
+  add_seed(command, eval.protocol.start_seed, "Episode i has seed + i");
+  add_policy_seed(command, eval.protocol.policy_seed);
+  add_num_envs(command, eval.protocol.num_envs).description("Episodes that a thread runs together");
+  add_obs(command, eval.protocol.environment, kObsModes);
+  add_control_mode(command, eval.protocol.environment.control_mode);
+  add_joint_proprio(command, eval.protocol.environment.joint_proprio);
+  add_rules(command, eval.protocol.environment.rules);
+  add_constants(command, eval.protocol.environment.constants);
+  add_threads(command, eval.protocol.threads);
+  add_json(command, eval.json);
+  command.add_option("--out", eval.out, "Writes probe.json and probe.html, a page with curves")
+      .type_name("DIR");
+  note_given_settings(command, eval);
+  command.footer(
+      "Results do not depend on --num-envs and --threads. docs/probe.md has the definitions, and "
+      "says for which policies interference is fair.");
+  command.on_run([options] { run(*options); });
+}
+
+}  // namespace engram::apps

@@ -1,0 +1,46 @@
+// Plays blocks of a condition's episode numbers on worker threads.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "protocol/evaluation/evaluate.h"
+#include "protocol/probe/probe_plan.h"
+
+namespace engram {
+
+class ConditionPlayer {
+ public:
+  // Both outlive this object. Numbers of items' tasks are places among the conditions.
+  ConditionPlayer(const std::vector<ProbeCondition>& conditions, const Protocol& protocol,
+                  int workers);
+
+  // Work of a WorkFunction; `unpack` reads its result.
+  Bytes play(const WorkItem& item, const WorkContext& context);
+  static ConditionResults unpack(std::span<const std::byte> bytes, int count);
+
+ private:
+  // A thread's batches, kept while the condition stays the same.
+  struct Workspace {
+    int condition = -1;
+    std::unique_ptr<Batch> env;
+    std::unique_ptr<Batch> other;
+    std::unique_ptr<Lookahead> lookahead;
+    std::unique_ptr<ExternalPolicy> policy;
+  };
+
+  Bytes play_item(const WorkItem& item, const WorkContext& context, Workspace& workspace) const;
+  void prepare(Workspace& workspace, int condition) const;
+  std::unique_ptr<EpisodeActor> make_actor(Batch& env, const ProbeCondition& condition,
+                                           ExternalPolicy* policy,
+                                           const WorkContext& context) const;
+
+  const std::vector<ProbeCondition>& conditions_;
+  const Protocol& protocol_;
+  std::vector<Workspace> workspaces_;
+};
+
+// Options of a batch for probes.
+MakeOptions probe_environment(const Protocol& protocol, const ConstantTable& constants);
+
+}  // namespace engram

@@ -1,0 +1,105 @@
+#include "protocol/probe/question.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/env/queries.h"
+#include "core/env/snapshot.h"
+#include "protocol/batch/rows.h"
+#include "protocol/evaluation/episode_digests.h"
+
+namespace engram {
+namespace {
+
+template <class T>
+void append(std::vector<std::byte>& bytes, std::span<const T> values) {
+  const auto raw = std::as_bytes(values);
+  bytes.insert(bytes.end(), raw.begin(), raw.end());
+}
+
+std::unique_ptr<Batch> make_single(std::string_view id, MakeOptions options) {
+  options.num_envs = 1;
+  options.threads = 1;
+  options.auto_reset = AutoReset::kOff;
+  return make(id, options);
+}
+
+}  // namespace
+
+bool Prologue::awaits_cue(int slot) const {
+  return Queries(env_).cue_end(slot) >= env_.info().horizon;
+}
+
+void Prologue::act(int slot, std::span<float> actions, std::span<std::uint8_t> commanded) const {
+  const bool awaits = awaits_cue(slot);
+  commanded[static_cast<std::size_t>(slot)] = awaits ? 1 : 0;
+  if (awaits) oracle_.act_range({slot, slot + 1}, actions.data());
+}
+
+std::vector<std::byte> present_of(const Batch& env, int slot) {
+  std::vector<std::byte> bytes;
+  const PolicyView view = view_of(env, slot);
+  append(bytes, std::span<const std::int32_t>(&view.step, 1));
+  append(bytes, std::span<const char>(view.instruction));
+  append(bytes, view.proprio);
+  append(bytes, view.rgb);
+  append(bytes, view.state);
+  std::vector<float> qpos(static_cast<std::size_t>(env.num_envs()) * 9);
+  std::vector<float> qvel(qpos.size());
+  Queries(env).robot_state(qpos, qvel, {});
+  append(bytes, row_of(std::span<const float>(qpos), env, slot));
+  append(bytes, row_of(std::span<const float>(qvel), env, slot));
+  for (std::size_t i = 0; i < env.outputs().size(); ++i) {
+    const ColumnView output = env.output(env.outputs()[i].field->name);
+    if (output.field->privileged) continue;
+    const auto width = static_cast<std::size_t>(output.field->width) * size_of(output.field->dtype);
+    append(bytes, std::span<const std::byte>(output.row(slot), width));
+  }
+  return bytes;
+}
+
+Lookahead::Lookahead(std::string_view id, const MakeOptions& options)
+    : env_(make_single(id, options)),
+      prologue_(*env_),
+      actions_(static_cast<std::size_t>(env_->action_dim())) {}
+
+void Lookahead::begin(const EpisodeDraw& draw) {
+  const std::array<std::uint64_t, 1> seeds = {draw.seed};
+  env_->reset({.mask = {}, .seeds = seeds, .pins = &draw.pins});
+}
+
+void Lookahead::step() {
+  std::array<std::uint8_t, 1> commanded = {1};
+  prologue_.act(0, actions_, commanded);
+  env_->step(actions_, commanded);
+}
+
+int Lookahead::cue_end(const EpisodeDraw& draw) {
+  begin(draw);
+  while (prologue_.awaits_cue(0) && env_->state().finished[0] == 0) step();
+  return prologue_.awaits_cue(0) ? -1 : Queries(*env_).cue_end(0);
+}
+
+std::vector<double> Lookahead::right_answer(const EpisodeDraw& draw) {
+  begin(draw);
+  const TaskInfo& info = env_->info();
+  std::vector<double> answer;
+  if (info.oracle_dim == 0) return answer;
+  const ColumnView output = env_->output("oracle_info");
+  for (int i = 0; i < info.oracle_dim; ++i) {
+    const std::byte* row = output.row(0);
+    answer.push_back(info.oracle_is_real
+                         ? static_cast<double>(reinterpret_cast<const float*>(row)[i])
+                         : static_cast<double>(reinterpret_cast<const std::int32_t*>(row)[i]));
+  }
+  return answer;
+}
+
+std::shared_ptr<const std::vector<std::byte>> Lookahead::scene_at(const EpisodeDraw& draw,
+                                                                  int question) {
+  begin(draw);
+  while (env_->state().elapsed[0] < question && env_->state().finished[0] == 0) step();
+  return std::make_shared<const std::vector<std::byte>>(Snapshotter(*env_).save(0));
+}
+
+}  // namespace engram

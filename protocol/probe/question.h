@@ -1,0 +1,56 @@
+// From the beginning of an episode to its question: the robot rests while the cue shows.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/env/scripted_policy.h"
+#include "protocol/batch/make.h"
+#include "protocol/probe/trial.h"
+
+namespace engram {
+
+// What happens to the robot of a slot in the next step before the question.
+class Prologue {
+ public:
+  explicit Prologue(Batch& env) : env_(env), oracle_(env, Policy::kOracle) {}
+
+  // True if nothing has shown the cue yet, and time alone will not.
+  bool awaits_cue(int slot) const;
+  // Sets the action of the next step: none, or the oracle's to bring the cue about.
+  void act(int slot, std::span<float> actions, std::span<std::uint8_t> commanded) const;
+
+ private:
+  Batch& env_;
+  ScriptedPolicy oracle_;
+};
+
+// All that a policy and its user may see of a slot, in bits: its observation, the robot, and every
+// output that is not privileged.
+std::vector<std::byte> present_of(const Batch& env, int slot);
+
+// Looks into episodes before they are played: a batch of one environment.
+class Lookahead {
+ public:
+  Lookahead(std::string_view id, const MakeOptions& options);
+
+  const Batch& env() const { return *env_; }
+  // Control steps from which on nothing shows the hidden draw; -1: the episode ends before.
+  int cue_end(const EpisodeDraw& draw);
+  // The right answer, as the task's oracle_info has it; empty if it has none.
+  std::vector<double> right_answer(const EpisodeDraw& draw);
+  // Snapshot of an episode when its question comes.
+  std::shared_ptr<const std::vector<std::byte>> scene_at(const EpisodeDraw& draw, int question);
+
+ private:
+  void begin(const EpisodeDraw& draw);
+  void step();
+
+  std::unique_ptr<Batch> env_;
+  Prologue prologue_;
+  std::vector<float> actions_;
+};
+
+}  // namespace engram

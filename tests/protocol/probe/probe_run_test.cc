@@ -1,0 +1,283 @@
+// Probes as a whole: what they find of policies whose memory is known.
+#include "protocol/probe/probe_run.h"
+
+#include <catch2/catch.hpp>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "protocol/probe/probe_report.h"
+#include "tests/protocol/probe/remembering_policy.h"
+
+namespace engram {
+namespace {
+
+constexpr const char* kShell = "ShellGameTouch-VLA-v0";
+
+EvaluationSettings settings_for(const std::vector<std::string>& ids, int episodes) {
+  EvaluationSettings settings;
+  settings.tasks = ids;
+  settings.episodes = episodes;
+  settings.policy = "oracle";
+  settings.obs_mode = ObsMode::kObjects;
+  return settings;
+}
+
+Document probe(const EvaluationSettings& settings, Policy policy, const ProbeOptions& options,
+               int threads = 1, int num_envs = 4) {
+  Protocol protocol = protocol_of(settings);
+  protocol.policy = policy;
+  protocol.threads = threads;
+  protocol.num_envs = num_envs;
+  return run_probes(settings, protocol, options, {});
+}
+
+Document probe_external(const EvaluationSettings& settings, bool remembers,
+                        const ProbeOptions& options, int threads = 1, int num_envs = 4) {
+  Protocol protocol = protocol_of(settings);
+  protocol.external = [remembers](const WorkContext& /*context*/) {
+    return std::make_unique<test::RememberingPolicy>(remembers);
+  };
+  protocol.threads = threads;
+  protocol.num_envs = num_envs;
+  return run_probes(settings, protocol, options, {});
+}
+
+const Document& section(const Document& document, const char* probe, std::size_t task = 0) {
+  return part(list(part(document, "tasks")).at(task), probe);
+}
+
+double rate(const Document& table, const char* share) {
+  return number(part(part(table, share), "rate"));
+}
+
+bool all_equal(const Document& presents) {
+  const double compared = number(part(presents, "compared"));
+  return compared > 0 && number(part(presents, "equal")) == compared;
+}
+
+const Document& point(const Document& section, std::size_t i) {
+  return list(part(section, "points")).at(i);
+}
+
+// --- twins ---
+
+// One id of each family with twins.
+const std::vector<std::string> kWithTwins = {"ShellGameTouch-VLA-v0",
+                                             "ShellGamePush-VLA-v0",
+                                             "ShellGamePick-VLA-v0",
+                                             "ShellGameColorLampTouch-VLA-v0",
+                                             "ShellGameShuffleTouch-VLA-v0",
+                                             "ShellGameShuffleColorLampTouch-VLA-v0",
+                                             "RememberColor3-VLA-v0",
+                                             "RememberShape3-VLA-v0",
+                                             "RememberShapeAndColor3x2-VLA-v0",
+                                             "FindImposterColor3-VLA-v0",
+                                             "FindImposterShape3-VLA-v0",
+                                             "FindImposterShapeAndColor3x2-VLA-v0",
+                                             "SeqOfColors3-VLA-v0",
+                                             "ChainOfColors3-VLA-v0",
+                                             "BunchOfColors3-VLA-v0",
+                                             "TraceShapeMedium-VLA-v0",
+                                             "TraceShapeSeqMedium-VLA-v0",
+                                             "GatherAndRecall1-VLA-v0",
+                                             "BlinkCountButtonPressEasy-VLA-v0"};
+
+TEST_CASE("The oracle follows every past, and presents are the same to the bit", "[probe]") {
+  const Document document =
+      probe(settings_for(kWithTwins, 2), Policy::kOracle, {.probes = {Probe::kTwins}});
+  for (std::size_t i = 0; i < kWithTwins.size(); ++i) {
+    INFO(kWithTwins[i]);
+    const Document& twins = section(document, "twins", i);
+    REQUIRE(find(twins, "skipped") == nullptr);
+    CHECK(number(part(twins, "pairs")) == 2);
+    CHECK(all_equal(part(twins, "presents")));
+    CHECK(all_equal(part(twins, "stay_presents")));
+    CHECK(rate(twins, "follow") == 1);
+    CHECK(rate(twins, "stay") == 1);
+    // It reads the scene, not a memory.
+    CHECK(rate(part(twins, "swapped"), "scene") == 1);
+    CHECK(rate(part(twins, "swapped"), "past") == 0);
+  }
+}
+
+TEST_CASE("Presents are the same in pictures, too", "[probe][render]") {
+  EvaluationSettings settings =
+      settings_for({"ShellGameTouch-VLA-v0", "FindImposterColor3-VLA-v0", "GatherAndRecall1-VLA-v0",
+                    "BlinkCountButtonPressEasy-VLA-v0"},
+                   1);
+  settings.obs_mode = ObsMode::kRgb;
+  settings.renderer = "cpu";
+  const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  for (std::size_t i = 0; i < settings.tasks.size(); ++i) {
+    INFO(settings.tasks[i]);
+    CHECK(all_equal(part(section(document, "twins", i), "presents")));
+  }
+}
+
+TEST_CASE("An observation that tells what is hidden makes presents differ", "[probe]") {
+  EvaluationSettings settings = settings_for({kShell}, 3);
+  settings.obs_mode = ObsMode::kState;
+  const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Document& presents = part(section(document, "twins"), "presents");
+  CHECK(number(part(presents, "compared")) == 15);
+  // Those of a wiped trial, and of a scene that takes the other's place, are of the same past.
+  CHECK(number(part(presents, "equal")) < 15);
+}
+
+TEST_CASE("Every family either has twins or says why not", "[probe]") {
+  std::set<std::string_view> families;
+  for (const std::string& id : kWithTwins) families.insert(require_entry(id).family);
+  for (const RegistryEntry& entry : registry()) {
+    INFO(entry.id);
+    CHECK(families.contains(entry.family) == entry.definition->memory.no_twins.empty());
+  }
+}
+
+TEST_CASE("A policy with a memory follows its past, in its own scene and in another's", "[probe]") {
+  const Document document =
+      probe_external(settings_for({kShell}, 12), true, {.probes = {Probe::kTwins}});
+  const Document& twins = section(document, "twins");
+  CHECK(rate(twins, "follow") == 1);
+  CHECK(rate(twins, "both_follow") == 1);
+  CHECK(rate(part(twins, "swapped"), "past") == 1);
+  CHECK(rate(part(twins, "swapped"), "scene") == 0);
+  CHECK(rate(twins, "stay") == 1);
+  // Wiped at the question it is left with the middle cup.
+  const double chance = number(part(twins, "chance"));
+  CHECK(rate(twins, "wiped_follow") < chance + 0.3);
+  CHECK(number(list(part(part(twins, "wiped_follow"), "interval")).at(0)) <= chance);
+}
+
+TEST_CASE("Policies without a memory follow by chance, and never both pasts", "[probe]") {
+  const EvaluationSettings settings = settings_for({kShell}, 24);
+  const Document blind = probe(settings, Policy::kBlind, {.probes = {Probe::kTwins}});
+  const Document forgetful = probe_external(settings, false, {.probes = {Probe::kTwins}});
+  for (const Document* document : {&blind, &forgetful}) {
+    const Document& twins = section(*document, "twins");
+    CHECK(rate(twins, "both_follow") == 0);
+    const DocumentList& interval = list(part(part(twins, "follow"), "interval"));
+    CHECK(number(interval.at(0)) <= number(part(twins, "chance")));
+    CHECK(number(interval.at(1)) >= number(part(twins, "chance")) / 2);
+  }
+}
+
+// --- forgetting, interference, capacity ---
+
+TEST_CASE("A memory that time does not change does not forget", "[probe]") {
+  const ProbeOptions options{.probes = {Probe::kForgetting}};
+  const EvaluationSettings settings = settings_for({kShell}, 8);
+  const Document kept = probe_external(settings, true, options);
+  const Document lost = probe_external(settings, false, options);
+  const Document& curve = section(kept, "forgetting");
+  for (std::size_t i = 0; i < list(part(curve, "points")).size(); ++i) {
+    CHECK(rate(point(curve, i), "first_answer") == 1);
+  }
+  CHECK(is_null(part(part(curve, "half_length"), "steps")));
+  CHECK(rate(point(section(lost, "forgetting"), 0), "first_answer") < 1);
+}
+
+TEST_CASE("Delays reach ten times those of the task", "[probe]") {
+  const Document document = probe(settings_for({"RememberColor3-VLA-v0"}, 1), Policy::kOracle,
+                                  {.probes = {Probe::kForgetting}});
+  const Document& curve = section(document, "forgetting");
+  std::vector<double> delays;
+  for (const Document& one : list(part(curve, "points"))) {
+    delays.push_back(number(part(one, "delay")));
+    CHECK(rate(one, "success") == 1);
+  }
+  CHECK(delays == std::vector<double>{1, 5, 10, 25, 50});
+  CHECK(text(part(curve, "constant")) == "EMPTY_PHASE_STEPS");
+}
+
+TEST_CASE("A memory of the last cue is overwritten by competing episodes alone", "[probe]") {
+  const Document document =
+      probe_external(settings_for({kShell}, 10), true, {.probes = {Probe::kInterference}});
+  const Document& section_of = section(document, "interference");
+  for (const Document& one : list(part(section_of, "points"))) {
+    INFO(to_line(one));
+    const bool competing = text(part(one, "kind")) == "competing";
+    CHECK(rate(one, "first_answer") == (competing ? 0 : 1));
+    if (competing) CHECK(rate(one, "intrusions") == 1);
+  }
+}
+
+TEST_CASE("Episodes of another task go between, too", "[probe]") {
+  const ProbeOptions options{.probes = {Probe::kInterference}, .other = "ShellGamePush-VLA-v0"};
+  const Document document = probe(settings_for({kShell}, 2), Policy::kOracle, options);
+  int others = 0;
+  for (const Document& one : list(part(section(document, "interference"), "points"))) {
+    others += text(part(one, "kind")) == "other task" ? 1 : 0;
+    CHECK(rate(one, "success") == 1);
+  }
+  CHECK(others == 3);
+}
+
+TEST_CASE("Capacity has the oracle beside the policy", "[probe]") {
+  const Document document = probe(settings_for({"BlinkCountButtonPressEasy-VLA-v0"}, 2),
+                                  Policy::kBlind, {.probes = {Probe::kCapacity}});
+  const Document& capacity = section(document, "capacity");
+  CHECK(text(part(capacity, "quantity")) == "target_blinks");
+  std::vector<double> items;
+  for (const Document& one : list(part(capacity, "points"))) {
+    items.push_back(number(part(one, "items")));
+    CHECK(rate(part(one, "oracle"), "success") == 1);
+  }
+  CHECK(items == std::vector<double>{1, 2, 3});
+}
+
+TEST_CASE("Numbers of items that a policy cannot observe are left out, with the reason",
+          "[probe]") {
+  const Document document = probe_external(settings_for({"RememberColor3-VLA-v0"}, 1), true,
+                                           {.probes = {Probe::kCapacity}});
+  for (const Document& one : list(part(section(document, "capacity"), "points"))) {
+    const bool own = number(part(one, "items")) == 3;
+    CHECK((find(one, "skipped") == nullptr) == own);
+  }
+}
+
+// --- as a whole ---
+
+TEST_CASE("Probes do not depend on threads and batch size", "[probe]") {
+  const EvaluationSettings settings = settings_for({kShell}, 5);
+  const std::string one = to_text(probe_external(settings, true, {}, 1, 1));
+  CHECK(to_text(probe_external(settings, true, {}, 3, 2)) == one);
+  CHECK(to_text(probe_external(settings, true, {}, 2, 8)) == one);
+}
+
+TEST_CASE("Reports of probes have a curve for each of them", "[probe]") {
+  const Document document = probe_external(
+      settings_for({kShell, "BlinkCountButtonPressEasy-VLA-v0", "InterceptFast-VLA-v0"}, 1), false,
+      {});
+  const std::string page = probe_report(document);
+  for (const char* heading : {"Twins", "Forgetting", "Interference", "Capacity", "Not probed"}) {
+    CHECK_THAT(page, Catch::Contains(std::string("<h2>") + heading + "</h2>"));
+  }
+  CHECK_THAT(page, Catch::Contains("<polyline points=") && Catch::Contains("nothing is hidden"));
+}
+
+TEST_CASE("Lists of probes are read, and wrong ones refused", "[probe]") {
+  CHECK(parse_probes("--probes", "capacity,twins") ==
+        std::vector<Probe>{Probe::kTwins, Probe::kCapacity});
+  for (const char* text : {"", "twin", "twins,", "twins,twins"}) {
+    INFO(text);
+    CHECK_THROWS_WITH(parse_probes("--probes", text),
+                      Catch::Contains("twins, forgetting, interference, capacity"));
+  }
+}
+
+TEST_CASE("Settings that probes do not have are refused", "[probe]") {
+  EvaluationSettings settings = settings_for({kShell}, 1);
+  settings.repeat = 2;
+  CHECK_THROWS_WITH(probe(settings, Policy::kOracle, {}), Catch::Contains("repeat: 2 given"));
+  settings.repeat = 1;
+  Protocol protocol = protocol_of(settings);
+  protocol.external = [](const WorkContext& /*context*/) {
+    return std::make_unique<test::RememberingPolicy>(true);
+  };
+  CHECK_THROWS_WITH(run_probes(settings, protocol, {.other = "RememberColor9-VLA-v0"}, {}),
+                    Catch::Contains("RememberColor9-VLA-v0"));
+}
+
+}  // namespace
+}  // namespace engram
