@@ -80,6 +80,11 @@ std::string Snapshotter::label() const {
   for (std::size_t i = 0; i < batch_.option_values_.size(); ++i) {
     label += ", " + info.options[i].name + "=" + shortest(batch_.option_values_[i]);
   }
+  // Their levels count for the next episodes only.
+  for (std::size_t i = 0; i < kPerturbationAxes; ++i) {
+    const auto axis = static_cast<PerturbationAxis>(i);
+    if (batch_.perturbations_.has(axis)) label += std::string(", perturbed ") + name_of(axis);
+  }
   return label;
 }
 

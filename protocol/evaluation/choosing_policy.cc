@@ -46,6 +46,11 @@ void ChoosingPolicy::start(int slot, const EpisodeLabel& label) {
   choices_.await_choices(slot);
 }
 
+// The frames so far are what it remembers.
+void ChoosingPolicy::go_on(int slot, const EpisodeLabel& label) {
+  slots_[static_cast<std::size_t>(slot)].label = label;
+}
+
 void ChoosingPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)].label = {}; }
 
 const EpisodeDigests& ChoosingPolicy::digests(int slot) const {

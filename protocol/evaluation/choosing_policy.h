@@ -27,6 +27,7 @@ class ChoosingPolicy final : public EpisodeActor {
                  const ChoosingPolicyOptions& options);
 
   void start(int slot, const EpisodeLabel& label) override;
+  void go_on(int slot, const EpisodeLabel& label) override;
   void finish(int slot) override;
   void act(std::span<float> actions, std::span<std::uint8_t> commanded) override;
   const EpisodeDigests& digests(int slot) const override;

@@ -240,6 +240,22 @@ TEST_CASE("An environment with late and noisy commands goes on after it was rest
   }
 }
 
+TEST_CASE("Snapshots are refused by batches with other axes, and taken with other levels",
+          "[perturbation]") {
+  const auto env = make(kId, with({{kCamera, 1}}));
+  env->reset();
+  const std::vector<std::byte> saved = Snapshotter(*env).save();
+  const auto other = make(kId, with({{kLight, 1}}));
+  other->reset();
+  CHECK_THROWS_WITH(Snapshotter(*other).restore(saved),
+                    Contains("perturbed camera") && Contains("perturbed light"));
+  const auto half = make(kId, with({{kCamera, 0.5}}));
+  half->reset();
+  CHECK(picture(*half, 0) != picture(*env, 0));
+  Snapshotter(*half).restore(saved);
+  CHECK(picture(*half, 0) == picture(*env, 0));
+}
+
 TEST_CASE("Noise of actions has its deviation and leaves the gripper alone", "[perturbation]") {
   MakeOptions options = with({{kActionNoise, 1}}, ObsMode::kState, 200);
   options.freeze_cue = false;
