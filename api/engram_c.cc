@@ -319,13 +319,39 @@ engram_status engram_step_async(engram_env* env, const float* actions, size_t co
   });
 }
 
-engram_status engram_step_wait(engram_env* env) {
+namespace {
+
+// Calls f(claim) while no other call can wait for the step that is under way.
+template <class F>
+engram_status with_step(engram_env* env, F&& f) noexcept {
   if (env == nullptr) return refuse_null("env");
   if (env->forked()) return refuse_forked(*env);
-  const Claim claim(*env, Use::kStepping);
-  if (claim.claimed()) return guarded([env] { env->driver->wait(); });
+  Claim claim(*env, Use::kStepping);
+  if (claim.claimed()) return guarded([&] { f(claim); });
   if (claim.found() == Use::kBusy) return refuse_busy(Use::kBusy);
   return fail(ENGRAM_BAD_STATE, "no step is under way; start one with step_async first");
+}
+
+}  // namespace
+
+engram_status engram_step_wait(engram_env* env) {
+  return with_step(env, [env](Claim&) { env->driver->wait(); });
+}
+
+engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* done) {
+  if (done == nullptr) return refuse_null("done");
+  *done = 0;
+  constexpr double kLongest = 1e9;  // s
+  if (!(seconds >= 0 && seconds <= kLongest)) {
+    return fail(ENGRAM_INVALID_ARGUMENT, "seconds: 0 to 1e9 allowed");
+  }
+  return with_step(env, [&](Claim& claim) {
+    const std::chrono::duration<double> most(seconds);
+    const bool ended =
+        env->driver->wait_for(std::chrono::duration_cast<std::chrono::nanoseconds>(most));
+    if (!ended) claim.leave(Use::kStepping);
+    *done = ended ? 1 : 0;
+  });
 }
 
 engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count) {

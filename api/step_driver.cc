@@ -35,6 +35,17 @@ void StepDriver::start(std::span<const float> actions) {
 void StepDriver::wait() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return !stepping_; });
+  rethrow();
+}
+
+bool StepDriver::wait_for(std::chrono::nanoseconds most) {
+  std::unique_lock lock(mutex_);
+  if (!changed_.wait_for(lock, most, [this] { return !stepping_; })) return false;
+  rethrow();
+  return true;
+}
+
+void StepDriver::rethrow() {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 

@@ -1,6 +1,7 @@
 // Steps a batch in a thread of its own, so that the caller can do something else meanwhile.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -27,9 +28,12 @@ class StepDriver {
   void start(std::span<const float> actions);
   // Returns when the step is done; rethrows what it threw.
   void wait();
+  // The same after so long at most; false: the step goes on.
+  bool wait_for(std::chrono::nanoseconds most);
 
  private:
   void serve() noexcept;
+  void rethrow();
 
   BatchGroup& batch_;
   AlignedArray<float> actions_;

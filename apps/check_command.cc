@@ -50,7 +50,7 @@ void add_check_command(const Command& program,
   command.add_flag("--json", pass_flag("--json"), "Prints the report as JSON");
   command
       .add_option("--hidden", pass_on("--hidden"),
-                  "Draw that is hidden, of tasks that are not written with engram.Task")
+                  "Draw that is hidden, if it is another one than the task names")
       .type_name("DRAW");
   command
       .add_repeatable("--only", pass_on("--only"),

@@ -57,7 +57,7 @@ std::shared_ptr<const std::vector<std::string>> add_task_options(const Command& 
   };
   add("--tasks", load_task_file,
       "Loads the tasks of a Python file (docs/own_tasks.md; FILE.py:ID for an id does the same) or "
-      "of a library (docs/adding_a_task.md; as the environment variable ENGRAM_TASKS does) "
+      "of a library (docs/adding_a_task.md), as the environment variable ENGRAM_TASKS does "
       "(repeatable)");
   add("--variants", load_variants,
       "Registers the variants of a file of ids and constants (docs/variants.md), as "
@@ -89,7 +89,7 @@ int run(int argc, char** argv) {
   add_soak_command(program);
   add_verify_command(program);
   add_doctor_command(program);
-  load_environment_files();
+  load_environment_files(&load_task_file);
   std::vector<std::string> words = with_task_files({argv + 1, argv + argc});
   std::vector<char*> arguments = {argv[0]};
   for (std::string& word : words) arguments.push_back(word.data());

@@ -39,6 +39,15 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
     "-DCXX=${CMAKE_CXX_COMPILER}" "-DPKG_CONFIG=${ENGRAM_PKG_CONFIG}"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_installed.cmake")
   set_tests_properties(installed_package PROPERTIES TIMEOUT 900)
+  if(TARGET engram_cli)
+    add_test(NAME wheel_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
+      "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/adding_a_task.md"
+      "-DCOMMAND=${PROJECT_SOURCE_DIR}/python/engram/command" "-DENGRAM=$<TARGET_FILE:engram_cli>"
+      "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging_wheel" "-DCXX=${CMAKE_CXX_COMPILER}"
+      "-DPYTHON=${Python3_EXECUTABLE}"
+      -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_wheel_package.cmake")
+    set_tests_properties(wheel_package PROPERTIES TIMEOUT 600)
+  endif()
 endif()
 
 # A host project that adds this one sees the public headers, and none of the engine's own.

@@ -28,7 +28,7 @@ endfunction()
 # family's folder is for nobody else.
 file(GLOB task_headers CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}"
   "${PROJECT_SOURCE_DIR}/tasks/*/*.h" "${PROJECT_SOURCE_DIR}/tasks/*/*.cc")
-list(APPEND task_headers tasks/task_library.h)
+list(APPEND task_headers tasks/task_library.h mjcf/mesh.h)
 engram_add_includes(task_headers)
 list(FILTER task_headers INCLUDE REGEX "^(core|mjcf|tasks/common)/.*[.]h$|^tasks/[a-z_]+[.]h$")
 
@@ -65,16 +65,37 @@ target_link_libraries(engram_tasks INTERFACE Eigen3::Eigen tinyxml2::tinyxml2)
 
 include(EngramAddTasks)
 
-if(ENGRAM_INSTALL)
-  include(GNUInstallDirs)
-  set(tasks_folder "${CMAKE_INSTALL_INCLUDEDIR}/engram-tasks")
-  target_include_directories(engram_tasks INTERFACE "$<INSTALL_INTERFACE:${tasks_folder}>")
-  install(TARGETS engram_tasks EXPORT engramTasksTargets ARCHIVE COMPONENT development)
+# engram_install_tasks(<component> <headers> <lib> [EXCLUDE_FROM_ALL]): headers, archive and CMake
+# package, each in a folder under the prefix.
+function(engram_install_tasks component headers lib)
+  set(made "${PROJECT_BINARY_DIR}/install/${component}")
+  set(package "${lib}/cmake/engram")
+  configure_package_config_file("${CMAKE_CURRENT_FUNCTION_LIST_DIR}/engramConfig.cmake.in"
+    "${made}/engramConfig.cmake" INSTALL_DESTINATION "${package}")
+  write_basic_package_version_file("${made}/engramConfigVersion.cmake"
+    COMPATIBILITY SameMinorVersion)
+  install(FILES "${made}/engramConfig.cmake" "${made}/engramConfigVersion.cmake"
+    "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/EngramAddTasks.cmake"
+    DESTINATION "${package}" COMPONENT ${component} ${ARGN})
+  install(TARGETS engram_tasks EXPORT ${component}_tasks
+    ARCHIVE DESTINATION "${lib}" COMPONENT ${component} ${ARGN}
+    INCLUDES DESTINATION "${headers}")
+  install(EXPORT ${component}_tasks FILE engramTasksTargets.cmake NAMESPACE engram::
+    DESTINATION "${package}" COMPONENT ${component} ${ARGN})
   foreach(header IN LISTS task_headers)
     cmake_path(GET header PARENT_PATH folder)
-    install(FILES "${PROJECT_SOURCE_DIR}/${header}" DESTINATION "${tasks_folder}/${folder}"
-      COMPONENT development)
+    install(FILES "${PROJECT_SOURCE_DIR}/${header}" DESTINATION "${headers}/${folder}"
+      COMPONENT ${component} ${ARGN})
   endforeach()
   install(FILES "${engram_tasks_stamp}/tasks/task_library_stamp.h"
-    DESTINATION "${tasks_folder}/tasks" COMPONENT development)
+    DESTINATION "${headers}/tasks" COMPONENT ${component} ${ARGN})
+endfunction()
+
+include(CMakePackageConfigHelpers)
+if(ENGRAM_INSTALL)
+  include(GNUInstallDirs)
+  engram_install_tasks(development "${CMAKE_INSTALL_INCLUDEDIR}/engram-tasks"
+    "${CMAKE_INSTALL_LIBDIR}")
 endif()
+# In wheels, inside the Python package: `python -m engram --cmake-dir`.
+engram_install_tasks(wheel engram/include engram/lib EXCLUDE_FROM_ALL)

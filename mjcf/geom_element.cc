@@ -16,6 +16,8 @@ const char* geom_type(GeomType type) {
       return "cylinder";
     case GeomType::kEllipsoid:
       return "ellipsoid";
+    case GeomType::kMesh:
+      return "mesh";
   }
   return "box";
 }
@@ -30,6 +32,8 @@ int size_count(GeomType type) {
     case GeomType::kBox:
     case GeomType::kEllipsoid:
       return 3;
+    case GeomType::kMesh:
+      return 0;
   }
   return 3;
 }
@@ -38,7 +42,8 @@ Element& add_geom(Element& body, GeomType type, const Vec3& size, const Vec3& po
                   const Vec3& rpy) {
   Element& geom = add(body, "geom");
   set(geom, "type", geom_type(type));
-  set(geom, "size", std::span(size).first(static_cast<std::size_t>(size_count(type))));
+  const int sizes = size_count(type);
+  if (sizes > 0) set(geom, "size", std::span(size).first(static_cast<std::size_t>(sizes)));
   set(geom, "pos", pos);
   if (rpy != Vec3{}) set(geom, "euler", rpy);
   return geom;

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <numbers>
 
+#include "mjcf/mesh.h"
+
 namespace engram::mjcf {
 namespace {
 
@@ -26,6 +28,8 @@ double volume(const Geom& geom) {
       return 4.0 / 3.0 * kPi * a * a * a;
     case GeomType::kCylinder:
       return 2 * kPi * a * a * b;
+    case GeomType::kMesh:
+      return moments_of(hull_of(geom)).volume;
     case GeomType::kCapsule:
     case GeomType::kEllipsoid:
       break;
@@ -43,6 +47,7 @@ Vec3 mean_squares(const Geom& geom) {
       return {a * a / 5, a * a / 5, a * a / 5};
     case GeomType::kCylinder:
       return {a * a / 4, a * a / 4, b * b / 3};
+    case GeomType::kMesh:  // see add_mesh_moments
     case GeomType::kCapsule:
     case GeomType::kEllipsoid:
       break;
@@ -50,11 +55,45 @@ Vec3 mean_squares(const Geom& geom) {
   return {};
 }
 
+// Centre of a geom's volume, in the prop's frame.
+Vec3 center_of(const Geom& geom) {
+  Vec3 center = geom.pos;
+  if (geom.type != GeomType::kMesh) return center;
+  const HullMoments moments = moments_of(hull_of(geom));
+  const Matrix axes = rotation(geom.quat);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      center[i] += axes[i][static_cast<std::size_t>(k)] * moments.first[k] / moments.volume;
+    }
+  }
+  return center;
+}
+
+// Adds the second moments of a mesh about its own centre.
+void add_mesh_moments(const Geom& geom, Matrix& sum) {
+  const HullMoments moments = moments_of(hull_of(geom));
+  const Matrix axes = rotation(geom.quat);
+  Mat3 turned;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      turned(i, k) = axes[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)];
+    }
+  }
+  const Mat3 central = moments.second - moments.first * moments.first.transpose() / moments.volume;
+  const Mat3 result = turned * central * turned.transpose();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      sum[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] += result(i, j);
+    }
+  }
+}
+
 Vec3 center_of_mass(const Prop& prop, double total_volume) {
   Vec3 center{};
   for (const Geom& geom : prop.geoms) {
     const double share = volume(geom) / total_volume;
-    for (std::size_t k = 0; k < 3; ++k) center[k] += share * geom.pos[k];
+    const Vec3 middle = center_of(geom);
+    for (std::size_t k = 0; k < 3; ++k) center[k] += share * middle[k];
   }
   return center;
 }
@@ -66,9 +105,11 @@ Matrix second_moments(const Prop& prop, const Vec3& about) {
     const Matrix axes = rotation(geom.quat);
     const Vec3 squares = mean_squares(geom);
     const double size = volume(geom);
+    const Vec3 middle = center_of(geom);
+    if (geom.type == GeomType::kMesh) add_mesh_moments(geom, moments);
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) {
-        double mean = (geom.pos[i] - about[i]) * (geom.pos[j] - about[j]);
+        double mean = (middle[i] - about[i]) * (middle[j] - about[j]);
         for (std::size_t k = 0; k < 3; ++k) mean += axes[i][k] * squares[k] * axes[j][k];
         moments[i][j] += size * mean;
       }

@@ -6,6 +6,15 @@
 namespace engram::mjcf {
 namespace {
 
+// The bounding box of a mesh, along its own axes, m.
+Eigen::AlignedBox3d bounds_of(const Geom& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& corner : mesh.corners) {
+    box.extend(Eigen::Vector3d(corner[0], corner[1], corner[2]));
+  }
+  return box;
+}
+
 // Half sides of the bounding box of a geom, along its own axes, m.
 Eigen::Vector3d half_sides(const Geom& geom) {
   const Vec3& size = geom.size;
@@ -19,6 +28,8 @@ Eigen::Vector3d half_sides(const Geom& geom) {
       return {size[0], size[0], size[0] + size[1]};
     case GeomType::kCylinder:
       return {size[0], size[0], size[1]};
+    case GeomType::kMesh:
+      return bounds_of(geom).sizes() / 2;
   }
   return {};
 }
@@ -38,7 +49,8 @@ ObjectDescriptor describe_object(const Prop& prop) {
     const Quat& q = geom.quat;
     const Eigen::Matrix3d axes = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
     const Eigen::Vector3d extent = axes.cwiseAbs() * half;
-    const Eigen::Vector3d pos(geom.pos[0], geom.pos[1], geom.pos[2]);
+    Eigen::Vector3d pos(geom.pos[0], geom.pos[1], geom.pos[2]);
+    if (geom.type == GeomType::kMesh) pos += axes * bounds_of(geom).center();
     low = low.cwiseMin(pos - extent);
     high = high.cwiseMax(pos + extent);
     if (half.prod() <= largest) continue;

@@ -13,7 +13,7 @@ using Vec3 = std::array<double, 3>;
 using Quat = std::array<double, 4>;  // (w, x, y, z)
 using Rgba = std::array<double, 4>;  // 0..1
 
-enum class GeomType { kBox, kSphere, kCapsule, kCylinder, kEllipsoid };
+enum class GeomType { kBox, kSphere, kCapsule, kCylinder, kEllipsoid, kMesh };
 
 // One geom of a prop, posed in the frame of the prop's body.
 struct Geom {
@@ -26,6 +26,7 @@ struct Geom {
   bool visible = true;
   double emission = 0;
   bool hidden_from_sensors = false;  // visible to people only
+  std::vector<Vec3> corners = {};    // of a mesh: those of its convex hull, m
 };
 
 // Motion of a body.

@@ -5,6 +5,7 @@
 
 #include "core/math/display_color.h"
 #include "mjcf/geom_element.h"
+#include "mjcf/mesh.h"
 
 namespace engram::mjcf {
 namespace {
@@ -30,6 +31,7 @@ void add_geom_of(const Prop& prop, std::size_t index, bool visuals, Element& bod
   const Geom& geom = prop.geoms[index];
   Element& element = add_geom(body, geom.type, geom.size, geom.pos, {});
   set(element, "name", geom_name(prop, index));
+  if (geom.type == GeomType::kMesh) set(element, "mesh", geom_name(prop, index));
   if (geom.quat != Quat{1, 0, 0, 0}) set(element, "quat", geom.quat);
 
   const bool shown = visuals && geom.visible;
@@ -80,6 +82,28 @@ void add_prop_materials(Element& assets, const Prop& prop) {
     set(material, "name", geom_name(prop, i));
     set(material, "emission", prop.geoms[i].emission);
     set(material, "specular", 0.0);
+  }
+}
+
+bool has_mesh(const Prop& prop) {
+  return std::ranges::any_of(prop.geoms,
+                             [](const Geom& geom) { return geom.type == GeomType::kMesh; });
+}
+
+void add_prop_meshes(Element& assets, const Prop& prop) {
+  for (std::size_t i = 0; i < prop.geoms.size(); ++i) {
+    const Geom& geom = prop.geoms[i];
+    if (geom.type != GeomType::kMesh) continue;
+    Element& mesh = add(assets, "mesh");
+    set(mesh, "name", geom_name(prop, i));
+    const ConvexHull hull = hull_of(geom);
+    std::vector<double> vertices;
+    for (const auto& corner : hull.corners) {
+      vertices.insert(vertices.end(), corner.begin(), corner.end());
+    }
+    set(mesh, "vertex", vertices);
+    const std::vector<int> triangles = triangles_of(hull);
+    set(mesh, "face", std::vector<double>(triangles.begin(), triangles.end()));
   }
 }
 

@@ -92,11 +92,15 @@ void add_start_keyframe(Element& root, const std::vector<Prop>& props) {
   set(key, "ctrl", kStartPose);
 }
 
-void add_assets(Element& root, const std::vector<Prop>& props) {
+void add_assets(Element& root, const std::vector<Prop>& props, bool visuals) {
+  if (!visuals && std::ranges::none_of(props, has_mesh)) return;
   Element& assets = add(root, "asset");
-  add_materials(assets);
-  add_panda_materials(assets);
-  for (const Prop& prop : props) add_prop_materials(assets, prop);
+  if (visuals) {
+    add_materials(assets);
+    add_panda_materials(assets);
+    for (const Prop& prop : props) add_prop_materials(assets, prop);
+  }
+  for (const Prop& prop : props) add_prop_meshes(assets, prop);
 }
 
 }  // namespace
@@ -117,10 +121,8 @@ std::string compose(const Scene& scene, Detail detail) {
   add_sizes(root, props);
   add_statistic(root, props);
   add_defaults(root);
-  if (visuals) {
-    add_visual_options(root);
-    add_assets(root, props);
-  }
+  if (visuals) add_visual_options(root);
+  add_assets(root, props, visuals);
 
   Element& world = add(root, "worldbody");
   if (collisions) add_table_top(world, scene.table_ends);

@@ -4,6 +4,7 @@
 
 #include "core/base/index.h"
 #include "core/contact/cylinder_box.h"
+#include "core/contact/hull_hull.h"
 
 namespace engram {
 namespace {
@@ -15,6 +16,10 @@ bool is_box(const CollisionShape& shape) {
 }
 
 bool is_cylinder(const CollisionShape& shape) { return shape.type == mjGEOM_CYLINDER; }
+
+bool has_hulls(const CollisionShape& a, const CollisionShape& b) {
+  return a.hull >= 0 && b.hull >= 0;
+}
 
 CylinderPose cylinder_at(const CollisionShape& shape, const Frame& frame) {
   return {shape.half[0], shape.half[1], frame};
@@ -52,6 +57,9 @@ ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, 
   if (is_box(shape_a) && is_cylinder(shape_b)) {
     return swapped(cylinder_box(cylinder_at(shape_b, b), {shape_a.half, a}, kContactReach));
   }
+  if (has_hulls(shape_a, shape_b)) {
+    return hull_hull({scene_.hull(shape_a), a}, {scene_.hull(shape_b), b}, reach);
+  }
   return collide(shapes, a, b, reach);
 }
 
@@ -68,6 +76,9 @@ double NarrowPhase::least_distance(int shape_pair, const Frame& a, const Frame& 
   }
   if (is_box(shape_a) && is_cylinder(shape_b)) {
     return cylinder_box_separation(cylinder_at(shape_b, b), {shape_a.half, a});
+  }
+  if (has_hulls(shape_a, shape_b)) {
+    return hull_separation({scene_.hull(shape_a), a}, {scene_.hull(shape_b), b});
   }
   double least = reach;
   for (const ContactPoint& point : points) least = std::min(least, point.gap);

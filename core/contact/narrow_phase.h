@@ -1,5 +1,6 @@
-// Contact points of pairs of shapes: box_box with persistent manifolds for boxes, MuJoCo's
-// collision functions for all others.
+// Contact points of pairs of shapes: box_box with persistent manifolds for boxes, cylinder_box,
+// hull_hull for meshes with one another and with boxes, MuJoCo's collision functions for all
+// others.
 #pragma once
 
 #include <vector>

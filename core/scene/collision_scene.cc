@@ -79,6 +79,15 @@ CollisionShape make_shape(const mjModel& model, int geom) {
 
 }  // namespace
 
+std::vector<Vec3> mesh_vertices(const mjModel& model, int mesh) {
+  const float* const first = model.mesh_vert + 3 * model.mesh_vertadr[mesh];
+  std::vector<Vec3> vertices;
+  for (int i = 0; i < model.mesh_vertnum[mesh]; ++i) {
+    vertices.push_back(Eigen::Map<const Eigen::Vector3f>(first + 3 * i).cast<double>());
+  }
+  return vertices;
+}
+
 CollisionScene::CollisionScene(const mjModel& model, const std::vector<std::string>& props)
     : body_of_prop_(props.size(), -1) {
   std::vector<int> shape_of_geom(at(model.ngeom), -1);
@@ -97,6 +106,23 @@ CollisionScene::CollisionScene(const mjModel& model, const std::vector<std::stri
     classify_last(model, body, props);
   }
   add_pairs(model, shape_of_geom);
+  add_hulls(model);
+}
+
+// Hulls of all boxes, too, in scenes with meshes.
+void CollisionScene::add_hulls(const mjModel& model) {
+  const auto is_mesh = [](const CollisionShape& shape) { return shape.type == mjGEOM_MESH; };
+  if (std::ranges::none_of(shapes_, is_mesh)) return;
+  for (CollisionShape& shape : shapes_) {
+    if (is_mesh(shape)) {
+      hulls_.push_back(convex_hull(mesh_vertices(model, model.geom_dataid[shape.geom])));
+    } else if (shape.type == mjGEOM_BOX || shape.type == mjGEOM_PLANE) {
+      hulls_.push_back(box_hull(shape.half));
+    } else {
+      continue;
+    }
+    shape.hull = static_cast<int>(hulls_.size()) - 1;
+  }
 }
 
 void CollisionScene::classify_last(const mjModel& model, int body,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/convex_hull.h"
 #include "core/robot/robot_pose.h"
 
 namespace engram {
@@ -24,6 +25,7 @@ struct CollisionShape {
   Frame frame;               // in the body's
   Vec3 half = Vec3::Zero();  // extents of a box; MuJoCo's sizes of other shapes, m
   double bounding_radius = 0;
+  int hull = -1;  // of the scene: of meshes, and of boxes that may touch some
 };
 
 struct CollisionBody {
@@ -55,6 +57,9 @@ struct BodyPair {
   int count = 0;
 };
 
+// Vertices of a mesh of the model, in the frame of its geoms.
+std::vector<Vec3> mesh_vertices(const mjModel& model, int mesh);
+
 class CollisionScene {
  public:
   CollisionScene() = default;
@@ -67,6 +72,9 @@ class CollisionScene {
   const std::vector<ShapePair>& shape_pairs() const { return shape_pairs_; }
   // Pairs of two moving bodies come first, then those of a moving and a static or kinematic one.
   const std::vector<BodyPair>& body_pairs() const { return body_pairs_; }
+  const ConvexHull& hull(const CollisionShape& shape) const {
+    return hulls_[static_cast<std::size_t>(shape.hull)];
+  }
   // Shapes of free props.
   int num_free_shapes() const;
   // Body of a prop, or -1 if nothing of it collides.
@@ -78,9 +86,12 @@ class CollisionScene {
   void classify_last(const mjModel& model, int body, const std::vector<std::string>& props);
   void add_pairs(const mjModel& model, const std::vector<int>& shape_of_geom);
 
+  void add_hulls(const mjModel& model);
+
   std::vector<CollisionBody> bodies_;
   std::vector<CollisionShape> shapes_;
   std::vector<ShapePair> shape_pairs_;
+  std::vector<ConvexHull> hulls_;
   std::vector<BodyPair> body_pairs_;
   std::vector<int> body_of_prop_;
 };

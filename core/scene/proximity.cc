@@ -78,6 +78,14 @@ RoundedBox enclose_geom(const mjModel& model, int geom) {
       box.half = Vec3(0, 0, size[1]);
       box.radius = size[0];
       break;
+    case mjGEOM_MESH: {
+      const int mesh = model.geom_dataid[geom];
+      Eigen::AlignedBox3d bounds;
+      for (const Vec3& vertex : mesh_vertices(model, mesh)) bounds.extend(vertex);
+      box.half = bounds.sizes() / 2;
+      box.frame.pos += box.frame.axes * bounds.center();
+      break;
+    }
     default:
       box.radius = model.geom_rbound[geom];
   }

@@ -4,7 +4,6 @@
 #include <mutex>
 #include <string_view>
 
-#include "protocol/batch/task_library.h"
 #include "protocol/batch/variants.h"
 
 namespace engram {
@@ -17,10 +16,10 @@ std::string_view variable(const char* name) {
 
 }  // namespace
 
-void load_environment_files() {
+void load_environment_files(PythonLoader load_python) {
   static std::once_flag once;
-  std::call_once(once, [] {
-    load_task_list(variable("ENGRAM_TASKS"));
+  std::call_once(once, [load_python] {
+    load_task_list(variable("ENGRAM_TASKS"), load_python);
     const std::string_view variants = variable("ENGRAM_VARIANTS");
     if (!variants.empty()) load_variants(variants);
   });

@@ -316,6 +316,7 @@ ConstantTable describe_task(const Batch& env) {
       {"action_spaces", describe_actions(env)},
       {"draws", describe_random_variables(Queries(env).random_variables())},
       {"drawn", describe_sampled_values(info)},
+      {"hidden", info.hidden_variable},
       {"rules", name_of(env.options().rules)},
       {"options", describe_options(env)},
       {"changeable", describe_changeable(info)},

@@ -99,10 +99,15 @@ void load_tasks(const fs::path& file) {
   }
 }
 
-void load_task_list(std::string_view files) {
+void load_task_list(std::string_view files, PythonLoader load_python) {
   while (!files.empty()) {
     const std::size_t end = std::min(files.find(':'), files.size());
-    if (end > 0) load_tasks(files.substr(0, end));
+    const fs::path file = files.substr(0, end);
+    if (file.extension() == ".py") {
+      if (load_python != nullptr) load_python(file);
+    } else if (!file.empty()) {
+      load_tasks(file);
+    }
     files.remove_prefix(std::min(end + 1, files.size()));
   }
 }

@@ -12,7 +12,11 @@ namespace engram {
 // one of its ids is taken.
 void load_tasks(const std::filesystem::path& file);
 
-// The same for each of several files that are separated by ':'; empty ones are left out.
-void load_task_list(std::string_view files);
+// Registers the tasks of a Python file. Throws Error.
+using PythonLoader = void (*)(const std::filesystem::path& file);
+
+// Loads each of several files that are separated by ':'; empty ones are left out. Files whose name
+// ends in .py go to load_python; without it they are left out, too.
+void load_task_list(std::string_view files, PythonLoader load_python = nullptr);
 
 }  // namespace engram

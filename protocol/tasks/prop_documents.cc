@@ -2,16 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "core/base/error.h"
+#include "core/base/join.h"
 #include "mjcf/ball.h"
 #include "mjcf/battery.h"
 #include "mjcf/button.h"
 #include "mjcf/disc.h"
 #include "mjcf/inertia.h"
 #include "mjcf/lamp.h"
+#include "mjcf/mesh.h"
 #include "mjcf/mug.h"
 #include "mjcf/object_shapes.h"
 #include "mjcf/peg.h"
+#include "mjcf/table_contact.h"
 #include "mjcf/target_disc.h"
 #include "protocol/tasks/keyed_table.h"
 
@@ -24,11 +29,13 @@ using mjcf::GeomType;
 using mjcf::Prop;
 using mjcf::Rgba;
 
-constexpr double kLargest = 2;         // m
+constexpr double kLargest = 2;  // m
+constexpr std::size_t kLeastPoints = 4;
+constexpr std::size_t kMostPoints = 20'000;
 constexpr double kMostDensity = 1e5;   // kg/m^3
 constexpr double kMostFriction = 100;  // both are far beyond any material
 constexpr std::array kBodies = {"dynamic", "kinematic", "visual"};
-constexpr std::array kGeomTypes = {"box", "sphere", "capsule", "cylinder", "ellipsoid"};
+constexpr std::array kGeomTypes = {"box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"};
 
 double length(const KeyedTable& table, std::string_view key) {
   const double value = table.number(key);
@@ -77,12 +84,40 @@ void set_body(const KeyedTable& table, Prop& prop) {
   mjcf::set_solid_inertia(prop, density);
 }
 
-Geom geom(const Document& document, const std::string& what) {
-  const KeyedTable table(document, what);
-  table.allow(
-      std::array{"type", "size", "pos", "quat", "color", "collides", "visible", "emission"});
-  Geom part;
-  part.type = static_cast<GeomType>(table.choice("type", kGeomTypes));
+// The convex hull of the points under "vertices".
+Geom mesh_geom(const KeyedTable& table) {
+  const DocumentList& list = table.list("vertices");
+  if (list.size() < kLeastPoints || list.size() > kMostPoints) {
+    table.refuse("'vertices': " + std::to_string(list.size()) + " given, 4 to 20000 allowed");
+  }
+  std::vector<mjcf::Vec3> points;
+  double least = kLargest;
+  double greatest = -kLargest;
+  for (const Document& one : list) {
+    const auto* numbers = std::get_if<DocumentList>(&one.value);
+    if (numbers == nullptr || numbers->size() != 3 || !std::ranges::all_of(*numbers, is_number)) {
+      table.refuse("'vertices' has to be a list of [x, y, z]");
+    }
+    mjcf::Vec3& point = points.emplace_back();
+    std::ranges::transform(*numbers, point.begin(), [](const Document& n) { return number(n); });
+    least = std::min(least, std::ranges::min(point));
+    greatest = std::max(greatest, std::ranges::max(point));
+  }
+  const bool in_bounds = std::ranges::all_of(points, [](const mjcf::Vec3& point) {
+    return std::ranges::all_of(point, [](double x) { return std::abs(x) <= kLargest; });
+  });
+  if (!in_bounds) {
+    table.refuse("'vertices' reach from " + shortest(least) + " to " + shortest(greatest) +
+                 ", -2 to 2 m allowed");
+  }
+  try {
+    return mjcf::mesh_geom(points);
+  } catch (const Error& error) {
+    table.refuse(std::string("'vertices': ") + error.what());
+  }
+}
+
+void set_size(const KeyedTable& table, Geom& part) {
   part.size = table.numbers<3>("size");
   const std::size_t sizes = part.type == GeomType::kSphere                                     ? 1
                             : part.type == GeomType::kBox || part.type == GeomType::kEllipsoid ? 3
@@ -91,6 +126,19 @@ Geom geom(const Document& document, const std::string& what) {
     if (part.size[i] <= 0 || part.size[i] > kLargest) {
       table.refuse("'size' has to be lengths of 0 to 2 m");
     }
+  }
+}
+
+Geom geom(const Document& document, const std::string& what) {
+  const KeyedTable table(document, what);
+  table.allow(std::array{"type", "size", "vertices", "pos", "quat", "color", "collides", "visible",
+                         "emission"});
+  Geom part;
+  part.type = static_cast<GeomType>(table.choice("type", kGeomTypes));
+  if (part.type == GeomType::kMesh) {
+    part = mesh_geom(table);
+  } else {
+    set_size(table, part);
   }
   if (table.has("pos")) part.pos = table.numbers<3>("pos");
   if (table.has("quat")) part.quat = table.numbers<4>("quat");
@@ -156,6 +204,12 @@ Prop cylinder(const KeyedTable& table, const std::string& name) {
   return of_geom(table, name,
                  {.type = GeomType::kCylinder, .size = {length(table, "radius"), half, 0}}, half,
                  ObjectKind::kObject, static_cast<int>(ObjectShape::kCylinder));
+}
+
+Prop mesh(const KeyedTable& table, const std::string& name) {
+  allow(table, true, std::array{"vertices", "color"});
+  const Geom part = mesh_geom(table);
+  return of_geom(table, name, part, -mjcf::lowest_point(part), ObjectKind::kObject, -1);
 }
 
 Prop ball(const KeyedTable& table, const std::string& name) {
@@ -262,6 +316,7 @@ constexpr std::array kKinds = {
     PropKind{"box", box},
     PropKind{"sphere", sphere},
     PropKind{"cylinder", cylinder},
+    PropKind{"mesh", mesh},
     PropKind{"ball", ball},
     PropKind{"shape", shape},
     PropKind{"target_disc", target_disc},

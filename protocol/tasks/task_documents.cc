@@ -103,6 +103,12 @@ ExternalDraw draw_of(const Document& document, const std::string& what) {
       break;
   }
   if (draw.low > draw.high) table.refuse("'low' is above 'high'");
+  draw.names = table.texts("names");
+  if (!draw.names.empty() &&
+      (draw.is_real() || static_cast<double>(draw.names.size()) != draw.high - draw.low + 1)) {
+    table.refuse("'names': " + std::to_string(draw.names.size()) +
+                 " given, one for each whole number from 'low' to 'high' needed");
+  }
   return draw;
 }
 
@@ -175,6 +181,16 @@ void read_methods(const KeyedTable& table, ExternalDescription& about) {
   }
 }
 
+void read_words(const KeyedTable& table, ExternalDescription& about) {
+  if (!table.has("words")) return;
+  const KeyedTable words(table.value("words"), table.what() + ", 'words'");
+  words.allow(std::array{"subtasks", "memory", "unknown"});
+  about.words.subtasks = words.texts("subtasks");
+  if (about.words.subtasks.empty()) words.refuse("'subtasks' has to be a list of at least one");
+  about.words.memory = words.text("memory", "");
+  about.words.unknown = words.text("unknown", about.words.unknown);
+}
+
 // Draws that are the range of a constant.
 void check_constants(const KeyedTable& table, const ExternalDescription& about) {
   for (const ExternalDraw& draw : about.draws) {
@@ -213,7 +229,7 @@ ExternalDescription parse_task_description(std::string_view json, std::string_vi
   table.allow(std::array{"candidates", "guess_rate", "answer", "answer_rate", "termination",
                          "frozen_cue", "success_reward", "oracle_dim", "hidden", "phases",
                          "table_ends", "props", "draws", "memory", "infos", "state_fields",
-                         "methods"});
+                         "methods", "words"});
   ExternalDescription about;
   about.candidates = table.has("candidates") ? table.integer("candidates", 1, kMostNumber) : 1;
   about.guess_rate = table.number("guess_rate", 0);
@@ -235,6 +251,7 @@ ExternalDescription parse_task_description(std::string_view json, std::string_vi
   about.state_fields = all_of(table, "state_fields", what + ", a state field", state_field_of);
   read_phases(table, about);
   read_methods(table, about);
+  read_words(table, about);
   check_constants(table, about);
   return about;
 }

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import builtins
 import importlib
+import os
 from typing import TYPE_CHECKING, Any
 
 from engram import _interpreter  # noqa: F401 (before all others)
@@ -108,4 +109,6 @@ def __dir__() -> builtins.list[str]:
     return sorted({*globals(), *_LAZY, "kit"})
 
 
+if ".py" in os.environ.get("ENGRAM_TASKS", ""):
+    importlib.import_module(f"{__name__}.kit.files").load_environment()
 register()

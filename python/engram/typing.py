@@ -328,6 +328,7 @@ class TaskDescription(TaskSummary):
     action_spaces: dict[str, ActionSpace]
     draws: list[Draw]
     drawn: list[Drawn]
+    hidden: str  # the draw that an agent has to remember; "": none
     rules: str
     options: list[Option]
     changeable: list[Constant]

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <string_view>
 
+#include "background_calls.h"
 #include "calls.h"
 #include "task_failure.h"
 
@@ -37,6 +39,19 @@ void run(Call&& call) {
   engram_status status = ENGRAM_OK;
   without_lock([&] { status = call(); });
   check(status);
+}
+
+// Waits for a step of engram_step_async. Ctrl-C ends one in which a task in Python does not return.
+void wait_for_step(engram_env* env) {
+  constexpr double kPause = 0.05;  // s between two looks at signals
+  std::optional<nb::python_error> interrupt;
+  for (int32_t done = 0; done == 0;) {
+    run([&] { return engram_step_wait_for(env, kPause, &done); });
+    if (done != 0) break;
+    if (unless_ended([] { return PyErr_CheckSignals(); }) != 0) interrupt.emplace();
+    if (interrupt) interrupt_background_calls(interrupt->type());
+  }
+  if (interrupt) throw nb::python_error(std::move(*interrupt));
 }
 
 // Views of pins and options in the C API's types; they point into the arguments.
@@ -259,8 +274,7 @@ void Batch::step_async(const Actions& actions) {
 
 void Batch::step_wait() {
   const std::shared_ptr<Handle> handle = open();
-  engram_env* env = handle->env();
-  run([&] { return engram_step_wait(env); });
+  wait_for_step(handle->env());
 }
 
 void Batch::act(int policy, const ActionsOut& actions) {

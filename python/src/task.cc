@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "background_calls.h"
 #include "batch.h"
 #include "calls.h"
 #include "engram/engram_task.h"
@@ -85,7 +86,9 @@ int bind(void* instance, const engram_task_array* arrays, size_t count, int32_t 
 }
 
 int call(void* instance, int32_t method, int32_t rows, int32_t of_all, engram_task_reply* reply) {
+  const bool in_background = BackgroundCall::is_needed();
   return with_lock(reply, [&] {
+    const BackgroundCall marked(in_background);
     // Ctrl-C ends also a step that Python's own loop would not.
     if (PyErr_CheckSignals() != 0) nb::raise_python_error();
     instance_of(instance).attr("call")(method, rows, of_all != 0);

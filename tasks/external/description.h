@@ -46,7 +46,8 @@ struct ExternalDraw {
   double least_distance = 0;  // m
   std::string unit = {};
   std::string text = {};
-  std::string constant = {};  // whose range it is; or empty
+  std::string constant = {};            // whose range it is; or empty
+  std::vector<std::string> names = {};  // of whole numbers from low on, for words; or empty
 
   bool is_real() const { return kind == Kind::kReal || kind == Kind::kPlaces; }
 };
@@ -55,6 +56,13 @@ struct ExternalDraw {
 struct ExternalColumn {
   Field field;
   std::optional<std::pair<int, int>> limits;  // least and greatest value, of int32 and bool
+};
+
+// Words for its episodes. {name} stands for a draw's value.
+struct ExternalWords {
+  std::vector<std::string> subtasks;  // the plan; empty: it has no words
+  std::string memory;                 // what has to be remembered
+  std::string unknown = "right";      // for the hidden draw until the cue has been shown
 };
 
 struct ExternalDescription {
@@ -74,6 +82,7 @@ struct ExternalDescription {
   std::vector<ExternalColumn> memory;
   std::vector<ExternalColumn> infos;
   std::vector<Field> state_fields;
+  ExternalWords words;
   bool moves_before_physics = false;
   bool has_oracle = false;
   bool has_blind = false;

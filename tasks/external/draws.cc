@@ -164,7 +164,25 @@ std::optional<std::string> ExternalDraws::text_of(std::string_view name, int env
   const auto draw = std::ranges::find(draws_, name, &ExternalDraw::name);
   if (draw == draws_.end()) return std::nullopt;
   const auto i = static_cast<std::size_t>(draw - draws_.begin());
-  return draw->is_real() ? shortest(reals_[i][env]) : std::to_string(integers_[i][env]);
+  if (draw->is_real()) return shortest(reals_[i][env]);
+  if (draw->names.empty()) return std::to_string(integers_[i][env]);
+  const std::span values(integers_[i].row(env), static_cast<std::size_t>(draw->width));
+  return join(values, [&](std::int32_t value) {
+    return draw->names[static_cast<std::size_t>(value - static_cast<std::int32_t>(draw->low))];
+  });
+}
+
+std::string ExternalDraws::filled(std::string text, int env, const Instead& instead_of) const {
+  for (std::size_t open = text.find('{'); open != std::string::npos; open = text.find('{', open)) {
+    const std::size_t close = text.find('}', open);
+    if (close == std::string::npos) break;
+    const std::string name = text.substr(open + 1, close - open - 1);
+    std::optional<std::string> value = instead_of ? instead_of(name) : std::nullopt;
+    if (!value) value = text_of(name, env);
+    if (value) text.replace(open, close - open + 1, *value);
+    open += value ? value->size() : 1;
+  }
+  return text;
 }
 
 }  // namespace engram::tasks

@@ -2,7 +2,10 @@
 // sampled into columns.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/base/column.h"
@@ -28,10 +31,15 @@ class ExternalDraws {
   void sample(const Episode& episode) const;
   // Writes all values of an environment.
   void write(int env, float* out) const;
-  // Value of a draw, or of its first number, as text; nothing if there is none of that name.
-  std::optional<std::string> text_of(std::string_view name, int env) const;
+  // A text in which {name} stands for a draw's value: its name if it has names, else its first
+  // number. instead_of(name): a text, or nothing for the value.
+  using Instead = std::function<std::optional<std::string>(const std::string& name)>;
+  std::string filled(std::string text, int env, const Instead& instead_of = {}) const;
 
  private:
+  // Nothing if there is no draw of that name.
+  std::optional<std::string> text_of(std::string_view name, int env) const;
+
   std::vector<ExternalDraw> draws_;
   std::vector<Column<std::int32_t>> integers_;  // one of the two is used for each
   std::vector<Column<double>> reals_;

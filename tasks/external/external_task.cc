@@ -55,7 +55,8 @@ ExternalTask::ExternalTask(const RegistryEntry& entry, std::unique_ptr<ExternalI
     : FamilyBase(entry),
       instance_(std::move(instance)),
       about_(instance_->description()),
-      draws_(about_.draws) {
+      draws_(about_.draws),
+      annotator_(about_, draws_) {
   describe(about_);
 }
 
@@ -98,6 +99,7 @@ void ExternalTask::bind(const Bindings& bindings) {
   arrays_ = std::make_unique<ArrayExchange>(bindings.memory->num_envs());
   draws_.bind(*bindings.memory);
   cue_end_ = bindings.memory->add<std::int32_t>("cue_end", 1, "control steps");
+  if (has_words()) annotator_.bind(*bindings.memory, bindings.success);
   add_engine_columns();
   add_own_columns();
   arrays_->bind(*instance_);
@@ -112,6 +114,9 @@ void ExternalTask::add_engine_columns() {
   for (const char* name : {"prop_pos", "prop_quat", "prop_qvel", "prop_rgba", "prop_emission",
                            "covered", "freeze_steps", "cue_end"}) {
     arrays_->add(memory, name, true);
+  }
+  if (has_words()) {
+    for (const char* name : {"subtask", "shown", "meant"}) arrays_->add(memory, name, true);
   }
   arrays_->add_bytes(memory, "prop_status", true);
   const ColumnStore& outputs = *engine_.outputs;
@@ -228,15 +233,7 @@ void ExternalTask::settle_props(std::span<const int> envs) const {
 }
 
 std::string ExternalTask::instruction(int env) const {
-  std::string text = info_.instruction;
-  for (std::size_t open = text.find('{'); open != std::string::npos; open = text.find('{', open)) {
-    const std::size_t close = text.find('}', open);
-    if (close == std::string::npos) break;
-    const auto value = draws_.text_of(text.substr(open + 1, close - open - 1), env);
-    if (value) text.replace(open, close - open + 1, *value);
-    open += value ? value->size() : 1;
-  }
-  return text;
+  return draws_.filled(info_.instruction, env);
 }
 
 namespace {

@@ -8,6 +8,7 @@
 
 #include "core/env/batch_rules.h"
 #include "tasks/common/family_base.h"
+#include "tasks/external/annotator.h"
 #include "tasks/external/array_exchange.h"
 #include "tasks/external/draws.h"
 #include "tasks/external/instance.h"
@@ -26,6 +27,7 @@ class ExternalTask final : public FamilyBase, public BatchRules {
   // {name} in the text stands for a draw's value.
   std::string instruction(int env) const override;
   BatchRules* batch_rules() override { return this; }
+  const Annotator* annotator() const override { return has_words() ? &annotator_ : nullptr; }
 
   void reset(std::span<const int> envs) override;
   bool moves_before_physics() const override { return about_.moves_before_physics; }
@@ -44,6 +46,7 @@ class ExternalTask final : public FamilyBase, public BatchRules {
   const Expert& expert() const override;
 
  private:
+  bool has_words() const { return !about_.words.subtasks.empty(); }
   void describe(const ExternalDescription& about);
   void add_engine_columns();
   void add_own_columns();
@@ -52,6 +55,7 @@ class ExternalTask final : public FamilyBase, public BatchRules {
   std::unique_ptr<ExternalInstance> instance_;
   ExternalDescription about_;
   ExternalDraws draws_;
+  ExternalAnnotator annotator_;
   std::unique_ptr<ArrayExchange> arrays_;
   Column<std::int32_t> cue_end_;
   Column<std::uint8_t> moved_;  // (num_props) poses that the rules have set

@@ -265,6 +265,23 @@ TEST_CASE("Between the halves of a step everything else is refused", "[c_api][as
   CHECK(values<std::int32_t>(output(batch, "elapsed_steps"))[1] == 1);
 }
 
+TEST_CASE("A step can be waited for in parts", "[c_api][async]") {
+  const BatchHandle batch = make_running(16);
+  const std::vector<float> actions = actions_of(batch, ENGRAM_POLICY_RANDOM);
+  std::int32_t done = 1;
+  check_refused(engram_step_wait_for(batch.get(), 0, &done), ENGRAM_BAD_STATE,
+                "no step is under way");
+  CHECK(done == 0);
+  REQUIRE(engram_step_async(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
+  check_refused(engram_step_wait_for(batch.get(), -1, &done), ENGRAM_INVALID_ARGUMENT, "seconds");
+  while (done == 0) {
+    check_refused(engram_reset(batch.get(), nullptr), ENGRAM_BAD_STATE, "a step is under way");
+    REQUIRE(engram_step_wait_for(batch.get(), 1e-4, &done) == ENGRAM_OK);
+  }
+  CHECK(values<std::int32_t>(output(batch, "elapsed_steps"))[15] == 1);
+  check_refused(engram_step_wait(batch.get()), ENGRAM_BAD_STATE, "no step is under way");
+}
+
 TEST_CASE("A refused first half leaves no step under way", "[c_api][async]") {
   const BatchHandle batch = make_running(1);
   float actions[7] = {0, 0, 0, 0, 0, 0, NAN};

@@ -9,8 +9,15 @@ from typing import NoReturn
 
 
 def main() -> NoReturn:
-    """Replaces this process by the command, with the same arguments."""
+    """Replaces this process by the command, with the same arguments.
+
+    ``--cmake-dir`` alone prints the folder of the CMake package that libraries of tasks are built
+    with (docs/adding_a_task.md).
+    """
     folder = Path(__file__).parent
+    if sys.argv[1:] == ["--cmake-dir"]:
+        print(folder.parent / "lib" / "cmake" / "engram")
+        sys.exit()
     os.environ["ENGRAM_PYTHON"] = sys.executable  # for videos: video.py
     # Text in pictures has the same font everywhere.
     os.environ.setdefault("FONTCONFIG_FILE", str(folder / "fonts.conf"))

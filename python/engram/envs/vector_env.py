@@ -391,6 +391,9 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
     ) -> tuple[ObsT, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Waits for the step that ``step_async`` began; returns what ``step`` returns.
 
+        Ctrl-C ends a method of a task in Python that does not return, in all batches that step in
+        the background.
+
         Raises:
             BadStateError: No step is under way.
         """

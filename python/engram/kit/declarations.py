@@ -16,6 +16,12 @@ from engram.kit.constants import IntegerRange, RealRange, constants_of
 from engram.kit.props import Prop
 from engram.kit.scene import Props
 
+_DECLARED_BY = {
+    "draw": "draw_...",
+    "memory": "remember",
+    "info": "add_info",
+    "words": "add_subtasks",
+}
 _DTYPES = ("bool", "int32", "float32", "float64", "uint64")
 
 
@@ -29,6 +35,7 @@ class Declared:
     infos: list[dict[str, Any]] = dataclasses.field(default_factory=list)
     state_fields: list[dict[str, Any]] = dataclasses.field(default_factory=list)
     phases: list[tuple[str, str | int | None]] = dataclasses.field(default_factory=list)
+    words: dict[str, Any] = dataclasses.field(default_factory=dict)
     # Attribute: name in the engine's table, look.
     columns: dict[str, tuple[str, Column]] = dataclasses.field(default_factory=dict)
 
@@ -67,9 +74,22 @@ class Declarations:
 
     # --- draws ---
 
-    def draw_integer(self, name: str, low: int, high: int, *, width: int = 1, text: str) -> None:
-        """Declares whole numbers from low to high: (n,), or (n, width), int32."""
+    def draw_integer(
+        self,
+        name: str,
+        low: int,
+        high: int,
+        *,
+        width: int = 1,
+        text: str,
+        names: Sequence[str] = (),
+    ) -> None:
+        """Declares whole numbers from low to high: (n,), or (n, width), int32.
+
+        `names`, one for each number, stand for {name} in the instruction and in subtasks.
+        """
         fields = _bounds(values.integer("low", low), values.integer("high", high))
+        fields |= _names(names, high - low + 1)
         self._add_draw("integer", name, text, "", fields, _shape(width))
 
     def draw_real(
@@ -92,16 +112,26 @@ class Declarations:
         text = text or declared.text
         self._add_draw(kind, name, text, declared.unit, fields, _shape(width))
 
-    def draw_order(self, name: str, count: int, *, text: str) -> None:
-        """Declares the numbers 0, ..., count - 1 in a random order: (n, count) int32."""
-        count = values.integer("count", count, 1)
-        self._add_draw("order", name, text, "", {"count": count}, (count,))
+    def draw_order(self, name: str, count: int, *, text: str, names: Sequence[str] = ()) -> None:
+        """Declares the numbers 0, ..., count - 1 in a random order: (n, count) int32.
 
-    def draw_choice(self, name: str, count: int, of: int, *, text: str) -> None:
-        """Declares count different numbers of 0, ..., of - 1 in random order: (n, count) int32."""
+        For `names` see ``draw_integer``.
+        """
+        count = values.integer("count", count, 1)
+        fields = {"count": count, **_names(names, count)}
+        self._add_draw("order", name, text, "", fields, (count,))
+
+    def draw_choice(
+        self, name: str, count: int, of: int, *, text: str, names: Sequence[str] = ()
+    ) -> None:
+        """Declares count different numbers of 0, ..., of - 1 in random order: (n, count) int32.
+
+        For `names` see ``draw_integer``.
+        """
         of = values.integer("of", of, 1)
         count = values.integer("count", count, 1, of)
-        self._add_draw("choice", name, text, "", {"count": count, "of": of}, (count,))
+        fields = {"count": count, "of": of, **_names(names, of)}
+        self._add_draw("choice", name, text, "", fields, (count,))
 
     def draw_places(
         self,
@@ -278,10 +308,36 @@ class Declarations:
             )
         return name, length
 
+    # --- words ---
+
+    def add_subtasks(self, *subtasks: str, memory: str = "", unknown: str = "right") -> None:
+        """Declares the plan of an episode in words, for ``words()`` and labels of data sets.
+
+        In all texts {name} stands for a draw's value, or its name (``draw_integer``). Declares
+        three columns, which methods write: ``subtask`` (n,) int32 is the one that is to be done
+        now; ``shown`` (n,) bool, whether the cue has been shown, so that words may name what is
+        hidden; ``meant`` (n,) int32, the prop that the subtask is about, -1 at reset: none.
+
+        Args:
+            *subtasks: In order, such as "wait", "touch the {color} cube".
+            memory: What has to be remembered once it has been shown, such as "the {color} cube".
+            unknown: Stands for the hidden draw until then.
+        """
+        if self._declared.words or not subtasks:
+            raise InvalidArgumentError("subtasks: one or more, all in one call, needed")
+        self._declared.words = {
+            "subtasks": [values.text("subtasks", one) for one in subtasks],
+            "memory": values.text("memory", memory),
+            "unknown": values.text("unknown", unknown),
+        }
+        for name, dtype in (("subtask", None), ("shown", np.bool_), ("meant", None)):
+            self._add_column(name, "words", Column(writable=True, dtype=dtype), name)
+
     # --- checks ---
 
-    def _add_column(self, name: Any, kind: str, column: Column) -> None:
-        self._check_building({"draw": "draw_...", "memory": "remember", "info": "add_info"}[kind])
+    def _add_column(self, name: Any, kind: str, column: Column, engine: str = "") -> None:
+        """`engine`: the column's name there; empty: the kind and the name."""
+        self._check_building(_DECLARED_BY[kind])
         values.text("name", name)
         if not name.isidentifier() or name.startswith("_"):
             raise InvalidArgumentError(f"name: {name!r} given; a Python name without _ first")
@@ -293,11 +349,20 @@ class Declarations:
             raise InvalidArgumentError(
                 f"name: {name!r} given, which is another attribute of {type(self).__name__}"
             )
-        self._declared.columns[name] = (f"{kind}:{name}", column)
+        self._declared.columns[name] = (engine or f"{kind}:{name}", column)
 
     def _check_building(self, what: str) -> None:
         if "_sealed" in self.__dict__:
             raise BadStateError(f"{what}: called outside of build(), which declares everything")
+
+
+def _names(names: Sequence[str], count: int) -> dict[str, Any]:
+    if not names:
+        return {}
+    given = [values.text("names", one) for one in names]
+    if len(given) != count:
+        raise InvalidArgumentError(f"names: {len(given)} given; {count}, one for each number, needed")
+    return {"names": given}
 
 
 def _bounds(low: Any, high: Any) -> dict[str, Any]:

@@ -13,6 +13,9 @@ from engram._args import values
 from engram.errors import InvalidArgumentError, IoError
 from engram.gym_registration import register
 
+# Files of ENGRAM_TASKS that are loaded, with their ids.
+environment_files: dict[Path, list[str]] = {}
+
 
 def split_target(target: str) -> tuple[str | None, str | None]:
     """File and id of a target such as "my_tasks.py:LampOrder-v0"; either may be None."""
@@ -58,6 +61,22 @@ def load_file(path: str | os.PathLike[str]) -> list[str]:
     if not found:
         raise InvalidArgumentError(f"{file}: registers no task; engram.register_task(...) does")
     return found
+
+
+def load_environment() -> None:
+    """Loads the Python files that ENGRAM_TASKS names, separated by ':'; once.
+
+    Its libraries are loaded by the first call that looks for ids, and then variants of all tasks.
+    """
+    from engram.kit import registration
+
+    registration.gymnasium_waits = True
+    try:
+        for file in os.environ.get("ENGRAM_TASKS", "").split(os.pathsep):
+            if file.endswith(".py"):
+                environment_files[Path(file).resolve()] = load_file(file)
+    finally:
+        registration.gymnasium_waits = False
 
 
 def load_tasks(path: str | os.PathLike[str]) -> None:

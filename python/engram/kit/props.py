@@ -9,13 +9,16 @@ the usual one.
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from engram._args import values
 from engram.errors import InvalidArgumentError
+from engram.kit.meshes import MOST_POINTS, read_points
 
 Color = str | Sequence[float]
 Body = Literal["dynamic", "kinematic", "visual"]
@@ -154,6 +157,46 @@ class Cylinder(Prop):
 
 
 @dataclasses.dataclass(frozen=True)
+class Mesh(Prop):
+    """The convex hull of a mesh; density in kg/m^3.
+
+    Its origin and axes are those of the file. Corners that stand out by less than a ten-thousandth
+    of its size are left out; if there are more than 64, the 64 remain that stand out most. Several
+    meshes in ``Parts`` make a body that is not convex.
+
+    Args:
+        file: An OBJ or STL file; give this or vertices.
+        vertices: Points (n, 3).
+        scale: Of the file's or the array's numbers, to metres: 0.001 for millimetres.
+    """
+
+    file: str | os.PathLike[str] | None = None
+    vertices: ArrayLike | None = None
+    scale: float = 1.0
+    color: Color = "red"
+    body: Body = "dynamic"
+    density: float = 1000.0
+    friction: float = 0.3
+    object: str | None = None
+
+    def __post_init__(self) -> None:
+        points = _mesh_points(self.name, self.file, self.vertices, self.scale)
+        object.__setattr__(self, "vertices", tuple(map(tuple, points.tolist())))
+
+    @property
+    def resting_height(self) -> float:
+        points: Any = self.vertices
+        return -min(z for _, _, z in points)
+
+    def definition(self) -> dict[str, Any]:
+        shown = {"kind": "mesh"}
+        for field in ("name", "vertices", "color", "body", "density", "friction", "object"):
+            if getattr(self, field) is not None:
+                shown[field] = _checked(f"{self.name}.{field}", field, getattr(self, field))
+        return shown
+
+
+@dataclasses.dataclass(frozen=True)
 class Shape(Prop):
     """One of the benchmark's nine shapes, from "cube" to "crescent"; scale as of a cube."""
 
@@ -180,17 +223,20 @@ class Ball(Prop):
 class Geom:
     """One part of a ``Parts`` prop, posed in its frame.
 
-    `size` is MuJoCo's: half sizes; radius; radius and half length along z.
+    `size` is MuJoCo's: half sizes; radius; radius and half length along z. A mesh has `vertices`
+    (n, 3) instead, or a `file`, as ``Mesh`` has, in metres.
     """
 
-    type: Literal["box", "sphere", "capsule", "cylinder", "ellipsoid"]
-    size: Sequence[float]
+    type: Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
+    size: Sequence[float] | None = None
     pos: Sequence[float] = (0, 0, 0)
     quat: Sequence[float] = (1, 0, 0, 0)  # w, x, y, z
     color: Color = "red"
     collides: bool = True
     visible: bool = True
     emission: float = 0.0
+    vertices: ArrayLike | None = None
+    file: str | os.PathLike[str] | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -343,6 +389,8 @@ def _checked(where: str, field: str, value: Any) -> Any:
         return value
     if field == "slots":
         return [_numbers(where, one) for one in value]
+    if field == "vertices":
+        return value
     if field in ("collides", "visible"):
         return values.boolean(where, value)
     if isinstance(value, str) and field in ("name", "shape", "object", "type"):
@@ -358,12 +406,46 @@ def _checked(where: str, field: str, value: Any) -> Any:
 def _geom(where: str, geom: Any) -> dict[str, Any]:
     if not isinstance(geom, Geom):
         raise InvalidArgumentError(f"{where}: {geom!r} given, a kit.Geom needed")
-    found = {
-        field.name: _checked(f"{where}.{field.name}", field.name, getattr(geom, field.name))
-        for field in dataclasses.fields(geom)
-    }
-    found["size"] = [*found["size"], 0.0, 0.0][:3]
+    given = {field.name: getattr(geom, field.name) for field in dataclasses.fields(geom)}
+    file, vertices = given.pop("file"), given.pop("vertices")
+    if geom.type == "mesh":
+        if given.pop("size") is not None:
+            raise InvalidArgumentError(f"{where}.size: given; a mesh has vertices or a file")
+        given["vertices"] = _mesh_points(where, file, vertices, 1.0).tolist()
+    elif file is not None or vertices is not None:
+        raise InvalidArgumentError(f"{where}: type {geom.type!r} has a size, no vertices or file")
+    elif geom.size is None:
+        raise InvalidArgumentError(f"{where}.size: missing")
+    found = {key: _checked(f"{where}.{key}", key, value) for key, value in given.items()}
+    if "size" in found:
+        found["size"] = [*found["size"], 0.0, 0.0][:3]
     return found
+
+
+def _mesh_points(name: str, file: Any, vertices: Any, scale: Any) -> NDArray[np.float64]:
+    """Points of a mesh in metres (n, 3)."""
+    if (file is None) == (vertices is None):
+        given = "neither" if file is None else "both"
+        raise InvalidArgumentError(f"{name}: {given} given; a file or vertices needed")
+    factor = values.real(f"{name}.scale", scale)
+    if not factor > 0:
+        raise InvalidArgumentError(f"{name}.scale: {scale!r} given; more than 0 allowed")
+    if file is not None:
+        points = read_points(values.path(f"{name}.file", file))
+    else:
+        try:
+            points = np.asarray(vertices, np.float64)
+        except (TypeError, ValueError):
+            raise InvalidArgumentError(f"{name}.vertices: numbers of shape (n, 3) needed") from None
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InvalidArgumentError(f"{name}.vertices: shape {points.shape} given; (n, 3) needed")
+    if not 4 <= len(points) <= MOST_POINTS:
+        raise InvalidArgumentError(
+            f"{name}: {len(points)} points given; 4 to {MOST_POINTS} allowed"
+        )
+    if not np.isfinite(points).all():
+        raise InvalidArgumentError(f"{name}.vertices: finite numbers needed")
+    return points * factor
 
 
 def _numbers(name: str, value: Any) -> list[float]:

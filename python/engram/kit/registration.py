@@ -17,6 +17,8 @@ from engram.kit.task import Task
 _NEEDED = ("evaluate", "reward")
 # By id, in the order of registration: the definition as JSON, and what makes instances.
 definitions: dict[str, tuple[str, Callable[[str, str], Task]]] = {}
+# True while files are loaded whose tasks Gymnasium is told of together, at their end.
+gymnasium_waits = False
 
 
 def register_task(
@@ -62,7 +64,8 @@ def register_task(
     cls(id, horizon, {}).describe()  # its mistakes come out here
     text, factory = json.dumps(definition), _factory(cls, horizon)
     _core.register_task(text, factory)
-    _replace_in_gymnasium(id)
+    if not gymnasium_waits:
+        _replace_in_gymnasium(id)
     definitions.pop(id, None)
     definitions[id] = text, factory
 

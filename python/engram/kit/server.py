@@ -14,12 +14,13 @@ import signal
 import socket
 import sys
 import traceback
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from engram.errors import Error
-from engram.kit.files import load_file
+from engram.kit.files import environment_files, load_file
 
 if TYPE_CHECKING:
     from engram.kit.task import Task
@@ -61,7 +62,7 @@ def serve(file: str) -> None:
     from engram.kit.registration import definitions
 
     try:
-        ids = load_file(file)
+        ids = environment_files.get(Path(file).resolve()) or load_file(file)
     except BaseException as error:
         connection.send_json({"error": _reason(error)})
         return

@@ -273,6 +273,7 @@ class Task(Declarations, Scene, Motion, Phases):
                 "infos": declared.infos,
                 "state_fields": declared.state_fields,
                 "methods": [name for name in _OPTIONAL if self._has(name)],
+                **({"words": declared.words} if declared.words else {}),
             }
         )
 
@@ -319,6 +320,8 @@ class Task(Declarations, Scene, Motion, Phases):
             self.prop_pos[:] = (0.0, 0.0, HIDDEN_HEIGHT)
             self.prop_quat[:] = (1.0, 0.0, 0.0, 0.0)
             self._reset_phases()
+            if self._declared.words:
+                self.meant[:] = -1
         if method() is not None:
             raise InvalidArgumentError(f"{name}: returned a value; it writes into columns")
 

@@ -371,9 +371,12 @@ def test_examples_pass_all_checks(file):
         ("InterceptMedium-VLA-v0", ""),
     ],
 )
-def test_built_in_tasks_pass(id, hidden):
-    report = kit.check(id, fast=True, hidden=hidden)
+def test_built_in_tasks_pass_and_tell_what_is_hidden(id, hidden):
+    report = kit.check(id, fast=True)
     assert report.ok, str(report)
+    assert engram.describe(id)["hidden"] == hidden
+    found = next(one for one in report.findings if one.check == "leaks")
+    assert (f"draw {hidden!r} alone" if hidden else "hidden names no draw") in found.sentence
 
 
 # --- Ctrl-C, and the state of a batch ---
@@ -417,7 +420,11 @@ env.reset(seed=0)
 threading.Timer(1, _thread.interrupt_main).start()
 try:
     for _ in range(10):
-        env.step(env.act("oracle"))
+        if sys.argv[2] == "halves":
+            env.step_async(env.act("oracle"))
+            env.step_wait()
+        else:
+            env.step(env.act("oracle"))
 except KeyboardInterrupt:
     print("interrupted")
 try:
@@ -431,10 +438,12 @@ print("goes on")
 """
 
 
-def test_a_batch_survives_ctrl_c(tmp_path):
+@pytest.mark.parametrize("way", ["whole", "halves"])
+def test_a_batch_survives_ctrl_c(tmp_path, way):
     file = planted(tmp_path, [LOOP])
-    run = subprocess.run([sys.executable, "-c", INTERRUPTED, file], capture_output=True, text=True,
-                         timeout=120, check=False, preexec_fn=heed_ctrl_c)  # fmt: skip
+    words = [sys.executable, "-c", INTERRUPTED, file, way]
+    run = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False,
+                         preexec_fn=heed_ctrl_c)  # fmt: skip
     loops, *lines = run.stdout.splitlines()
     assert loops == "loops"
     assert lines[0] == "interrupted", run.stderr

@@ -63,8 +63,9 @@ def words(*given: object) -> list[str]:
     return [sys.executable, "-m", "engram", *map(str, given)]
 
 
-def run(*given: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(words(*given), capture_output=True, text=True, check=False, timeout=300)
+def run(*given: object, **variables: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(words(*given), capture_output=True, text=True, check=False, timeout=300,
+                          env=os.environ | {key: str(one) for key, one in variables.items()})  # fmt: skip
 
 
 def results(done: subprocess.CompletedProcess[str]) -> dict:
@@ -113,6 +114,41 @@ def test_info_and_list_know_it(tmp_path: Path) -> None:
     assert "GOAL" in [one["name"] for one in info["changeable"]]
     listed = results(run("--tasks", file, "list", "--json"))
     assert listed[-1]["id"] == "Wait-v0"
+
+
+IN_PYTHON = """
+import gymnasium
+import engram
+
+assert "Wait-v0" in [task["id"] for task in engram.list()]
+assert "engram/Wait-Short-v0" in gymnasium.registry
+env = engram.make_vec("Wait-Short-v0", 2, autoreset_mode="DISABLED")
+env.reset(seed=1)
+for _ in range(4):
+    *_, info = env.step(env.act("oracle"))
+print(info["success"].all())
+"""
+
+
+def test_engram_tasks_names_files_for_the_command_and_for_python(tmp_path: Path) -> None:
+    variant = {"id": "Wait-Short-v0", "base": "Wait-v0", "constants": {"GOAL": 2}}
+    variants = tmp_path / "variants.json"
+    variants.write_text(json.dumps({"variants": [variant]}))
+    named = {"ENGRAM_TASKS": f":{write(tmp_path)}:", "ENGRAM_VARIANTS": variants}
+    listed = results(run("list", "--json", **named))
+    assert [one["id"] for one in listed[-2:]] == ["Wait-v0", "Wait-Short-v0"]
+    done = results(run("eval", "Wait-Short-v0", "--episodes", 4, "--json", **named))
+    assert done["summary"]["per_task_sr"] == {"Wait-Short-v0": 1.0}
+    python = subprocess.run([sys.executable, "-c", IN_PYTHON], capture_output=True, text=True,
+                            check=False, timeout=300,
+                            env=os.environ | {key: str(one) for key, one in named.items()})  # fmt: skip
+    assert python.stdout == "True\n", python.stderr
+
+
+def test_a_file_of_engram_tasks_that_fails_says_why(tmp_path: Path) -> None:
+    missing = run("list", ENGRAM_TASKS=tmp_path / "none.py")
+    assert missing.returncode != 0
+    assert "none.py: no such file" in missing.stderr
 
 
 @pytest.mark.parametrize(

@@ -53,6 +53,41 @@ TEST_CASE("Mistakes in a definition are named", "[own_tasks][errors]") {
       Contains("'id' has to be a text"));
 }
 
+TEST_CASE("Words and names of draws are read", "[own_tasks]") {
+  const tasks::ExternalDescription about = described(
+      R"("draws": [{"name": "target", "kind": "integer", "low": 1, "high": 2, "names": ["a", "b"]}],
+         "words": {"subtasks": ["wait", "touch {target}"], "memory": "{target}"})");
+  CHECK(about.draws[0].names == std::vector<std::string>{"a", "b"});
+  CHECK(about.words.subtasks.size() == 2);
+  CHECK(about.words.memory == "{target}");
+  CHECK(about.words.unknown == "right");
+  CHECK_THROWS_WITH(described(R"("words": {"subtasks": []})"), Contains("at least one"));
+  CHECK_THROWS_WITH(
+      described(R"("draws": [{"name": "x", "kind": "order", "count": 3, "names": ["a"]}])"),
+      Contains("'names': 1 given, one for each whole number"));
+}
+
+TEST_CASE("A mesh is read, with its hull and the body of a solid", "[own_tasks]") {
+  const std::string corners = "[[0,0,0],[0.1,0,0],[0,0.1,0],[0,0,0.1],[0.02,0.02,0.02]]";
+  const mjcf::Prop found =
+      prop(R"({"kind": "mesh", "name": "m", "density": 600, "vertices": )" + corners + "}");
+  REQUIRE(found.geoms.size() == 1);
+  CHECK(found.geoms[0].corners.size() == 4);
+  CHECK(found.mass == Approx(600 * 0.001 / 6));
+  CHECK(found.pos[2] == Approx(0).margin(1e-12));
+  const mjcf::Prop parts =
+      prop(R"({"kind": "parts", "name": "m", "geoms": [{"type": "mesh", "vertices": )" + corners +
+           "}]}");
+  CHECK(parts.mass == Approx(1000 * 0.001 / 6));
+  const auto refused = [&](const std::string& vertices) {
+    return R"({"kind": "mesh", "name": "m", "vertices": )" + vertices + "}";
+  };
+  CHECK_THROWS_WITH(prop(refused("[[0,0,0]]")), Contains("1 given, 4 to 20000 allowed"));
+  CHECK_THROWS_WITH(prop(refused("[[0,0],[1,0,0],[0,1,0],[0,0,1]]")), Contains("[x, y, z]"));
+  CHECK_THROWS_WITH(prop(refused("[[0,0,0],[3,0,0],[0,1,0],[0,0,1]]")), Contains("-2 to 2 m"));
+  CHECK_THROWS_WITH(prop(refused("[[0,0,0],[1,0,0],[0,1,0],[1,1,0]]")), Contains("flat"));
+}
+
 TEST_CASE("Facts, columns and methods of a description are read", "[own_tasks]") {
   const tasks::ExternalDescription about = described(
       R"("candidates": 3, "termination": "success", "frozen_cue": true, "success_reward": 3,

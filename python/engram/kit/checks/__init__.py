@@ -58,7 +58,7 @@ def check(
         target: A file, a file and an id ("my_tasks.py:LampOrder-v0"), an id, or several of them.
         episodes: Episodes of which success rates are measured; None: 200, or 64 if `fast`.
         fast: Fewer episodes.
-        hidden: The hidden draw of ids that are not written with ``engram.Task``.
+        hidden: The draw that is hidden; empty: the one that the task names.
         only: Kinds of checks to run; all if not given.
 
     Returns:

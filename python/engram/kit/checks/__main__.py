@@ -26,7 +26,12 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     found.add_argument("--fast", action="store_true", help="fewer episodes")
     found.add_argument("--json", action="store_true", help="prints the report as JSON")
-    found.add_argument("--hidden", default="", metavar="DRAW", help="hidden draw of built-in tasks")
+    found.add_argument(
+        "--hidden",
+        default="",
+        metavar="DRAW",
+        help="draw that is hidden, if it is another one than the task names",
+    )
     found.add_argument(
         "--only", action="append", choices=CHECK_NAMES, help="a kind of checks (repeatable)"
     )

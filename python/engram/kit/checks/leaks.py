@@ -26,10 +26,7 @@ def check(subject: Subject) -> None:
     if not name:
         more = "" if subject.description["candidates"] == 1 else \
             ", although there are candidates"  # fmt: skip
-        word = (
-            "hidden names no draw" if subject.is_own else "which draw is hidden is not known here"
-        )
-        subject.add("leaks", "note", f"{word}{more}: no search for leaks")
+        subject.add("leaks", "note", f"hidden names no draw{more}: no search for leaks")
         return
     found = len(subject.findings)
     values = _hidden_values(subject, name)

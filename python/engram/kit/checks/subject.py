@@ -33,7 +33,7 @@ class Settings:
     file: Path | None = None  # if it comes from one
     episodes: int = 64  # of success rates
     fast: bool = False
-    hidden: str = ""  # draw of ids that are not written with engram.Task
+    hidden: str = ""  # a draw; empty: the one that the task names
 
 
 class Subject:
@@ -44,10 +44,10 @@ class Subject:
         self.file = settings.file
         self.episodes = settings.episodes
         self.fast = settings.fast
-        self.hidden = settings.hidden
         self.findings = findings
         self.tasks = tasks  # instances that the engine has made, the latest at the end
         self.description: Any = describe(self.id)
+        self.hidden = settings.hidden or self.description["hidden"]
         self.floor = _DEFAULT_FLOOR
         self.declared: dict[str, dict[str, Any]] = {}  # draws
         self.scripts: tuple[str, ...] = ("oracle", "blind", "sweep")
@@ -56,7 +56,6 @@ class Subject:
             about = json.loads(self.tasks[-1].describe())
             self.declared = {draw["name"]: draw for draw in about["draws"]}
             self.scripts = tuple(name for name in self.scripts if name in about["methods"])
-            self.hidden = self.hidden or about["hidden"]
 
     @property
     def is_own(self) -> bool:

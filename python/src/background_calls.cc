@@ -1,0 +1,25 @@
+#include "background_calls.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace engram_python {
+namespace {
+
+std::vector<unsigned long> threads;  // guarded by the GIL
+
+}  // namespace
+
+BackgroundCall::BackgroundCall(bool is_needed) : is_marked_(is_needed) {
+  if (is_marked_) threads.push_back(PyThread_get_thread_ident());
+}
+
+BackgroundCall::~BackgroundCall() {
+  if (is_marked_) threads.erase(std::ranges::find(threads, PyThread_get_thread_ident()));
+}
+
+void interrupt_background_calls(nanobind::handle type) {
+  for (const unsigned long thread : threads) PyThreadState_SetAsyncExc(thread, type.ptr());
+}
+
+}  // namespace engram_python
