@@ -9,18 +9,20 @@ import engram
 
 ID = "ShellGameTouch-VLA-v0"
 TCP = slice(18, 21)
-BALL = 34  # of a token: its kind is "ball"
+BALL, CUP = 34, 35  # kinds of a token
 
 
-def tokens(row):
-    return row[25:].reshape(4, 42)
+def places(row, kind):
+    """Of things of that kind, from one side to the other."""
+    tokens = row[25:].reshape(4, 42)
+    return sorted((token[1:3] for token in tokens if token[kind]), key=lambda place: place[1])
 
 
 class Remembering:
-    """Goes to where it has last seen the ball, in each slot since `first`."""
+    """Touches the cup under which it has last seen the ball, in each slot since `first`."""
 
     def __init__(self):
-        self.places = {}
+        self.cups = {}
         self.requests = []
 
     def __call__(self, observation):
@@ -28,13 +30,14 @@ class Remembering:
         for i, row in enumerate(observation["state"]):
             key = observation["worker"], int(observation["slot"][i])
             if observation["first"][i]:
-                self.places.pop(key, None)
+                self.cups.pop(key, None)
             self.requests.append((int(observation["step"][i]), bool(observation["first"][i])))
-            for token in tokens(row):
-                if token[0] and token[BALL]:
-                    self.places[key] = token[1:3]
-            goal = np.append(self.places.get(key, np.zeros(2)), 0.16)
-            actions[i, :3] = np.clip(14 * (goal - row[TCP]), -1, 1)
+            cups = places(row, CUP)
+            for ball in places(row, BALL):
+                self.cups[key] = int(np.searchsorted((-0.2, 0.2), ball[1]))
+            if cups:
+                goal = np.append(cups[self.cups.get(key, 1)], 0.16)
+                actions[i, :3] = np.clip(14 * (goal - row[TCP]), -1, 1)
         return actions
 
 

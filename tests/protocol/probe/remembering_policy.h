@@ -11,34 +11,36 @@
 
 namespace engram::test {
 
-// Moves the tool over the place where it has last seen a ball, in the slot's life since `first`.
+// Touches the cup, counted from one side, under which it has last seen a ball since `first`.
 class RememberingPolicy final : public ExternalPolicy {
  public:
-  // remembers: false, the place is forgotten at every step.
+  // remembers: false, the cup is forgotten at every step.
   explicit RememberingPolicy(bool remembers) : remembers_(remembers) {}
 
   void act(const PolicyRequest& request, PolicyReply& reply) override {
     for (int row = 0; row < request.count; ++row) {
       const auto i = static_cast<std::size_t>(row);
-      if (request.first[i] != 0 || !remembers_) places_.erase(request.slots[i]);
+      if (request.first[i] != 0 || !remembers_) cups_.erase(request.slots[i]);
       const float* const seen =
           request.state.data() + i * static_cast<std::size_t>(request.state_dim);
-      look(seen, request.slots[i]);
-      const auto place = places_.find(request.slots[i]);
-      // Without a memory: the middle cup.
-      const std::array<float, 2> goal =
-          place == places_.end() ? std::array<float, 2>{0, 0} : place->second;
+      const std::vector<Place> cups = look(seen, request.slots[i]);
+      const auto found = cups_.find(request.slots[i]);
+      const std::size_t cup = found == cups_.end() ? 1 : found->second;  // the middle one
       std::vector<float> action(7);
-      const float* const tcp = seen + kTcp;
-      action[0] = std::clamp(kGain * (goal[0] - tcp[0]), -1.0F, 1.0F);
-      action[1] = std::clamp(kGain * (goal[1] - tcp[1]), -1.0F, 1.0F);
-      action[2] = std::clamp(kGain * (kHeight - tcp[2]), -1.0F, 1.0F);
+      if (cup < cups.size()) {
+        const float* const tcp = seen + kTcp;
+        action[0] = std::clamp(kGain * (cups[cup][0] - tcp[0]), -1.0F, 1.0F);
+        action[1] = std::clamp(kGain * (cups[cup][1] - tcp[1]), -1.0F, 1.0F);
+        action[2] = std::clamp(kGain * (kHeight - tcp[2]), -1.0F, 1.0F);
+      }
       const std::int64_t shape[] = {7};
       reply.set(row, action, shape);
     }
   }
 
  private:
+  using Place = std::array<float, 2>;
+
   // Layout of the observation's row.
   static constexpr int kTcp = 18;
   static constexpr int kFirstObject = 25;
@@ -46,20 +48,30 @@ class RememberingPolicy final : public ExternalPolicy {
   static constexpr int kObjects = 4;
   static constexpr int kPosition = 1;
   static constexpr int kBall = 34;  // of the kinds
+  static constexpr int kCup = 35;
   static constexpr float kGain = 14;
   static constexpr float kHeight = 0.16F;
+  static constexpr float kHalfWay = 0.2F;  // m, from the middle cup to the others
 
-  void look(const float* row, std::int32_t slot) {
+  // Returns the cups from one side to the other.
+  std::vector<Place> look(const float* row, std::int32_t slot) {
+    std::vector<Place> cups;
+    std::vector<Place> balls;
     for (int object = 0; object < kObjects; ++object) {
       const float* const token = row + kFirstObject + object * kObjectWidth;
-      if (token[0] > 0.5F && token[kBall] > 0.5F) {
-        places_[slot] = {token[kPosition], token[kPosition + 1]};
-      }
+      const Place place = {token[kPosition], token[kPosition + 1]};
+      if (token[kBall] > 0.5F) balls.push_back(place);
+      if (token[kCup] > 0.5F) cups.push_back(place);
     }
+    std::ranges::sort(cups, {}, [](const Place& place) { return place[1]; });
+    for (const Place& ball : balls) {
+      cups_[slot] = ball[1] < -kHalfWay ? 0 : ball[1] < kHalfWay ? 1 : 2;
+    }
+    return cups;
   }
 
   bool remembers_;
-  std::map<std::int32_t, std::array<float, 2>> places_;
+  std::map<std::int32_t, std::size_t> cups_;
 };
 
 }  // namespace engram::test
