@@ -361,7 +361,9 @@ def _names(names: Sequence[str], count: int) -> dict[str, Any]:
         return {}
     given = [values.text("names", one) for one in names]
     if len(given) != count:
-        raise InvalidArgumentError(f"names: {len(given)} given; {count}, one for each number, needed")
+        raise InvalidArgumentError(
+            f"names: {len(given)} given; {count}, one for each number, needed"
+        )
     return {"names": given}
 
 

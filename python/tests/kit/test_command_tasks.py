@@ -65,7 +65,11 @@ def words(*given: object) -> list[str]:
 
 def run(*given: object, **variables: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(words(*given), capture_output=True, text=True, check=False, timeout=300,
-                          env=os.environ | {key: str(one) for key, one in variables.items()})  # fmt: skip
+                          env=with_variables(variables))  # fmt: skip
+
+
+def with_variables(variables: dict[str, object]) -> dict[str, str]:
+    return os.environ | {key: str(one) for key, one in variables.items()}
 
 
 def results(done: subprocess.CompletedProcess[str]) -> dict:
@@ -140,8 +144,7 @@ def test_engram_tasks_names_files_for_the_command_and_for_python(tmp_path: Path)
     done = results(run("eval", "Wait-Short-v0", "--episodes", 4, "--json", **named))
     assert done["summary"]["per_task_sr"] == {"Wait-Short-v0": 1.0}
     python = subprocess.run([sys.executable, "-c", IN_PYTHON], capture_output=True, text=True,
-                            check=False, timeout=300,
-                            env=os.environ | {key: str(one) for key, one in named.items()})  # fmt: skip
+                            check=False, timeout=300, env=with_variables(named))  # fmt: skip
     assert python.stdout == "True\n", python.stderr
 
 

@@ -54,7 +54,7 @@ def test_words_follow_the_columns_and_do_not_tell_what_has_not_been_shown():
         row = "green, blue, red"
         assert first["plan"] == ["watch", f"touch the right cube of {row}"]
         assert (first["memory"], first["object"], first["subtask"]) == ("", None, 0)
-        assert env.instructions()[0].endswith(f"they stand as {row}.")
+        assert env.instructions[0].endswith(f"they stand as {row}.")
         shown = words_after(2, env)
         assert shown["plan"][1] == f"touch the blue cube of {row}"
         assert (shown["memory"], shown["subtask"]) == ("the cube was blue", 0)

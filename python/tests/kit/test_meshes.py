@@ -19,7 +19,7 @@ BRICK = np.array([(x, y, z) for x in (-0.02, 0.02) for y in (-0.02, 0.02) for z 
 
 
 class Meshes(engram.Task):
-    """Meshes fall from 1 cm over the table; scripts push the first one or lift it."""
+    """Meshes fall from 2 cm over the table; scripts push the first one or lift it."""
 
     PROPS: list[kit.Prop] = []
     termination = "never"
@@ -32,9 +32,9 @@ class Meshes(engram.Task):
 
     def reset(self):
         for i, prop in enumerate(self.PROPS):
-            half = self.turn[:, i] / 2
+            half = self.turn.reshape(self.n, -1)[:, i] / 2
             quat = np.stack([kit.cos(half), 0 * half, 0 * half, kit.sin(half)], axis=1)
-            height = prop.resting_height + 0.01
+            height = (prop.resting_height or 0) + 0.02
             self.place(self.all[i], (-0.1, 0.15 * i, height), quat, awake=True)
 
     def evaluate(self):
@@ -70,7 +70,8 @@ def played(env, steps, policy="zero"):
     info = {}
     for _ in range(steps):
         *_, info = env.step(env.act(policy))
-    return info
+    props = len(env.description["props"])
+    return {name: info[name].reshape(env.num_envs, props, -1) for name in ("pos", "quat")}
 
 
 # --- files ---
@@ -252,7 +253,7 @@ def test_a_mesh_is_an_object_of_no_named_shape():
             observation, *_ = env.step(env.act("zero"))
         objects = {name: value[:, 0] for name, value in observation["objects"].items()}
         assert (objects["seen"] == 1).all()
-        np.testing.assert_allclose(objects["size"], [[0.02, 0.03, 0.02]] * 4, atol=1e-6)
+        np.testing.assert_allclose(objects["size"], [[0.4, 0.6, 0.4]] * 4, atol=1e-5)  # of 5 cm
         assert (objects["shape"] == 0).all()
         assert (objects["color"].argmax(axis=1) == 2).all()
 
@@ -271,7 +272,7 @@ def test_episodes_do_not_depend_on_batch_and_threads_and_snapshots_continue():
             if num_envs == 6:
                 state = env.save(3)
                 expected = played(env, 20, "sweep")["pos"][3].copy()
-                env.restore(0, state)
+                env.restore(state, 0)
                 np.testing.assert_array_equal(played(env, 20, "sweep")["pos"][0], expected)
     np.testing.assert_array_equal(found[0], found[1])
     np.testing.assert_array_equal(found[0], found[2])
