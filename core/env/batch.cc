@@ -98,6 +98,12 @@ Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const Batch
                                          " environments of " + task_->info().id);
   }
   pins_.check(options_.pins);
+  if (perturbations_.has(PerturbationAxis::kInstruction) &&
+      task_->paraphrases(info().instruction).empty()) {
+    throw Error(Error::kInvalidArgument,
+                "perturbation 'instruction': " + info().id +
+                    " has no other wordings of its instruction; level 0 needed");
+  }
   if (options_.after_end == AfterEnd::kContinue && options_.auto_reset != AutoReset::kOff) {
     throw Error(Error::kInvalidArgument, std::string("after_end continue with auto_reset ") +
                                              name_of(options_.auto_reset) + " given, off needed");
@@ -199,6 +205,7 @@ void Batch::add_images() {
                             observes_segmentation(options_.obs_mode)};
   ImageSourceOptions source = options_.image_options;
   source.varies = perturbations_.change_scene();
+  source.has_faults = perturbations_.add_faults();
   images_ = std::make_unique<ImageBatch>(*model_, task_->document(), options_.images, kinds,
                                          renderers_, source, num_envs(), options_.threads,
                                          options_.auto_reset == AutoReset::kSameStep);

@@ -77,7 +77,11 @@ std::uint64_t stream_salt(std::string_view id) {
 
 PinTable::PinTable(ColumnStore& store, std::vector<RandomVariable> variables)
     : variables_(std::move(variables)) {
-  if (variables_.size() > 64) throw Error(Error::kInternal, "more than 64 draws in a task");
+  if (variables_.size() > 64) {
+    throw Error(Error::kInvalidArgument,
+                std::to_string(variables_.size()) +
+                    " draws of robot, task and perturbations given, 64 allowed");
+  }
   int width = 0;
   for (const RandomVariable& variable : variables_) {
     offsets_.push_back(width);

@@ -48,6 +48,10 @@ enum : std::uint32_t {
   kPurposeTokenOrder = 0x4001'0000,    // + how often something has come into view
   kPurposePerturbation = 0x4002'0000,  // + the axis
   kPurposePictureNoise = 0x4003'0000,
+  kPurposeChoiceOrder = 0x4004'0000,
+  kPurposeProbePast = 0x4005'0000,
+  kPurposeProbeResampling = 0x4005'0001,
+  kPurposeProbeOthers = 0x4005'0002,
   kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
   kPurposeActionNoise = 0xc000'0000,   // + elapsed
 };

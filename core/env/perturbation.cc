@@ -25,10 +25,9 @@ constexpr double kLightColor = 0.25;
 constexpr double kLightAzimuth = 90 * kDegree;
 constexpr double kLightElevation = 20 * kDegree;
 constexpr double kSurfaceColor = 0.6;
-constexpr double kFinestPattern = 8;  // times as fine
-constexpr double kPostY = 0.10;       // m
-constexpr double kNoiseLevels = 30;   // of 255
-constexpr double kBlurPixels = 2;
+constexpr double kFinestPattern = 8;     // times as fine
+constexpr double kPostY = 0.10;          // m
+constexpr double kMostNoise = 30;        // of 255
 constexpr double kStartPoseTurn = 0.12;  // rad
 
 // Of each axis: a letter for each value. s: uniform within -level to level; p: within 0 to level;
@@ -45,13 +44,10 @@ constexpr std::array<AxisSpec, kPerturbationAxes> kSpecs = {{
     {"ssssss",
      "light is up to 50 % brighter or darker, its colours by up to 25 % each, and the slanted "
      "light comes from up to 90 degrees aside and 20 degrees above or below"},
-    {"psss"
-     "p",
+    {"psssp",
      "the table's colours change by up to 60 % each; its surface is wood, wood turned round, "
      "tiles or plain, with a pattern up to 8 times as fine"},
-    {"psss"
-     "p",
-     "the same for the floor"},
+    {"psssp", "the same for the floor"},
     {"mssssssssssssssssssssssss",
      "six things that no task asks for stand beside the robot: marker, stone, bottle, dish, pen, "
      "egg"},
@@ -70,36 +66,12 @@ const AxisSpec& spec_of(PerturbationAxis axis) { return kSpecs[static_cast<std::
 
 int width_of(PerturbationAxis axis) { return static_cast<int>(std::strlen(spec_of(axis).values)); }
 
+// A share without direction.
+double magnitude(double share) { return std::max(share, 0.0); }
+
 // One of `count` by a share of 0 to 1.
 int choice(double share, int count) {
   return std::clamp(static_cast<int>(share * count), 0, count - 1);
-}
-
-// Values of table and floor: what the surface shows, three colours, fineness.
-SurfaceChange surface_change(const double* values, RenderPattern own) {
-  constexpr int kLooks = 4;
-  SurfaceChange change;
-  for (std::size_t k = 0; k < 3; ++k) {
-    change.color[k] = static_cast<float>(kSurfaceColor * values[1 + k]);
-  }
-  change.surface.pattern = own;
-  const double fineness = 1 + (kFinestPattern - 1) * values[4];
-  switch (choice(values[0], kLooks)) {
-    case 1:
-      change.surface.pattern = RenderPattern::kWood;
-      change.surface.turned = true;
-      break;
-    case 2:
-      change.surface.pattern = RenderPattern::kGrid;
-      break;
-    case 3:
-      change.surface.pattern = RenderPattern::kPlain;
-      break;
-    default:
-      break;
-  }
-  change.surface.scale = static_cast<float>(fineness);
-  return change;
 }
 
 }  // namespace
@@ -140,8 +112,6 @@ bool Perturbations::change_scene() const {
   return has(kCamera) || has(kFov) || has(kLight) || has(kTable) || has(kFloor) ||
          has(kDistractors) || has(kOccluder);
 }
-
-bool Perturbations::change_pictures() const { return change_scene() || has(kNoise) || has(kBlur); }
 
 std::vector<RandomVariable> Perturbations::variables() const {
   std::vector<RandomVariable> variables;
@@ -199,21 +169,48 @@ PictureChanges Perturbations::pictures(int env) const {
   }
   if (has(kDistractors)) add_distractors(env, changes);
   if (has(kOccluder)) {
-    changes.post_width = values(env, kOccluder)[0];
+    changes.post_width = magnitude(values(env, kOccluder)[0]);
     changes.post_y = kPostY * values(env, kOccluder)[1];
   }
-  if (has(kNoise)) changes.noise = kNoiseLevels * values(env, kNoise)[0];
-  if (has(kBlur)) changes.blur = kBlurPixels * values(env, kBlur)[0];
+  if (has(kNoise)) changes.noise = kMostNoise * magnitude(values(env, kNoise)[0]);
+  if (has(kBlur)) changes.blur = kWidestBlur * magnitude(values(env, kBlur)[0]);
   return changes;
+}
+
+// Values of table and floor: what the surface shows, three colours, fineness.
+SurfaceChange Perturbations::surface_change(const Shares& share, RenderPattern own) {
+  constexpr int kLooks = 4;
+  SurfaceChange change;
+  for (std::size_t k = 0; k < 3; ++k) {
+    change.color[k] = static_cast<float>(kSurfaceColor * share[1 + k]);
+  }
+  change.surface.pattern = own;
+  change.surface.scale = static_cast<float>(1 + (kFinestPattern - 1) * std::max(share[4], 0.0));
+  switch (choice(share[0], kLooks)) {
+    case 1:
+      change.surface.pattern = RenderPattern::kWood;
+      change.surface.turned = true;
+      break;
+    case 2:  // the other one
+      change.surface.pattern =
+          own == RenderPattern::kWood ? RenderPattern::kGrid : RenderPattern::kWood;
+      break;
+    case 3:
+      change.surface.pattern = RenderPattern::kPlain;
+      break;
+    default:
+      break;
+  }
+  return change;
 }
 
 CameraChange Perturbations::camera_change(int env, std::size_t camera) const {
   CameraChange change;
   if (has(kCamera)) {
-    const double* share = values(env, kCamera) + 6 * camera;
+    const Shares share = values(env, kCamera);
     for (std::size_t k = 0; k < 3; ++k) {
-      change.offset[k] = kCameraOffset[camera] * share[k];
-      change.rotation[k] = kCameraTurn[camera] * share[3 + k];
+      change.offset[k] = kCameraOffset[camera] * share[6 * camera + k];
+      change.rotation[k] = kCameraTurn[camera] * share[6 * camera + 3 + k];
     }
   }
   if (has(kFov)) change.fovy = kFovChange * values(env, kFov)[camera];
@@ -221,7 +218,7 @@ CameraChange Perturbations::camera_change(int env, std::size_t camera) const {
 }
 
 LightChange Perturbations::light_change(int env) const {
-  const double* share = values(env, kLight);
+  const Shares share = values(env, kLight);
   LightChange change;
   change.brightness = kBrightness * share[0];
   for (std::size_t k = 0; k < 3; ++k) change.color[k] = kLightColor * share[1 + k];
@@ -231,18 +228,19 @@ LightChange Perturbations::light_change(int env) const {
 }
 
 void Perturbations::add_distractors(int env, PictureChanges& changes) const {
-  const double* share = values(env, kDistractors);
-  changes.distractor_count = static_cast<int>(std::lround(kMostDistractors * share[0]));
+  const Shares share = values(env, kDistractors);
+  changes.distractor_count = static_cast<int>(std::lround(kMostDistractors * magnitude(share[0])));
   for (std::size_t i = 0; i < kMostDistractors; ++i) {
-    const double* of_this = share + 1 + 4 * i;
-    changes.distractors[i] = {{of_this[0], of_this[1]},
-                              std::numbers::pi * of_this[2],
-                              choice(0.5 + 0.5 * of_this[3], kDistractorColors)};
+    const std::size_t at = 1 + 4 * i;
+    changes.distractors[i] = {{share[at], share[at + 1]},
+                              std::numbers::pi * share[at + 2],
+                              choice(0.5 + 0.5 * share[at + 3], kDistractorColors)};
   }
 }
 
 double Perturbations::start_pose(int env, int joint) const {
-  return has(kStartPose) ? kStartPoseTurn * values(env, kStartPose)[joint] : 0;
+  return has(kStartPose) ? kStartPoseTurn * values(env, kStartPose)[static_cast<std::size_t>(joint)]
+                         : 0;
 }
 
 int Perturbations::wording(int env, int count) const {
@@ -251,11 +249,11 @@ int Perturbations::wording(int env, int count) const {
 
 int Perturbations::action_delay(int env) const {
   if (!has(kActionDelay)) return 0;
-  return static_cast<int>(std::lround(kMostActionDelay * values(env, kActionDelay)[0]));
+  return static_cast<int>(std::lround(kMostActionDelay * magnitude(values(env, kActionDelay)[0])));
 }
 
 double Perturbations::action_noise(int env) const {
-  return has(kActionNoise) ? values(env, kActionNoise)[0] : 0;
+  return has(kActionNoise) ? magnitude(values(env, kActionNoise)[0]) : 0;
 }
 
 }  // namespace engram

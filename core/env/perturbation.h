@@ -3,6 +3,7 @@
 // hides, stays the same.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string>
@@ -67,9 +68,10 @@ class Perturbations {
   bool has(PerturbationAxis axis) const {
     return offset_[static_cast<std::size_t>(axis)] != kUnused;
   }
-  // Whether what cameras see differs from the scene; and whether pictures do.
+  // Whether what cameras see differs from the scene; whether sensors have faults; either.
   bool change_scene() const;
-  bool change_pictures() const;
+  bool add_faults() const { return has(PerturbationAxis::kNoise) || has(PerturbationAxis::kBlur); }
+  bool change_pictures() const { return change_scene() || add_faults(); }
 
   // Random variables of the axes in use. They follow the task's.
   std::vector<RandomVariable> variables() const;
@@ -97,9 +99,22 @@ class Perturbations {
     double level;
   };
 
-  const double* values(int env, PerturbationAxis axis) const {
-    return values_.row(env) + offset_[static_cast<std::size_t>(axis)];
+  // The values of an axis, each within -1 to 1 whatever a snapshot says.
+  class Shares {
+   public:
+    explicit Shares(const double* values) : values_(values) {}
+    double operator[](std::size_t i) const {
+      const double value = values_[i];
+      return value >= -1 ? std::min(value, 1.0) : -1;  // also where it is no number
+    }
+
+   private:
+    const double* values_;
+  };
+  Shares values(int env, PerturbationAxis axis) const {
+    return Shares(values_.row(env) + offset_[static_cast<std::size_t>(axis)]);
   }
+  static SurfaceChange surface_change(const Shares& share, RenderPattern own);
   CameraChange camera_change(int env, std::size_t camera) const;
   LightChange light_change(int env) const;
   void add_distractors(int env, PictureChanges& changes) const;

@@ -103,11 +103,19 @@ void Queries::sampled_values(std::span<float> values) const {
 std::string Queries::instruction(int env) const {
   const IeeeScope scope;
   batch_.check_env(env);
-  std::string own = batch_.task_->instruction(env);
-  if (!batch_.perturbations_.has(PerturbationAxis::kInstruction)) return own;
-  const std::vector<std::string> others = paraphrases(env);
-  const int wording = batch_.perturbations_.wording(env, static_cast<int>(others.size()) + 1);
-  return wording == 0 ? own : others[static_cast<std::size_t>(wording) - 1];
+  if (!batch_.perturbations_.has(PerturbationAxis::kInstruction)) {
+    return batch_.task_->instruction(env);
+  }
+  std::vector<std::string> all = wordings(env);
+  return all[static_cast<std::size_t>(
+      batch_.perturbations_.wording(env, static_cast<int>(all.size())))];
+}
+
+// The task's own instruction, then others.
+std::vector<std::string> Queries::wordings(int env) const {
+  std::vector<std::string> all = {batch_.task_->instruction(env)};
+  std::ranges::move(batch_.task_->paraphrases(all.front()), std::back_inserter(all));
+  return all;
 }
 
 std::vector<std::string> Queries::paraphrases() const {
@@ -115,9 +123,11 @@ std::vector<std::string> Queries::paraphrases() const {
 }
 
 std::vector<std::string> Queries::paraphrases(int env) const {
+  const std::string used = instruction(env);
   const IeeeScope scope;
-  batch_.check_env(env);
-  return batch_.task_->paraphrases(batch_.task_->instruction(env));
+  std::vector<std::string> others = wordings(env);
+  std::erase(others, used);
+  return others;
 }
 
 int Queries::cue_end(int env) const {

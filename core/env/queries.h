@@ -34,7 +34,7 @@ class Queries {
 
   // The language instruction of an environment's episode.
   std::string instruction(int env) const;
-  // Other wordings of info().instruction, and of the task's own instruction of an episode; empty
+  // Other wordings of info().instruction, and of the instruction of an environment's episode; empty
   // where there are none.
   std::vector<std::string> paraphrases() const;
   std::vector<std::string> paraphrases(int env) const;
@@ -61,6 +61,8 @@ class Queries {
   std::size_t bytes_per_env() const;
 
  private:
+  std::vector<std::string> wordings(int env) const;
+
   const Batch& batch_;
   std::unique_ptr<CameraPoses> cameras_;  // from the first call for them on
 };

@@ -99,6 +99,9 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
   }
   requests_.assign(static_cast<std::size_t>(workers), one);
   faults_.resize(static_cast<std::size_t>(workers));
+  for (SensorFaults& faults : faults_) {
+    if (options.has_faults) faults.reserve(shape.width, shape.height);
+  }
   const std::size_t cells = shape.cells();
   rgb_ = Pictures<std::uint8_t>(3 * cells, num_envs, keeps_finals);
   if (kinds.depth) depth_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);

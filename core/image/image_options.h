@@ -33,9 +33,10 @@ struct ImageSourceOptions {
   // 2 x 2 samples per pixel in rgb observations.
   bool antialias = false;
   // end options
-  int max_size = 128;      // pixels, of either side of an image
-  bool for_people = true;  // false: leaves out what is hidden from the robot's sensors
-  bool varies = false;     // pictures have PictureChanges (core/image/picture_changes.h)
+  int max_size = 128;       // pixels, of either side of an image
+  bool for_people = true;   // false: leaves out what is hidden from the robot's sensors
+  bool varies = false;      // what is seen has PictureChanges (core/image/picture_changes.h)
+  bool has_faults = false;  // pictures have noise or blur
 };
 
 }  // namespace engram

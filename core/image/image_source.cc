@@ -116,14 +116,19 @@ struct ImageSource::Workspace {
 // Things that stand around come last, so that all else has the same numbers.
 void ImageSource::Scene::add_changes(const mjModel& from, std::vector<std::string>& segments) {
   varies = true;
+  const auto require = [](bool found, const std::string& name) {
+    if (!found) throw Error(Error::kInternal, "document without '" + name + "', which changes");
+  };
   const auto geom_of = [&](const char* name) {
     const auto found = std::ranges::find(model.model_geom, mj_name2id(&from, mjOBJ_GEOM, name));
+    require(found != model.model_geom.end(), name);
     return static_cast<std::size_t>(found - model.model_geom.begin());
   };
   table = geom_of("table");
   ground = geom_of("ground");
   for (const char* name : kSensorCameraNames) {
     const auto found = std::ranges::find(model.scene.cameras, name, &RenderCamera::name);
+    require(found != model.scene.cameras.end(), name);
     sensors.push_back(static_cast<std::size_t>(found - model.scene.cameras.begin()));
   }
   extras = SceneExtras(model.scene, segments);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/image/picture_changes.h"
 #include "core/math/real_functions.h"
 
 namespace engram {
@@ -29,6 +30,14 @@ std::uint32_t mixed(std::uint32_t bits) {
 }
 
 }  // namespace
+
+void SensorFaults::reserve(int width, int height) {
+  const int reach = reach_of(kWidestBlur * height / kReferenceHeight);
+  weights_.reserve(size(reach + 1));
+  sums_.reserve(size(kChannels * width));
+  row_.reserve(size(kChannels * (width + 2 * reach)));
+  blurred_.reserve(size(kChannels * width) * size(height));
+}
 
 void SensorFaults::blur(const RenderImage& image, double sigma) {
   if (!(sigma > 0) || image.rgb == nullptr) return;

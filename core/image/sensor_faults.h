@@ -9,9 +9,12 @@
 
 namespace engram {
 
-// Memory of one thread; it grows with the largest picture.
+// Memory of one thread.
 class SensorFaults {
  public:
+  // Makes room for pictures of that size. Their faults then allocate nothing.
+  void reserve(int width, int height);
+
   // Blurs colours by a Gaussian kernel whose standard deviation is `sigma` pixels of a picture 128
   // pixels high; beyond the edges, their pixels go on. Nothing for 0.
   void blur(const RenderImage& image, double sigma);

@@ -81,7 +81,7 @@ TEST_CASE("compare: refusals are one line and say what to allow", "[apps]") {
   require_refusal("compare " + other + " " + fewer, 2, "rules \"original\"");
   CHECK(engram_command("compare " + other + " " + fewer + " --allow rules").code == 0);
   require_refusal("compare " + a + " " + fewer + " --allow everything", 2,
-                  "ids, seeds, version, rules, constants allowed");
+                  "ids, seeds, version, rules, constants, choices allowed");
   require_refusal("compare " + a + " " + a + "no", 1, "does not exist");
   require_refusal("compare " + a, 2, "B");
 }

@@ -99,6 +99,11 @@ TEST_CASE("Environments without a command and parts of a batch are treated alike
   BatchOptions options = small_batch();
   options.threads = 2;
   options.auto_reset = AutoReset::kOff;
+  if (GENERATE(false, true)) {
+    options.perturbations = {{PerturbationAxis::kActionDelay, 0.5},
+                             {PerturbationAxis::kActionNoise, 0.5},
+                             {PerturbationAxis::kStartPose, 1}};
+  }
   const auto ranges = test::make_env("RememberColor3-VLA-v0", options);
   const auto lists = listed("RememberColor3-VLA-v0", options);
   ranges->reset();
