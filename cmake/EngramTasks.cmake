@@ -28,7 +28,7 @@ endfunction()
 # family's folder is for nobody else.
 file(GLOB task_headers CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}"
   "${PROJECT_SOURCE_DIR}/tasks/*/*.h" "${PROJECT_SOURCE_DIR}/tasks/*/*.cc")
-list(APPEND task_headers tasks/task_library.h mjcf/mesh.h)
+list(APPEND task_headers tasks/task_library.h mjcf/mesh.h mjcf/mesh_geom.h)
 engram_add_includes(task_headers)
 list(FILTER task_headers INCLUDE REGEX "^(core|mjcf|tasks/common)/.*[.]h$|^tasks/[a-z_]+[.]h$")
 

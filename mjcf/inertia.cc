@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "mjcf/mesh.h"
+#include "mjcf/mesh_geom.h"
 
 namespace engram::mjcf {
 namespace {

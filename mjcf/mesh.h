@@ -3,22 +3,12 @@
 
 #include <span>
 #include <string>
-#include <vector>
 
-#include "core/math/convex_hull.h"
 #include "mjcf/prop.h"
 
 namespace engram::mjcf {
 
-// The convex hull of points as a geom (ConvexHull::kMostCorners). Throws Error (kInvalidArgument)
-// if they are flat.
-Geom mesh_geom(std::span<const Vec3> points);
-
 // A solid of density 1000 kg/m^3 with the points' hull, resting on the table.
 Prop mesh(const std::string& name, std::span<const Vec3> points, const Rgba& rgba);
-
-// The hull of a mesh geom, and its triangles, counter-clockwise seen from outside.
-ConvexHull hull_of(const Geom& mesh);
-std::vector<int> triangles_of(const ConvexHull& hull);
 
 }  // namespace engram::mjcf

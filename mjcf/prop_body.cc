@@ -5,7 +5,7 @@
 
 #include "core/math/display_color.h"
 #include "mjcf/geom_element.h"
-#include "mjcf/mesh.h"
+#include "mjcf/mesh_geom.h"
 
 namespace engram::mjcf {
 namespace {

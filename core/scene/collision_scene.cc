@@ -83,7 +83,7 @@ std::vector<Vec3> mesh_vertices(const mjModel& model, int mesh) {
   const float* const first = model.mesh_vert + 3 * model.mesh_vertadr[mesh];
   std::vector<Vec3> vertices;
   for (int i = 0; i < model.mesh_vertnum[mesh]; ++i) {
-    vertices.push_back(Eigen::Map<const Eigen::Vector3f>(first + 3 * i).cast<double>());
+    vertices.push_back(Eigen::Map<const Eigen::Matrix<float, 3, 1>>(first + 3 * i).cast<double>());
   }
   return vertices;
 }

@@ -12,7 +12,7 @@
 #include "mjcf/disc.h"
 #include "mjcf/inertia.h"
 #include "mjcf/lamp.h"
-#include "mjcf/mesh.h"
+#include "mjcf/mesh_geom.h"
 #include "mjcf/mug.h"
 #include "mjcf/object_shapes.h"
 #include "mjcf/peg.h"
