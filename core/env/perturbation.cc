@@ -27,7 +27,6 @@ constexpr double kLightElevation = 20 * kDegree;
 constexpr double kSurfaceColor = 0.6;
 constexpr double kFinestPattern = 8;     // times as fine
 constexpr double kPostY = 0.10;          // m
-constexpr double kMostNoise = 30;        // of 255
 constexpr double kStartPoseTurn = 0.12;  // rad
 
 // Of each axis: a letter for each value. s: uniform within -level to level; p: within 0 to level;
@@ -172,7 +171,7 @@ PictureChanges Perturbations::pictures(int env) const {
     changes.post_width = magnitude(values(env, kOccluder)[0]);
     changes.post_y = kPostY * values(env, kOccluder)[1];
   }
-  if (has(kNoise)) changes.noise = kMostNoise * magnitude(values(env, kNoise)[0]);
+  if (has(kNoise)) changes.noise = kMostNoiseLevels * magnitude(values(env, kNoise)[0]);
   if (has(kBlur)) changes.blur = kWidestBlur * magnitude(values(env, kBlur)[0]);
   return changes;
 }

@@ -43,7 +43,7 @@ struct Distractor {
   int color = 0;                     // below kDistractorColors
 };
 
-inline constexpr double kMostNoise = 30;
+inline constexpr double kMostNoiseLevels = 30;
 inline constexpr double kWidestBlur = 2;
 inline constexpr int kMostDistractors = 6;
 inline constexpr int kDistractorColors = 8;
@@ -64,7 +64,7 @@ struct PictureChanges {
   double post_width = 0;
   double post_y = 0;
   // Of colours, in pictures of sensors: standard deviations, of noise in levels of 255, at most
-  // kMostNoise, and of the blur's kernel in pixels of a picture 128 pixels high, at most
+  // kMostNoiseLevels, and of the blur's kernel in pixels of a picture 128 pixels high, at most
   // kWidestBlur.
   double noise = 0;
   double blur = 0;
