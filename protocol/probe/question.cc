@@ -30,10 +30,15 @@ bool Prologue::awaits_cue(int slot) const {
   return Queries(env_).cue_end(slot) >= env_.info().horizon;
 }
 
+// The oracle is asked for all environments: tasks with BatchRules have no other way.
 void Prologue::act(int slot, std::span<float> actions, std::span<std::uint8_t> commanded) const {
   const bool awaits = awaits_cue(slot);
   commanded[static_cast<std::size_t>(slot)] = awaits ? 1 : 0;
-  if (awaits) oracle_.act_range({slot, slot + 1}, actions.data());
+  if (!awaits) return;
+  std::vector<float> oracle(actions.size());
+  oracle_.act(oracle);
+  std::ranges::copy(row_of(std::span<const float>(oracle), env_, slot),
+                    actions.begin() + static_cast<std::ptrdiff_t>(slot) * env_.action_dim());
 }
 
 std::vector<std::byte> present_of(const Batch& env, int slot) {
@@ -77,7 +82,8 @@ void Lookahead::step() {
 int Lookahead::cue_end(const EpisodeDraw& draw) {
   begin(draw);
   while (prologue_.awaits_cue(0) && env_->state().finished[0] == 0) step();
-  return prologue_.awaits_cue(0) ? -1 : Queries(*env_).cue_end(0);
+  const int end = Queries(*env_).cue_end(0);
+  return prologue_.awaits_cue(0) || end < 1 ? -1 : end;
 }
 
 std::vector<double> Lookahead::right_answer(const EpisodeDraw& draw) {

@@ -374,3 +374,31 @@ TEST_CASE("C API: choices are refused where there are none", "[evaluation][choic
   CHECK(engram_evaluate_choices(&options, nullptr, &call, &text) == ENGRAM_INVALID_ARGUMENT);
   CHECK(call.questions == 0);
 }
+
+TEST_CASE("C API: a probe asks the callback, and says what it has found", "[evaluation][probe]") {
+  Call call;
+  engram_evaluation_options options = options_of(2);
+  options.obs_mode = ENGRAM_OBS_OBJECTS;
+  char* text = nullptr;
+  REQUIRE(engram_probe(&options, "twins,interference", nullptr, &still, &call, &text) == ENGRAM_OK);
+  const Json document = Json::parse(text);
+  engram_free_text(text);
+  CHECK(call.requests > 0);
+  const Json& twins = document["tasks"][0]["twins"];
+  CHECK(twins["pairs"] == 2);
+  CHECK(twins["presents"]["equal"] == twins["presents"]["compared"]);
+  CHECK(twins["follow"]["rate"] == 0.0);
+  CHECK(document["tasks"][0]["interference"]["points"].size() == 7);
+
+  const int before = call.requests;
+  CHECK(engram_probe(nullptr, nullptr, nullptr, &still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_probe(&options, nullptr, nullptr, nullptr, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_probe(&options, nullptr, nullptr, &still, &call, nullptr) ==
+        ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_probe(&options, "twin", nullptr, &still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_probe(&options, nullptr, "None-v0", &still, &call, &text) == ENGRAM_UNKNOWN_ID);
+  options.resume = "folder";
+  CHECK(engram_probe(&options, nullptr, nullptr, &still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(text == nullptr);
+  CHECK(call.requests == before);
+}
