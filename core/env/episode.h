@@ -45,13 +45,13 @@ struct NarrowedRange {
 enum : std::uint32_t {
   kPurposeRobotNoise = 0x4000'0000,
   kPurposeBlindGuess = 0x4000'0001,
-  kPurposeTokenOrder = 0x4001'0000,    // + how often something has come into view
-  kPurposePerturbation = 0x4002'0000,  // + the axis
-  kPurposePictureNoise = 0x4003'0000,
-  kPurposeChoiceOrder = 0x4004'0000,
-  kPurposeProbePast = 0x4005'0000,
-  kPurposeProbeResampling = 0x4005'0001,
-  kPurposeProbeOthers = 0x4005'0002,
+  kPurposeChoiceOrder = 0x4000'0002,
+  kPurposeTokenOrder = 0x4001'0000,  // + how often something has come into view
+  kPurposeProbePast = 0x4002'0000,
+  kPurposeProbeResampling = 0x4002'0001,
+  kPurposeProbeOthers = 0x4002'0002,
+  kPurposePerturbation = 0x4003'0000,  // + the axis
+  kPurposePictureNoise = 0x4004'0000,
   kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
   kPurposeActionNoise = 0xc000'0000,   // + elapsed
 };

@@ -8,10 +8,6 @@
 namespace engram {
 namespace {
 
-// Beside the purposes of core/env/episode.h. The stream is that of no variable, so that the order
-// of choices reveals nothing.
-constexpr std::uint32_t kPurposeChoiceOrder = 0x4000'0002;
-
 template <class T>
 void append(std::vector<T>& to, std::span<const T> values) {
   to.insert(to.end(), values.begin(), values.end());

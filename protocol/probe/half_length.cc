@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/env/episode.h"
 #include "core/math/random.h"
 #include "protocol/evaluation/mean.h"
 
@@ -11,7 +12,6 @@ namespace engram {
 namespace {
 
 constexpr int kResamples = 1000;
-constexpr std::uint32_t kPurposeBootstrap = 0x4002'0001;
 
 std::optional<double> half_length_of(const std::vector<int>& delays,
                                      const std::vector<double>& rates, double chance) {
@@ -63,7 +63,7 @@ Document half_length_document(const std::vector<DelayedAnswers>& answers, double
     return {};
   }
   const std::vector<int> delays = delays_of(answers);
-  RandomStream random(0, 0, kPurposeBootstrap);
+  RandomStream random(0, 0, kPurposeProbeResampling);
   std::vector<double> lengths;
   for (int i = 0; i < kResamples; ++i) {
     lengths.push_back(resampled(answers, delays, chance, random));

@@ -6,7 +6,6 @@ namespace engram {
 namespace {
 
 constexpr int kOthers[] = {0, 1, 3, 7};
-constexpr std::uint32_t kPurposeOthers = 0x4002'0002;
 
 // What the other episodes show.
 enum class Kind { kNone, kCompeting, kAgreeing, kOtherTask };
@@ -18,7 +17,7 @@ TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint6
   PastChooser chooser(lookahead, facts, seed);
   Trial trial{.draw = {seed, chooser.any()}};
   trial.question = lookahead.cue_end(trial.draw);
-  RandomStream random(seed, 0, kPurposeOthers);
+  RandomStream random(seed, 0, kPurposeProbeOthers);
   for (int i = 0; i < count; ++i) {
     EpisodeDraw other{random.next_u64()};
     if (kind == Kind::kAgreeing) other.pins = trial.draw.pins;

@@ -6,7 +6,6 @@
 namespace engram {
 namespace {
 
-constexpr std::uint32_t kPurposeProbe = 0x4002'0000;
 constexpr int kTries = 64;
 
 }  // namespace
@@ -15,7 +14,7 @@ PastChooser::PastChooser(Lookahead& lookahead, const MemoryFacts& facts, std::ui
     : lookahead_(lookahead),
       facts_(facts),
       seed_(seed),
-      random_(seed, 0, kPurposeProbe),
+      random_(seed, 0, kPurposeProbePast),
       hidden_(find(lookahead.env().info().hidden_variable)) {
   if (hidden_ == nullptr) throw Error(Error::kInternal, "probe of a task that hides nothing");
 }
