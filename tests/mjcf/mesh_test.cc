@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mjcf/inertia.h"
+#include "mjcf/mesh_geom.h"
 #include "mjcf/object_descriptor.h"
 #include "mjcf/table_contact.h"
 #include "tests/mjcf/model.h"
