@@ -26,14 +26,27 @@ std::unique_ptr<Batch> make_single(std::string_view id, MakeOptions options) {
 
 }  // namespace
 
-bool Prologue::awaits_cue(int slot) const {
+bool CuePolicy::awaits_cue(int slot) const {
   return Queries(env_).cue_end(slot) >= env_.info().horizon;
 }
 
-void Prologue::act(int slot, std::span<float> actions, std::span<std::uint8_t> commanded) const {
-  const bool awaits = awaits_cue(slot);
-  commanded[static_cast<std::size_t>(slot)] = awaits ? 1 : 0;
-  if (awaits) oracle_.act_range({slot, slot + 1}, actions.data());
+void CuePolicy::act(std::span<const int> slots, std::span<float> actions,
+                    std::span<std::uint8_t> commanded) {
+  bool any = false;
+  for (const int slot : slots) {
+    const bool awaits = awaits_cue(slot);
+    commanded[static_cast<std::size_t>(slot)] = awaits ? 1 : 0;
+    any |= awaits;
+  }
+  if (!any) return;
+  // All of them: the oracles of tasks with BatchRules have no ranges.
+  oracle_actions_.resize(actions.size());
+  oracle_.act(oracle_actions_);
+  for (const int slot : slots) {
+    if (commanded[static_cast<std::size_t>(slot)] == 0) continue;
+    const std::span<const float> row = row_of(std::span<const float>(oracle_actions_), env_, slot);
+    std::ranges::copy(row, actions.begin() + slot * static_cast<std::ptrdiff_t>(row.size()));
+  }
 }
 
 std::vector<std::byte> present_of(const Batch& env, int slot) {
@@ -44,7 +57,7 @@ std::vector<std::byte> present_of(const Batch& env, int slot) {
   append(bytes, view.proprio);
   append(bytes, view.rgb);
   append(bytes, view.state);
-  std::vector<float> qpos(static_cast<std::size_t>(env.num_envs()) * 9);
+  std::vector<float> qpos(static_cast<std::size_t>(env.num_envs()) * kRobotJoints);
   std::vector<float> qvel(qpos.size());
   Queries(env).robot_state(qpos, qvel, {});
   append(bytes, row_of(std::span<const float>(qpos), env, slot));
@@ -60,7 +73,7 @@ std::vector<std::byte> present_of(const Batch& env, int slot) {
 
 Lookahead::Lookahead(std::string_view id, const MakeOptions& options)
     : env_(make_single(id, options)),
-      prologue_(*env_),
+      cue_policy_(*env_),
       actions_(static_cast<std::size_t>(env_->action_dim())) {}
 
 void Lookahead::begin(const EpisodeDraw& draw) {
@@ -69,15 +82,21 @@ void Lookahead::begin(const EpisodeDraw& draw) {
 }
 
 void Lookahead::step() {
+  constexpr std::array kSlots = {0};
   std::array<std::uint8_t, 1> commanded = {1};
-  prologue_.act(0, actions_, commanded);
+  cue_policy_.act(kSlots, actions_, commanded);
   env_->step(actions_, commanded);
+}
+
+bool Lookahead::awaits_cue(const EpisodeDraw& draw) {
+  begin(draw);
+  return cue_policy_.awaits_cue(0);
 }
 
 int Lookahead::cue_end(const EpisodeDraw& draw) {
   begin(draw);
-  while (prologue_.awaits_cue(0) && env_->state().finished[0] == 0) step();
-  return prologue_.awaits_cue(0) ? -1 : Queries(*env_).cue_end(0);
+  while (cue_policy_.awaits_cue(0) && env_->state().finished[0] == 0) step();
+  return cue_policy_.awaits_cue(0) ? -1 : Queries(*env_).cue_end(0);
 }
 
 std::vector<double> Lookahead::right_answer(const EpisodeDraw& draw) {
