@@ -296,7 +296,7 @@ std::string probe(const engram_evaluation_options& options, const char* probes, 
   engram::ProbeOptions chosen;
   if (probes != nullptr) chosen.probes = engram::parse_probes("probes", probes);
   if (other != nullptr) chosen.other = other;
-  if (options.output != nullptr) engram::require_writable_folder(options.output);
+  if (options.output != nullptr) chosen.output = options.output;
   std::mutex mutex;
   const engram::Document document = engram::run_probes(
       settings, protocol_of<CallbackPolicy>(settings, options, policy, user, mutex), chosen,

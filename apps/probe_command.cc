@@ -11,7 +11,6 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
-#include "protocol/formats/files.h"
 #include "protocol/probe/probe_report.h"
 #include "protocol/probe/probe_run.h"
 
@@ -77,18 +76,18 @@ std::string to_plain_text(const Document& document, const ProbeOptions& options)
 void run(const ProbeCommandOptions& options) {
   const EvaluationSettings settings = settings_of(options.eval);
   const Protocol protocol = protocol_of(options.eval, settings);
-  // Before the work, not after it.
-  if (!options.eval.out.empty()) require_writable_folder(options.eval.out);
+  ProbeOptions probe = options.probe;
+  probe.output = options.eval.out;
   Document document;
   {
     Progress view("probe", "steps");
     const Interruption interruption;
-    document = run_probes(settings, protocol, options.probe,
-                          [&](int episodes, int all, std::uint64_t env_steps) {
-                            interruption.check("no results were written");
-                            view.update(episodes / std::max(1.0, static_cast<double>(all)),
-                                        static_cast<double>(env_steps));
-                          });
+    document =
+        run_probes(settings, protocol, probe, [&](int episodes, int all, std::uint64_t env_steps) {
+          interruption.check("no results were written");
+          view.update(episodes / std::max(1.0, static_cast<double>(all)),
+                      static_cast<double>(env_steps));
+        });
   }
   if (!options.eval.out.empty()) write_probes(document, options.eval.out);
   print(options.eval.json ? to_text(document) : to_plain_text(document, options.probe));
@@ -131,6 +130,11 @@ void add_probe_command(const Command& program) {
   add_joint_proprio(command, eval.protocol.environment.joint_proprio);
   add_rules(command, eval.protocol.environment.rules);
   add_constants(command, eval.protocol.environment.constants);
+  add_task_options(
+      command, eval.protocol.environment.task_options,
+      "Chooses a variant of the tasks' rules, which all of them must have (repeatable)");
+  add_perturbations(command, eval.protocol.environment.perturbations);
+  add_latency(command, eval.protocol.latency);
   add_threads(command, eval.protocol.threads);
   add_json(command, eval.json);
   command.add_option("--out", eval.out, "Writes probe.json and probe.html, a page with curves")

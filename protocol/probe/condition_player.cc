@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "protocol/evaluation/scripted_actor.h"
+#include "protocol/evaluation/seed_seal.h"
 #include "protocol/probe/trial_player.h"
 
 namespace engram {
@@ -70,45 +71,53 @@ Bytes ConditionPlayer::play_item(const WorkItem& item, const WorkContext& contex
   if (protocol_.external && !condition.control && !workspace.policy) {
     workspace.policy = protocol_.external(context);
   }
-  std::vector<Trial> trials;
-  std::vector<std::uint64_t> seeds;
-  std::vector<std::uint32_t> sizes;
-  for (int i = 0; i < item.count; ++i) {
-    const std::uint64_t seed = item.first_seed + static_cast<std::uint64_t>(i);
-    const int first = static_cast<int>(trials.size());
-    const TrialGroup group = condition.trials(*workspace.lookahead, seed);
-    sizes.push_back(static_cast<std::uint32_t>(group.size()));
-    for (const Trial& trial : group) {
-      trials.push_back(trial);
-      if (trial.twin >= 0) trials.back().twin += first;
-      seeds.push_back(seed);
-    }
-  }
+  const ItemTrials all = trials_of(item, condition, *workspace.lookahead);
   Batch& env = *workspace.env;
   const auto actor = make_actor(env, condition, workspace.policy.get(), context);
   std::unique_ptr<EpisodeActor> other_actor;
-  ProbeStage main{&env, actor.get()};
-  ProbeStage other = main;
+  PolicyBatch main{&env, actor.get()};
+  PolicyBatch other = main;
   if (workspace.other) {
     other_actor = make_actor(*workspace.other, condition, workspace.policy.get(), context);
     other = {workspace.other.get(), other_actor.get()};
   }
-  const auto label = [&](std::size_t trial) {
-    return label_episode(static_cast<int>(seeds[trial] - protocol_.start_seed), condition.entry->id,
-                         seeds[trial], protocol_.number_key, protocol_.tell_episodes);
-  };
-  const std::vector<TrialResult> results = TrialPlayer(main, other, label).play(trials, context);
+  const auto label = [&all](std::size_t trial) { return all.labels[trial]; };
+  const std::vector<TrialResult> results =
+      TrialPlayer(main, other, label).play(all.trials, context);
   if (context.stopped()) return {};
   if (workspace.policy) workspace.policy->require_drained();
   ByteWriter out;
   auto next = results.begin();
-  for (const std::uint32_t size : sizes) {
+  for (const std::uint32_t size : all.sizes) {
     out.put(size);
     for (std::uint32_t i = 0; i < size; ++i) {
       each_field(*next++, [&out](const auto& field) { out.put(field); });
     }
   }
   return out.take();
+}
+
+// Trials of one seed run side by side, so each has a number of its own, and no two conditions share
+// one: a memory that goes by the number must not mix them.
+ConditionPlayer::ItemTrials ConditionPlayer::trials_of(const WorkItem& item,
+                                                       const ProbeCondition& condition,
+                                                       Lookahead& lookahead) const {
+  ItemTrials all;
+  for (int i = 0; i < item.count; ++i) {
+    const std::uint64_t seed = item.first_seed + static_cast<std::uint64_t>(i);
+    const int first = static_cast<int>(all.trials.size());
+    const TrialGroup group = condition.trials(lookahead, seed);
+    all.sizes.push_back(static_cast<std::uint32_t>(group.size()));
+    for (std::size_t place = 0; place < group.size(); ++place) {
+      all.trials.push_back(group[place]);
+      if (group[place].twin >= 0) all.trials.back().twin += first;
+      const std::string name = std::string(condition.entry->id) + " " + condition.name + " trial " +
+                               std::to_string(place);
+      all.labels.push_back({static_cast<int>(seed - protocol_.start_seed),
+                            opaque_number(protocol_.number_key, name, seed), seed});
+    }
+  }
+  return all;
 }
 
 void ConditionPlayer::prepare(Workspace& workspace, int condition) const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/evaluation/episode_actor.h"
 #include "protocol/evaluation/evaluate.h"
 #include "protocol/probe/probe_plan.h"
 
@@ -29,6 +30,15 @@ class ConditionPlayer {
     std::unique_ptr<ExternalPolicy> policy;
   };
 
+  // The trials of an item's episode numbers.
+  struct ItemTrials {
+    std::vector<Trial> trials;
+    std::vector<EpisodeLabel> labels;  // of each trial
+    std::vector<std::uint32_t> sizes;  // trials of each episode number
+  };
+
+  ItemTrials trials_of(const WorkItem& item, const ProbeCondition& condition,
+                       Lookahead& lookahead) const;
   Bytes play_item(const WorkItem& item, const WorkContext& context, Workspace& workspace) const;
   void prepare(Workspace& workspace, int condition) const;
   std::unique_ptr<EpisodeActor> make_actor(Batch& env, const ProbeCondition& condition,

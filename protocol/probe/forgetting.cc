@@ -55,11 +55,11 @@ Document document_of(const ProbeTask& task, const std::vector<int>& delays,
     points.emplace_back(DocumentTable{{"delay", delays[i]},
                                       {"success", success_document(results[i])},
                                       {"first_answer", first_answer_document(results[i])}});
-    std::vector<bool> right;
+    DelayedAnswers& own = answers.emplace_back(DelayedAnswers{delays[i], {}, {}});
     for (const std::vector<TrialResult>& group : results[i]) {
-      right.push_back(group.front().correct != 0);
+      own.right.push_back(group.front().correct != 0);
+      own.played.push_back(group.front().played != 0);
     }
-    answers.push_back({delays[i], std::move(right)});
   }
   const std::string_view constant = task.facts().delay;
   return DocumentTable{{"constant", constant.empty() ? Document() : Document(constant)},

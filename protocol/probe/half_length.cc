@@ -6,7 +6,6 @@
 
 #include "core/env/episode.h"
 #include "core/math/random.h"
-#include "protocol/evaluation/mean.h"
 
 namespace engram {
 namespace {
@@ -33,17 +32,45 @@ std::vector<int> delays_of(const std::vector<DelayedAnswers>& answers) {
   return delays;
 }
 
+bool is_played(const DelayedAnswers& one, std::size_t episode) {
+  return one.played.empty() || one.played[episode];
+}
+
+// Of those episodes that were played. Chance if none was.
+template <class Episode>
+double rate_of(const DelayedAnswers& one, std::size_t episodes, double chance, Episode&& episode) {
+  int right = 0;
+  int played = 0;
+  for (std::size_t i = 0; i < episodes; ++i) {
+    const std::size_t at = episode(i);
+    if (!is_played(one, at)) continue;
+    ++played;
+    right += one.right[at] ? 1 : 0;
+  }
+  return played == 0 ? chance : right / static_cast<double>(played);
+}
+
+std::vector<double> rates_of(const std::vector<DelayedAnswers>& answers, double chance) {
+  std::vector<double> rates;
+  for (const DelayedAnswers& one : answers) {
+    rates.push_back(rate_of(one, one.right.size(), chance, [](std::size_t i) { return i; }));
+  }
+  return rates;
+}
+
 // The half length of episodes drawn anew; infinite beyond the longest delay, and where nothing is
 // above chance 0.
 double resampled(const std::vector<DelayedAnswers>& answers, const std::vector<int>& delays,
                  double chance, RandomStream& random) {
   const std::size_t episodes = answers.front().right.size();
-  std::vector<double> rates(answers.size());
+  std::vector<std::size_t> drawn;
   for (std::size_t i = 0; i < episodes; ++i) {
-    const auto drawn = static_cast<std::size_t>(random.integer(0, static_cast<int>(episodes) - 1));
-    for (std::size_t k = 0; k < answers.size(); ++k) rates[k] += answers[k].right[drawn] ? 1 : 0;
+    drawn.push_back(static_cast<std::size_t>(random.integer(0, static_cast<int>(episodes) - 1)));
   }
-  for (double& rate : rates) rate /= static_cast<double>(episodes);
+  std::vector<double> rates;
+  for (const DelayedAnswers& one : answers) {
+    rates.push_back(rate_of(one, episodes, chance, [&drawn](std::size_t i) { return drawn[i]; }));
+  }
   if (rates.front() <= chance) return 0;
   return half_length_of(delays, rates, chance).value_or(std::numeric_limits<double>::infinity());
 }
@@ -53,15 +80,11 @@ Document finite(double value) { return std::isfinite(value) ? Document(value) : 
 }  // namespace
 
 std::optional<double> half_length(const std::vector<DelayedAnswers>& answers, double chance) {
-  std::vector<double> rates;
-  for (const DelayedAnswers& one : answers) rates.push_back(mean(one.right));
-  return half_length_of(delays_of(answers), rates, chance);
+  return half_length_of(delays_of(answers), rates_of(answers, chance), chance);
 }
 
 Document half_length_document(const std::vector<DelayedAnswers>& answers, double chance) {
-  if (answers.empty() || answers.front().right.empty() || mean(answers.front().right) <= chance) {
-    return {};
-  }
+  if (answers.empty() || rates_of(answers, chance).front() <= chance) return {};
   const std::vector<int> delays = delays_of(answers);
   RandomStream random(0, 0, kPurposeProbeResampling);
   std::vector<double> lengths;

@@ -12,6 +12,7 @@ namespace engram {
 struct DelayedAnswers {
   int delay = 0;  // control steps
   std::vector<bool> right;
+  std::vector<bool> played = {};  // empty: all; the others do not count
 };
 
 // Between two delays the rate is linear over the logarithm of 1 + delay. Nothing if the first rate

@@ -35,6 +35,7 @@ struct ProbeCondition {
   const RegistryEntry* entry = nullptr;
   ConstantTable constants = {};          // all that are given
   std::optional<Policy> control = {};    // plays in place of the probed policy
+  std::string name = {};                 // among all of the task
   const RegistryEntry* other = nullptr;  // task of the episodes between; null: the same
   std::function<TrialGroup(Lookahead&, std::uint64_t seed)> trials = {};
 };

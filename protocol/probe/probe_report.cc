@@ -118,17 +118,16 @@ void add_interference(const Document& document, HtmlReport& report) {
   each_task(document, "interference", [&](const std::string& id, const Document& section) {
     std::vector<HtmlReport::Curve> curves;
     const DocumentList& points = list(part(section, "points"));
+    for (const Document& point : points) {
+      rows.push_back({id, text(part(point, "kind")), decimal(number(part(point, "others")), 0),
+                      share_text(part(point, "first_answer")), share_text(part(point, "success")),
+                      share_text(part(point, "intrusions"))});
+    }
     for (const char* kind : {"competing", "agreeing", "other task"}) {
       DocumentList own;
       for (const Document& point : points) {
         const std::string& its = text(part(point, "kind"));
         if (its == kind || its == "none") own.push_back(point);
-        if (its == kind && !is_null(part(point, "intrusions"))) {
-          rows.push_back({id, kind, decimal(number(part(point, "others")), 0),
-                          share_text(part(point, "first_answer")),
-                          share_text(part(point, "success")),
-                          share_text(part(point, "intrusions"))});
-        }
       }
       if (own.size() > 1) curves.push_back(curve_of(kind, own, "others", "first_answer"));
     }

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "core/base/join.h"
+#include "core/env/scripted_policy.h"
+#include "protocol/formats/files.h"
 #include "protocol/probe/capacity.h"
 #include "protocol/probe/condition_player.h"
 #include "protocol/probe/forgetting.h"
@@ -106,6 +108,7 @@ const RegistryEntry* other_task(const EvaluationSettings& settings, const Protoc
                                 const ProbeOptions& options) {
   if (options.other.empty()) return nullptr;
   const RegistryEntry& other = require_entry(options.other);
+  (void)make_task(other.id, settings.constants);
   if (!observes_row(protocol)) return &other;
   const int width = row_width(other.id, protocol, settings.constants);
   for (const std::string& id : settings.tasks) {
@@ -124,6 +127,12 @@ void check(const EvaluationSettings& settings, const ProbeOptions& options) {
   if (settings.repeat != 1)
     refuse("repeat: " + std::to_string(settings.repeat) + " given, 1 allowed");
   if (settings.seal) refuse("a sealed run given: probes have none");
+  if (settings.choices) {
+    refuse("policy-choices: given, probes need a policy that answers with actions");
+  }
+  if (settings.tell_episodes) {
+    refuse("tell-episodes: given, probes tell no policy its episodes: many of them have one seed");
+  }
 }
 
 Document document_of(const EvaluationSettings& settings, const ProbeOptions& options,
@@ -148,6 +157,48 @@ Document document_of(const EvaluationSettings& settings, const ProbeOptions& opt
                        {"tasks", std::move(documents)}};
 }
 
+// Sections of the tasks, and the conditions of all.
+struct ProbePlans {
+  std::vector<TaskSections> tasks;
+  std::vector<ProbeCondition> conditions;
+};
+
+ProbePlans plans_of(const EvaluationSettings& settings, const Protocol& protocol,
+                    const ProbeOptions& options) {
+  const RegistryEntry* other = other_task(settings, protocol, options);
+  ProbePlans plans;
+  for (const std::string& id : settings.tasks) {
+    const ProbeTask task = probe_task(require_entry(id), settings.constants);
+    TaskSections& sections = plans.tasks.emplace_back(TaskSections{task.entry, {}});
+    for (const Probe probe : options.probes) {
+      ProbePlan plan = plan_of(probe, task, protocol, other);
+      const std::size_t first = plans.conditions.size();
+      for (std::size_t i = 0; i < plan.conditions.size(); ++i) {
+        plan.conditions[i].name = std::string(name_of(probe)) + " " + std::to_string(i);
+        plans.conditions.push_back(plan.conditions[i]);
+      }
+      sections.sections.push_back({probe, std::move(plan), first});
+    }
+  }
+  return plans;
+}
+
+// The oracle plays where a policy is compared with it, and where a cue shows to a robot at work.
+void check_control_mode(const std::vector<ProbeCondition>& conditions, const Protocol& protocol) {
+  const auto needs_oracle = [&protocol](const ProbeCondition& condition) {
+    return condition.control.has_value() ||
+           Lookahead(condition.entry->id, probe_environment(protocol, condition.constants))
+               .awaits_cue({protocol.start_seed});
+  };
+  try {
+    require_mode_of(Policy::kOracle, protocol.environment.control_mode);
+  } catch (const Error& error) {
+    const auto found = std::ranges::find_if(conditions, needs_oracle);
+    if (found == conditions.end()) return;
+    refuse(std::string(found->entry->id) + ": this probe needs the oracle, too: " + error.what());
+  }
+}
+
 }  // namespace
 
 std::vector<Probe> parse_probes(std::string_view option, const std::string& text) {
@@ -170,19 +221,10 @@ std::vector<Probe> parse_probes(std::string_view option, const std::string& text
 Document run_probes(const EvaluationSettings& settings, const Protocol& protocol,
                     const ProbeOptions& options, const ProbeProgress& progress) {
   check(settings, options);
-  const RegistryEntry* other = other_task(settings, protocol, options);
-  std::vector<TaskSections> tasks;
-  std::vector<ProbeCondition> conditions;
-  for (const std::string& id : settings.tasks) {
-    const ProbeTask task = probe_task(require_entry(id), settings.constants);
-    TaskSections& sections = tasks.emplace_back(TaskSections{task.entry, {}});
-    for (const Probe probe : options.probes) {
-      ProbePlan plan = plan_of(probe, task, protocol, other);
-      const std::size_t first = conditions.size();
-      conditions.insert(conditions.end(), plan.conditions.begin(), plan.conditions.end());
-      sections.sections.push_back({probe, std::move(plan), first});
-    }
-  }
+  const ProbePlans plans = plans_of(settings, protocol, options);
+  const std::vector<ProbeCondition>& conditions = plans.conditions;
+  check_control_mode(conditions, protocol);
+  if (!options.output.empty()) require_writable_folder(options.output);
   Ranks alone;
   ConditionPlayer player(conditions, protocol, worker_threads(protocol.threads, alone));
   ProbeSource source(conditions, protocol, progress);
@@ -192,7 +234,7 @@ Document run_probes(const EvaluationSettings& settings, const Protocol& protocol
         return player.play(item, context);
       },
       source);
-  return document_of(settings, options, tasks, source.results());
+  return document_of(settings, options, plans.tasks, source.results());
 }
 
 }  // namespace engram

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct ProbeOptions {
   std::vector<Probe> probes = {Probe::kTwins, Probe::kForgetting, Probe::kInterference,
                                Probe::kCapacity};
   std::string other = {};  // id of the task of further episodes of interference; empty: none
+  // Folder that the results are to go to, made once all else is checked; empty: none.
+  std::filesystem::path output = {};
 };
 
 // Words of a list such as "twins,capacity". Throws Error (kInvalidArgument) for others.
@@ -29,7 +32,8 @@ using ProbeProgress = std::function<void(int episodes, int all, std::uint64_t en
 
 // {settings, tasks}: of each task of the settings, what the probes have found. protocol: with these
 // settings, policy, threads and environments at a time, on which results do not depend. Throws
-// Error (kInvalidArgument) for settings that probes do not have.
+// Error (kInvalidArgument), before anything is played or made, for settings that probes do not
+// have.
 Document run_probes(const EvaluationSettings& settings, const Protocol& protocol,
                     const ProbeOptions& options, const ProbeProgress& progress);
 

@@ -26,19 +26,27 @@ std::unique_ptr<Batch> make_single(std::string_view id, MakeOptions options) {
 
 }  // namespace
 
-bool Prologue::awaits_cue(int slot) const {
+bool CuePolicy::awaits_cue(int slot) const {
   return Queries(env_).cue_end(slot) >= env_.info().horizon;
 }
 
-// The oracle is asked for all environments: tasks with BatchRules have no other way.
-void Prologue::act(int slot, std::span<float> actions, std::span<std::uint8_t> commanded) const {
-  const bool awaits = awaits_cue(slot);
-  commanded[static_cast<std::size_t>(slot)] = awaits ? 1 : 0;
-  if (!awaits) return;
-  std::vector<float> oracle(actions.size());
-  oracle_.act(oracle);
-  std::ranges::copy(row_of(std::span<const float>(oracle), env_, slot),
-                    actions.begin() + static_cast<std::ptrdiff_t>(slot) * env_.action_dim());
+void CuePolicy::act(std::span<const int> slots, std::span<float> actions,
+                    std::span<std::uint8_t> commanded) {
+  bool any = false;
+  for (const int slot : slots) {
+    const bool awaits = awaits_cue(slot);
+    commanded[static_cast<std::size_t>(slot)] = awaits ? 1 : 0;
+    any |= awaits;
+  }
+  if (!any) return;
+  // All of them: the oracles of tasks with BatchRules have no ranges.
+  oracle_actions_.resize(actions.size());
+  oracle_.act(oracle_actions_);
+  for (const int slot : slots) {
+    if (commanded[static_cast<std::size_t>(slot)] == 0) continue;
+    const std::span<const float> row = row_of(std::span<const float>(oracle_actions_), env_, slot);
+    std::ranges::copy(row, actions.begin() + slot * static_cast<std::ptrdiff_t>(row.size()));
+  }
 }
 
 std::vector<std::byte> present_of(const Batch& env, int slot) {
@@ -49,7 +57,7 @@ std::vector<std::byte> present_of(const Batch& env, int slot) {
   append(bytes, view.proprio);
   append(bytes, view.rgb);
   append(bytes, view.state);
-  std::vector<float> qpos(static_cast<std::size_t>(env.num_envs()) * 9);
+  std::vector<float> qpos(static_cast<std::size_t>(env.num_envs()) * kRobotJoints);
   std::vector<float> qvel(qpos.size());
   Queries(env).robot_state(qpos, qvel, {});
   append(bytes, row_of(std::span<const float>(qpos), env, slot));
@@ -65,7 +73,7 @@ std::vector<std::byte> present_of(const Batch& env, int slot) {
 
 Lookahead::Lookahead(std::string_view id, const MakeOptions& options)
     : env_(make_single(id, options)),
-      prologue_(*env_),
+      cue_policy_(*env_),
       actions_(static_cast<std::size_t>(env_->action_dim())) {}
 
 void Lookahead::begin(const EpisodeDraw& draw) {
@@ -74,16 +82,22 @@ void Lookahead::begin(const EpisodeDraw& draw) {
 }
 
 void Lookahead::step() {
+  constexpr std::array kSlots = {0};
   std::array<std::uint8_t, 1> commanded = {1};
-  prologue_.act(0, actions_, commanded);
+  cue_policy_.act(kSlots, actions_, commanded);
   env_->step(actions_, commanded);
+}
+
+bool Lookahead::awaits_cue(const EpisodeDraw& draw) {
+  begin(draw);
+  return cue_policy_.awaits_cue(0);
 }
 
 int Lookahead::cue_end(const EpisodeDraw& draw) {
   begin(draw);
-  while (prologue_.awaits_cue(0) && env_->state().finished[0] == 0) step();
+  while (cue_policy_.awaits_cue(0) && env_->state().finished[0] == 0) step();
   const int end = Queries(*env_).cue_end(0);
-  return prologue_.awaits_cue(0) || end < 1 ? -1 : end;
+  return cue_policy_.awaits_cue(0) || end < 1 ? -1 : end;
 }
 
 std::vector<double> Lookahead::right_answer(const EpisodeDraw& draw) {

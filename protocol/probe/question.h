@@ -12,19 +12,21 @@
 
 namespace engram {
 
-// What happens to the robot of a slot in the next step before the question.
-class Prologue {
+// What the robots of slots do before their question.
+class CuePolicy {
  public:
-  explicit Prologue(Batch& env) : env_(env), oracle_(env, Policy::kOracle) {}
+  explicit CuePolicy(Batch& env) : env_(env), oracle_(env, Policy::kOracle) {}
 
   // True if nothing has shown the cue yet, and time alone will not.
   bool awaits_cue(int slot) const;
-  // Sets the action of the next step: none, or the oracle's to bring the cue about.
-  void act(int slot, std::span<float> actions, std::span<std::uint8_t> commanded) const;
+  // Sets the actions of the next step of these slots: none, or the oracle's to bring the cue about.
+  // Throws Error (kInvalidArgument) if the oracle has no actions for the control mode.
+  void act(std::span<const int> slots, std::span<float> actions, std::span<std::uint8_t> commanded);
 
  private:
   Batch& env_;
   ScriptedPolicy oracle_;
+  std::vector<float> oracle_actions_;  // of all slots
 };
 
 // All that a policy and its user may see of a slot, in bits: its observation, the robot, and every
@@ -37,6 +39,8 @@ class Lookahead {
   Lookahead(std::string_view id, const MakeOptions& options);
 
   const Batch& env() const { return *env_; }
+  // True if the oracle has to bring about the cue of an episode.
+  bool awaits_cue(const EpisodeDraw& draw);
   // Control steps from which on nothing shows the hidden draw; -1: the episode ends before.
   int cue_end(const EpisodeDraw& draw);
   // The right answer, as the task's oracle_info has it; empty if it has none.
@@ -49,7 +53,7 @@ class Lookahead {
   void step();
 
   std::unique_ptr<Batch> env_;
-  Prologue prologue_;
+  CuePolicy cue_policy_;
   std::vector<float> actions_;
 };
 

@@ -19,12 +19,12 @@ void read_answer(const Batch& env, int slot, std::uint8_t& answered, std::int32_
 
 }  // namespace
 
-TrialPlayer::TrialPlayer(const ProbeStage& main, const ProbeStage& other, Labeller label)
+TrialPlayer::TrialPlayer(const PolicyBatch& main, const PolicyBatch& other, Labeller label)
     : main_(main),
       other_(other),
       label_(std::move(label)),
-      prologue_(*main.env),
-      courses_(static_cast<std::size_t>(main.env->num_envs())) {}
+      cue_policy_(*main.env),
+      states_(static_cast<std::size_t>(main.env->num_envs())) {}
 
 std::vector<TrialResult> TrialPlayer::play(std::span<const Trial> trials,
                                            const WorkContext& context) {
@@ -34,115 +34,129 @@ std::vector<TrialResult> TrialPlayer::play(std::span<const Trial> trials,
   done_ = 0;
   std::size_t started = 0;
   main_.env->reset();
-  if (!shares_stage()) other_.env->reset();
+  if (!shares_batch()) other_.env->reset();
   while (done_ < trials.size()) {
     if (context.stopped()) return {};
-    std::uint64_t busy = 0;
-    for (std::size_t slot = 0; slot < courses_.size(); ++slot) {
-      while (courses_[slot].part == Course::Part::kNone && started < trials.size()) {
-        begin(static_cast<int>(slot), started++);
-      }
-      busy += courses_[slot].part == Course::Part::kNone ? 0 : 1;
-    }
+    const std::uint64_t busy = fill_slots(started);
     act_and_step(main_, false);
-    if (!shares_stage()) act_and_step(other_, true);
+    if (!shares_batch()) act_and_step(other_, true);
     context.count_env_steps(busy);
-    for (int slot = 0; slot < static_cast<int>(courses_.size()); ++slot) after_step(slot);
+    for (int slot = 0; slot < static_cast<int>(states_.size()); ++slot) after_step(slot);
   }
-  for (std::size_t i = 0; i < trials.size(); ++i) {
-    const int twin = trials[i].twin;
+  compare_presents();
+  return std::move(results_);
+}
+
+// Begins trials in idle slots; returns the number of busy ones.
+std::uint64_t TrialPlayer::fill_slots(std::size_t& started) {
+  std::uint64_t busy = 0;
+  for (std::size_t slot = 0; slot < states_.size(); ++slot) {
+    while (states_[slot].phase == TrialState::Phase::kIdle && started < trials_.size()) {
+      begin(static_cast<int>(slot), started++);
+    }
+    busy += states_[slot].phase == TrialState::Phase::kIdle ? 0 : 1;
+  }
+  return busy;
+}
+
+void TrialPlayer::compare_presents() {
+  for (std::size_t i = 0; i < trials_.size(); ++i) {
+    const int twin = trials_[i].twin;
     const bool same = twin >= 0 && !presents_[i].empty() &&
                       presents_[i] == presents_[static_cast<std::size_t>(twin)];
     results_[i].same_present = same ? 1 : 0;
   }
-  return std::move(results_);
 }
 
-void TrialPlayer::begin_episode(const ProbeStage& stage, int slot, const EpisodeDraw& draw) {
-  const auto size = static_cast<std::size_t>(stage.env->num_envs());
+void TrialPlayer::begin_episode(const PolicyBatch& batch, int slot, const EpisodeDraw& draw) {
+  const auto size = static_cast<std::size_t>(batch.env->num_envs());
   std::vector<std::uint8_t> mask(size);
   std::vector<std::uint64_t> seeds(size);
   mask[static_cast<std::size_t>(slot)] = 1;
   seeds[static_cast<std::size_t>(slot)] = draw.seed;
-  stage.env->reset({.mask = mask, .seeds = seeds, .pins = &draw.pins});
+  batch.env->reset({.mask = mask, .seeds = seeds, .pins = &draw.pins});
 }
 
 void TrialPlayer::begin(int slot, std::size_t trial) {
-  Course& course = courses_[static_cast<std::size_t>(slot)];
+  TrialState& state = states_[static_cast<std::size_t>(slot)];
   if (trials_[trial].question < 0) {
     ++done_;
     return;
   }
   begin_episode(main_, slot, trials_[trial].draw);
   main_.actor->start(slot, label_(trial));
-  const bool waits = trials_[trial].question > 0;
-  course = {waits ? Course::Part::kPrologue : Course::Part::kFree, trial, 0, {}};
-  if (!waits) results_[trial].played = 1;
+  state = {TrialState::Phase::kCue, trial, 0, {}};
+  if (trials_[trial].question == 0) reach_question(slot);
 }
 
 void TrialPlayer::reach_question(int slot) {
-  Course& course = courses_[static_cast<std::size_t>(slot)];
-  const Trial& trial = trials_[course.trial];
-  results_[course.trial].played = 1;
+  TrialState& state = states_[static_cast<std::size_t>(slot)];
+  const Trial& trial = trials_[state.trial];
+  results_[state.trial].played = 1;
   if (trial.scene) Snapshotter(*main_.env).restore(slot, *trial.scene);
-  presents_[course.trial] = present_of(*main_.env, slot);
-  if (trial.wiped) main_.actor->start(slot, label_(course.trial));
-  course.part = Course::Part::kFree;
+  presents_[state.trial] = present_of(*main_.env, slot);
+  // Actions that were chosen while the cue showed would carry it past the question.
+  if (trial.wiped) {
+    main_.actor->start(slot, label_(state.trial));
+  } else {
+    main_.actor->go_on(slot, label_(state.trial));
+  }
+  state.phase = TrialState::Phase::kFree;
   if (trial.others.empty()) return;
-  course.paused = Snapshotter(*main_.env).save(slot);
+  state.paused = Snapshotter(*main_.env).save(slot);
   main_.actor->finish(slot);
   begin_other(slot);
 }
 
 void TrialPlayer::begin_other(int slot) {
-  Course& course = courses_[static_cast<std::size_t>(slot)];
-  course.part = Course::Part::kOther;
-  begin_episode(other_, slot, trials_[course.trial].others[course.others++]);
-  other_.actor->go_on(slot, label_(course.trial));
+  TrialState& state = states_[static_cast<std::size_t>(slot)];
+  state.phase = TrialState::Phase::kOther;
+  begin_episode(other_, slot, trials_[state.trial].others[state.others++]);
+  other_.actor->go_on(slot, label_(state.trial));
 }
 
 void TrialPlayer::resume(int slot) {
-  Course& course = courses_[static_cast<std::size_t>(slot)];
-  Snapshotter(*main_.env).restore(slot, course.paused);
-  course.paused.clear();
-  course.part = Course::Part::kFree;
-  main_.actor->go_on(slot, label_(course.trial));
+  TrialState& state = states_[static_cast<std::size_t>(slot)];
+  Snapshotter(*main_.env).restore(slot, state.paused);
+  state.paused.clear();
+  state.phase = TrialState::Phase::kFree;
+  main_.actor->go_on(slot, label_(state.trial));
 }
 
-// other: the stage is that of the episodes between, and only of those.
-void TrialPlayer::act_and_step(const ProbeStage& stage, bool other) {
+// other: the batch is that of the episodes between, and only of those.
+void TrialPlayer::act_and_step(const PolicyBatch& batch, bool other) {
   const auto busy = [&](int slot) {
-    const Course::Part part = courses_[static_cast<std::size_t>(slot)].part;
-    if (part == Course::Part::kNone) return false;
-    return shares_stage() || (part == Course::Part::kOther) == other;
+    const TrialState::Phase phase = states_[static_cast<std::size_t>(slot)].phase;
+    if (phase == TrialState::Phase::kIdle) return false;
+    return shares_batch() || (phase == TrialState::Phase::kOther) == other;
   };
-  const int slots = static_cast<int>(courses_.size());
+  const int slots = static_cast<int>(states_.size());
   bool any = false;
   for (int slot = 0; slot < slots; ++slot) any |= busy(slot);
   if (!any) return;
-  actions_.resize(courses_.size() * static_cast<std::size_t>(stage.env->action_dim()));
-  commanded_.assign(courses_.size(), 1);
-  stage.actor->act(actions_, commanded_);
+  actions_.resize(states_.size() * static_cast<std::size_t>(batch.env->action_dim()));
+  commanded_.assign(states_.size(), 1);
+  batch.actor->act(actions_, commanded_);
+  showing_.clear();
   for (int slot = 0; slot < slots; ++slot) {
-    if (!busy(slot)) {
-      commanded_[static_cast<std::size_t>(slot)] = 0;
-    } else if (courses_[static_cast<std::size_t>(slot)].part == Course::Part::kPrologue) {
-      prologue_.act(slot, actions_, commanded_);
-    }
+    const auto i = static_cast<std::size_t>(slot);
+    if (!busy(slot)) commanded_[i] = 0;
+    if (busy(slot) && states_[i].phase == TrialState::Phase::kCue) showing_.push_back(slot);
   }
-  stage.env->step(actions_, commanded_);
+  if (!showing_.empty()) cue_policy_.act(showing_, actions_, commanded_);
+  batch.env->step(actions_, commanded_);
 }
 
 void TrialPlayer::after_step(int slot) {
-  Course& course = courses_[static_cast<std::size_t>(slot)];
-  if (course.part == Course::Part::kNone) return;
-  if (course.part == Course::Part::kOther) {
+  TrialState& state = states_[static_cast<std::size_t>(slot)];
+  if (state.phase == TrialState::Phase::kIdle) return;
+  if (state.phase == TrialState::Phase::kOther) {
     if (has_ended(*other_.env, slot)) end_other(slot);
     return;
   }
-  const Trial& trial = trials_[course.trial];
+  const Trial& trial = trials_[state.trial];
   if (has_ended(*main_.env, slot)) return end(slot);
-  if (course.part == Course::Part::kPrologue) {
+  if (state.phase == TrialState::Phase::kCue) {
     if (main_.env->state().elapsed[slot] >= trial.question) reach_question(slot);
     return;
   }
@@ -154,17 +168,17 @@ void TrialPlayer::after_step(int slot) {
 }
 
 void TrialPlayer::end_other(int slot) {
-  const Course& course = courses_[static_cast<std::size_t>(slot)];
-  TrialResult& result = results_[course.trial];
+  const TrialState& state = states_[static_cast<std::size_t>(slot)];
+  TrialResult& result = results_[state.trial];
   read_answer(*other_.env, slot, result.other_answered, result.other_answer);
-  if (course.others < trials_[course.trial].others.size()) return begin_other(slot);
+  if (state.others < trials_[state.trial].others.size()) return begin_other(slot);
   other_.actor->finish(slot);
   resume(slot);
 }
 
 void TrialPlayer::end(int slot) {
-  Course& course = courses_[static_cast<std::size_t>(slot)];
-  TrialResult& result = results_[course.trial];
+  TrialState& state = states_[static_cast<std::size_t>(slot)];
+  TrialResult& result = results_[state.trial];
   const Batch& env = *main_.env;
   result.success = value_of<std::uint8_t>(env.output("success_once"), slot);
   read_answer(env, slot, result.answered, result.answer);
@@ -172,7 +186,7 @@ void TrialPlayer::end(int slot) {
     result.correct = value_of<std::uint8_t>(env.output("first_answer_correct"), slot);
   }
   main_.actor->finish(slot);
-  course = {};
+  state = {};
   ++done_;
 }
 

@@ -14,7 +14,7 @@
 namespace engram {
 
 // A batch and the policy's actor in it.
-struct ProbeStage {
+struct PolicyBatch {
   Batch* env = nullptr;
   EpisodeActor* actor = nullptr;
 };
@@ -25,7 +25,7 @@ class TrialPlayer {
 
   // main: of the trials; other: of the episodes between, which may be the same one, or has as many
   // environments. label: of a trial.
-  TrialPlayer(const ProbeStage& main, const ProbeStage& other, Labeller label);
+  TrialPlayer(const PolicyBatch& main, const PolicyBatch& other, Labeller label);
 
   // Results in the order of the trials; those that name a twin find it by its place among them.
   // Returns nothing if the context was stopped.
@@ -33,36 +33,39 @@ class TrialPlayer {
 
  private:
   // A trial under way in a slot.
-  struct Course {
-    enum class Part { kNone, kPrologue, kOther, kFree };
-    Part part = Part::kNone;
+  struct TrialState {
+    enum class Phase { kIdle, kCue, kOther, kFree };
+    Phase phase = Phase::kIdle;
     std::size_t trial = 0;
     std::size_t others = 0;         // episodes between that have begun
     std::vector<std::byte> paused;  // this trial at its question, meanwhile
   };
 
-  bool shares_stage() const { return main_.env == other_.env; }
+  bool shares_batch() const { return main_.env == other_.env; }
+  std::uint64_t fill_slots(std::size_t& started);
+  void compare_presents();
   void begin(int slot, std::size_t trial);
-  void begin_episode(const ProbeStage& stage, int slot, const EpisodeDraw& draw);
+  void begin_episode(const PolicyBatch& batch, int slot, const EpisodeDraw& draw);
   void reach_question(int slot);
   void begin_other(int slot);
   void resume(int slot);
-  void act_and_step(const ProbeStage& stage, bool other);
+  void act_and_step(const PolicyBatch& batch, bool other);
   void after_step(int slot);
   void end_other(int slot);
   void end(int slot);
 
-  ProbeStage main_;
-  ProbeStage other_;
+  PolicyBatch main_;
+  PolicyBatch other_;
   Labeller label_;
-  Prologue prologue_;
+  CuePolicy cue_policy_;
   std::span<const Trial> trials_;
-  std::vector<Course> courses_;  // by slot
+  std::vector<TrialState> states_;  // by slot
   std::vector<TrialResult> results_;
   std::vector<std::vector<std::byte>> presents_;  // by trial
   std::size_t done_ = 0;
   std::vector<float> actions_;
   std::vector<std::uint8_t> commanded_;
+  std::vector<int> showing_;  // slots before their question
 };
 
 }  // namespace engram

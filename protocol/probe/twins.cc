@@ -1,6 +1,7 @@
 #include "protocol/probe/twins.h"
 
 #include <algorithm>
+#include <string>
 
 #include "protocol/probe/past.h"
 
@@ -51,11 +52,11 @@ TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint6
   return group;
 }
 
-// Digits of an answer in order.
-std::int32_t sorted_digits(std::int32_t answer) {
+// Digits of an answer in order, zeros included.
+std::string sorted_digits(std::int32_t answer) {
   std::string digits = std::to_string(answer);
   std::ranges::sort(digits);
-  return static_cast<std::int32_t>(std::stoll(digits));
+  return digits;
 }
 
 bool same_answer(const TrialResult& one, const TrialResult& other, bool any_order) {

@@ -210,7 +210,10 @@ def probe(
     config: Mapping[str, Any] | None = None,
     output: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int, int], None] | None = None,
+    task_options: Mapping[str, float] | None = None,
     policy_seed: int = 0,
+    latency: int | str = 0,
+    perturb: Mapping[str, float] | None = None,
 ) -> dict[str, Any]:
     """Whether a policy reads its memory: ``{"settings", "other", "tasks"}``, as ``engram probe``.
 
@@ -244,6 +247,9 @@ def probe(
         policy_seed=seed_value("policy_seed", policy_seed),
         control_mode=text("control_mode", control_mode),
         joint_proprio=boolean("joint_proprio", joint_proprio),
+        task_options=_task_options(task_options),
+        perturb=levels("perturb", perturb),
+        latency=latency if isinstance(latency, str) else str(integer("latency", latency)),
     )
     return json.loads(document)
 

@@ -240,9 +240,10 @@ std::string probe(nb::callable policy, const std::vector<std::string>& ids,
                   const std::string& name, const std::string& config, const std::string& renderer,
                   const std::optional<std::string>& output, int rules, const std::string& constants,
                   nb::object progress, std::uint64_t policy_seed, const std::string& control_mode,
-                  bool joint_proprio) {
+                  bool joint_proprio, const NamedValue& task_options, const NamedValue& perturb,
+                  const std::string& latency) {
   Session session(std::move(policy), std::move(progress));
-  EvaluationArguments arguments(ids, {});
+  EvaluationArguments arguments(ids, task_options);
   engram_evaluation_options& options = arguments.options;
   options.episodes = episodes;
   options.num_envs = num_envs;
@@ -258,6 +259,10 @@ std::string probe(nb::callable policy, const std::vector<std::string>& ids,
   options.policy_seed = policy_seed;
   options.control_mode = c_text(control_mode);
   options.joint_proprio = joint_proprio ? 1 : 0;
+  options.latency = c_text(latency);
+  const std::vector<engram_perturbation> perturbations = as_perturbations(perturb);
+  options.perturbations = perturbations.data();
+  options.num_perturbations = perturbations.size();
   const char* const which = c_text(probes);
   const char* const task = other ? c_text(*other) : nullptr;
   return document_of(session, [&](char** document) {
@@ -304,7 +309,7 @@ void bind_evaluate(nb::module_& module) {
   module.def("probe", &probe, "policy"_a, "ids"_a, "probes"_a, "other"_a.none(), "episodes"_a,
              "seed"_a, "num_envs"_a, "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a,
              "output"_a.none(), "rules"_a, "constants"_a, "progress"_a.none(), "policy_seed"_a,
-             "control_mode"_a, "joint_proprio"_a);
+             "control_mode"_a, "joint_proprio"_a, "task_options"_a, "perturb"_a, "latency"_a);
   module.def("suites_json", [] {
     const char* text = engram_suites_json();
     if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());
