@@ -2,6 +2,7 @@
 #include "protocol/probe/probe_run.h"
 
 #include <catch2/catch.hpp>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -160,6 +161,66 @@ TEST_CASE("Policies without a memory follow by chance, and never both pasts", "[
     CHECK(number(interval.at(0)) <= number(part(twins, "chance")));
     CHECK(number(interval.at(1)) >= number(part(twins, "chance")) / 2);
   }
+}
+
+// Rests, in chunks that would last for the whole episode, and counts the requests of each trial.
+class RestingPolicy final : public ExternalPolicy {
+ public:
+  explicit RestingPolicy(std::map<std::int32_t, int>& requests) : requests_(requests) {}
+
+  void act(const PolicyRequest& request, PolicyReply& reply) override {
+    const std::vector<float> chunk(7 * 1000);
+    const std::int64_t shape[] = {1000, 7};
+    for (int row = 0; row < request.count; ++row) {
+      ++requests_[request.numbers[static_cast<std::size_t>(row)]];
+      reply.set(row, chunk, shape);
+    }
+  }
+
+ private:
+  std::map<std::int32_t, int>& requests_;
+};
+
+TEST_CASE("Actions that are queued during the cue are dropped at the question", "[probe]") {
+  const EvaluationSettings settings = settings_for({kShell}, 2);
+  std::map<std::int32_t, int> requests;
+  Protocol protocol = protocol_of(settings);
+  protocol.external = [&](const WorkContext& /*context*/) {
+    return std::make_unique<RestingPolicy>(requests);
+  };
+  protocol.threads = 1;
+  (void)run_probes(settings, protocol, {.probes = {Probe::kTwins}}, {});
+  // The numbers are those of trials, and each trial asks as it begins and at the question.
+  CHECK(requests.size() >= 12);
+  for (const auto& [number, count] : requests) CHECK(count == 2);
+}
+
+TEST_CASE("Modes that the oracle of a probe cannot act in are refused before anything is played",
+          "[probe]") {
+  EvaluationSettings settings = settings_for({"GatherAndRecall1-VLA-v0"}, 1);
+  settings.control_mode = ControlMode::kPdEeDeltaPos;
+  Protocol protocol = protocol_of(settings);
+  int made = 0;
+  protocol.external = [&made](const WorkContext& /*context*/) {
+    ++made;
+    return std::make_unique<test::RememberingPolicy>(true);
+  };
+  CHECK_THROWS_WITH(run_probes(settings, protocol, {.probes = {Probe::kTwins}}, {}),
+                    Catch::Contains("GatherAndRecall1-VLA-v0") &&
+                        Catch::Contains("pd_ee_delta_pos") &&
+                        Catch::Contains("pd_ee_delta_pose, pd_joint_pos"));
+  CHECK(made == 0);
+}
+
+TEST_CASE("Policies that name answers are refused, and constants that the other task lacks",
+          "[probe]") {
+  EvaluationSettings settings = settings_for({kShell}, 1);
+  settings.choices = true;
+  CHECK_THROWS_WITH(probe(settings, Policy::kOracle, {}), Catch::Contains("choices"));
+  settings.choices = false;
+  settings.constants = {{"BALL_RADIUS", 0.02}};
+  const ProbeOptions options{.probes = {Probe::kInterference}, .other = "RememberColor3-VLA-v0"};
+  CHECK_THROWS(probe(settings, Policy::kOracle, options));
 }
 
 // --- forgetting, interference, capacity ---
