@@ -123,8 +123,9 @@ void add_compare_command(const Command& program) {
           [options](const std::string& name) {
             options->allowed.insert(require_option<AllowedDifference>("--allow", name));
           },
-          "Compares results that differ in ids, seeds (what both have is compared), version, rules "
-          "or constants (repeatable)")
+          "Compares results that differ in ids, seeds (what both have is compared), version, "
+          "rules, "
+          "constants (perturbations and task options, too) or choices (repeatable)")
       .type_name("WHAT");
   add_json(command, options->json);
   command.footer(

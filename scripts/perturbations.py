@@ -15,6 +15,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "data" / "perturbations.md"
 EPISODES = 200
+ORACLE_EPISODES = 50  # of each id
 PICTURE_AXES = (
     "camera",
     "fov",
@@ -32,7 +33,8 @@ LEVELS = (0.25, 0.5, 1)
 HEAD = """# Policies under perturbations
 
 `scripts/perturbations.py` writes this page; [perturbations](../perturbations.md) explains the axes. Rates of
-success once, {episodes} episodes from the seed 4242424242 in every cell.
+success once, from the seed 4242424242: {oracle_episodes} episodes of each id for the oracle, {episodes} in
+every cell for students.
 """
 
 
@@ -45,7 +47,7 @@ def run(words):
 
 def oracle_rates(engram, axis=None, level=None):
     """Success of the oracle by family: the least of its ids."""
-    words = [engram, "eval", "--all", "--policy", "oracle", "--episodes", "50"]
+    words = [engram, "eval", "--all", "--policy", "oracle", "--episodes", str(ORACLE_EPISODES)]
     words += ["--json"] if axis is None else ["--json", "--perturb", f"{axis}={level}"]
     families = {}
     known = {entry["id"]: entry for entry in json.loads(run([engram, "list", "--json"]))}
@@ -95,8 +97,8 @@ def main():
     options = parser.parse_args()
     trained = json.loads((options.agents / "robust/result.json").read_text())
     PAGE.write_text(
-        HEAD.format(episodes=EPISODES)
-        + "\n## The oracle\n\nThe least rate of a family's ids, 50 episodes each. What cameras see makes no "
+        HEAD.format(episodes=EPISODES, oracle_episodes=ORACLE_EPISODES)
+        + "\n## The oracle\n\nThe least rate of a family's ids. What cameras see makes no "
         "difference to it.\n\n"
         + oracle_table(options.engram)
         + "\n\n## Students from pictures\n\nRememberColor3, `distil.py --obs rgb` with and without "

@@ -26,17 +26,21 @@ void ChoiceForm::check(std::span<const int> keys, int count) const {
 }
 
 void Choices::await_choices(int env) const {
-  if (!is_asked(env)) episodes_.resize(index(env) + 1);
-  episodes_[index(env)].clear();
+  if (index(env) >= episodes_.size()) episodes_.resize(index(env) + 1);
+  episodes_[index(env)].emplace();
+}
+
+void Choices::forget_choices(int env) const {
+  if (is_asked(env)) episodes_[index(env)].reset();
 }
 
 void Choices::choose(int env, std::span<const int> keys) const {
-  episodes_.at(index(env)).emplace_back(keys.begin(), keys.end());
+  episodes_.at(index(env)).value().emplace_back(keys.begin(), keys.end());
 }
 
 std::span<const int> Choices::choice(int env, int number) const {
   if (number < 0 || number >= choices_made(env)) return {};
-  return episodes_[index(env)][static_cast<std::size_t>(number)];
+  return (*episodes_[index(env)])[static_cast<std::size_t>(number)];
 }
 
 const Choices* choices_of(Task& task) {
@@ -45,6 +49,13 @@ const Choices* choices_of(Task& task) {
   if (choices == nullptr) return nullptr;
   const ChoiceForm form = choices->choice_form();
   return form.items.size() == 1 && form.most == 1 ? nullptr : choices;
+}
+
+void forget_choices(Task& task, int env) {
+  if (task.batch_rules() != nullptr) return;
+  if (const auto* choices = dynamic_cast<const Choices*>(&task.expert())) {
+    choices->forget_choices(env);
+  }
 }
 
 }  // namespace engram

@@ -2,6 +2,7 @@
 // one that it names.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,17 +41,23 @@ class Choices {
   // True if the hand cannot go on in this step without an answer.
   virtual bool is_choice_due(int env) const = 0;
 
-  // An environment's episode begins, in which the hand waits for answers instead of guessing.
+  // In the episode that an environment is in, the hand waits for answers instead of guessing. The
+  // next episode, or a snapshot, takes that back: snapshots do not hold the answers, so one of the
+  // middle of such an episode goes on with guesses.
   void await_choices(int env) const;
+  // Takes that back. Different environments may be on different threads.
+  void forget_choices(int env) const;
   // Answers a question; the keys must have been checked.
   void choose(int env, std::span<const int> keys) const;
 
  protected:
   // True if the hand is to wait for the first answer.
-  bool awaits_choice(int env) const { return is_asked(env) && episodes_[index(env)].empty(); }
-  bool is_asked(int env) const { return index(env) < episodes_.size(); }
+  bool awaits_choice(int env) const { return is_asked(env) && episodes_[index(env)]->empty(); }
+  bool is_asked(int env) const {
+    return index(env) < episodes_.size() && episodes_[index(env)].has_value();
+  }
   int choices_made(int env) const {
-    return is_asked(env) ? static_cast<int>(episodes_[index(env)].size()) : 0;
+    return is_asked(env) ? static_cast<int>(episodes_[index(env)]->size()) : 0;
   }
   // Keys of an answer; empty if there is none.
   std::span<const int> choice(int env, int number = 0) const;
@@ -64,11 +71,14 @@ class Choices {
  private:
   static std::size_t index(int env) { return static_cast<std::size_t>(env); }
 
-  // Answers of each environment's episode, in order. As with columns, tasks are not const inside.
-  mutable std::vector<std::vector<std::vector<int>>> episodes_;
+  // Answers of each environment's episode, in order; none where nobody is asked. As with columns,
+  // tasks are not const inside.
+  mutable std::vector<std::optional<std::vector<std::vector<int>>>> episodes_;
 };
 
 // The choices of a task; null if its answers have no names, or if there is one alone.
 const Choices* choices_of(Task& task);
+// Takes back that an environment's hand waits for answers, if the task has any.
+void forget_choices(Task& task, int env);
 
 }  // namespace engram

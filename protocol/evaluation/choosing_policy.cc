@@ -68,8 +68,8 @@ void ChoosingPolicy::act(std::span<float> actions, std::span<std::uint8_t> comma
 // --- frames ---
 
 void ChoosingPolicy::observe(int env, Slot& slot, bool due) const {
+  if (!due && env_.state().elapsed[env] % options_.stride != 0) return;
   const PolicyView view = view_of(env_, env);
-  if (!due && view.step % options_.stride != 0) return;
   Frames& frames = slot.frames;
   std::string text = words_ ? words_->describe(view.state) : std::string();
   if (!due && is_as_before(frames, view, text)) return;

@@ -16,7 +16,7 @@ enum class AllowedDifference {
   kSeeds,  // so are episodes of one of them
   kVersion,
   kRules,
-  kConstants,  // and task options
+  kConstants,  // task options and perturbations
   kChoices,    // one policy names answers, the other acts
 };
 inline constexpr std::array kAllowedDifferenceNames = {"ids",   "seeds",     "version",

@@ -165,8 +165,28 @@ std::string today() {
 
 double in_percent(double rate) { return std::round(1000 * rate) / 10; }
 
+// Its leaderboard is of policies that act, in the benchmark's own environments.
+void require_usual_environments(const DocumentList& tasks) {
+  const auto refuse = [](const Document& task, const std::string& given, const char* needed) {
+    throw Error(Error::kInvalidArgument, "format vla-eval: " + text(part(task, "env_id")) + ": " +
+                                             given + " given, " + needed + " needed");
+  };
+  const auto has = [](const Document& task, const char* key) {
+    const Document* value = find(task, key);
+    return value != nullptr && !is_null(*value);
+  };
+  for (const Document& task : tasks) {
+    if (has(task, "choices")) refuse(task, "results of choices", "of actions");
+    if (has(task, "perturbations")) refuse(task, "results under perturbations", "without them");
+    if (has(task, "variant")) refuse(task, "results of changed constants", "the task's own");
+    const std::string& rules = text(part(task, "rules"));
+    if (rules != name_of(Rules::kReference)) refuse(task, "rules '" + rules + "'", "'reference'");
+  }
+}
+
 // The five tasks of its protocol if all of them are there, otherwise every task, without a mean.
 std::string vla_eval(const DocumentList& tasks) {
+  require_usual_environments(tasks);
   DocumentTable all;
   DocumentTable five;
   bool enough = true;
@@ -182,12 +202,6 @@ std::string vla_eval(const DocumentList& tasks) {
   }
   const bool standard = five.size() == kVlaEvalTasks.size();
   const Document& first = tasks.front();
-  if (find(first, "choices") != nullptr) {
-    throw Error(
-        Error::kInvalidArgument,
-        "format vla-eval: results of choices given, of actions needed: its leaderboard is of "
-        "policies that act");
-  }
   const std::string& name = text(part(part(first, "model"), "name"));
   const std::string notes = "VLA ids of MIKASA-Robo-VLA (not the RL ids), re-created by engram " +
                             text(part(first, "version")) + "; seeds from " +

@@ -49,6 +49,18 @@ std::uint64_t number_or(const Document& document, const char* key, std::uint64_t
   return value == nullptr ? missing : whole_number(*value, most);
 }
 
+// Older documents have none.
+std::vector<PerturbationLevel> read_perturbations(const Document& document) {
+  std::vector<PerturbationLevel> levels;
+  const Document* value = find(document, "perturbations");
+  if (value == nullptr || is_null(*value)) return levels;
+  for (const auto& [axis, level] : table(*value)) {
+    levels.push_back({require_axis(axis), number(level)});
+  }
+  check_perturbations(levels);
+  return levels;
+}
+
 EvaluationSettings read(const Document& document) {
   EvaluationSettings settings;
   for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
@@ -68,11 +80,7 @@ EvaluationSettings read(const Document& document) {
     settings.task_options[name] = number(value);
   }
   settings.constants = table(part(document, "constants"));
-  const Document& perturbations = part(document, "perturbations");
-  for (const auto& [axis, level] :
-       is_null(perturbations) ? DocumentTable() : table(perturbations)) {
-    settings.perturbations.push_back({require_axis(axis), number(level)});
-  }
+  settings.perturbations = read_perturbations(document);
   settings.repeat = static_cast<int>(number_or(document, "repeat", 1, kMaxRepeat));
   if (settings.repeat < 1) throw Error(Error::kIo, "'repeat' is 0");
   check_rounds(settings.episodes, settings.repeat);

@@ -151,7 +151,8 @@ def collect_command(folder: DemonstrationFolder) -> str:
     constants = variant.get("constants") if isinstance(variant, dict) else None
     for name, value in constants.items() if isinstance(constants, dict) else ():
         words += ["--set", f"{name}={json.dumps(value)}"]
-    for axis, level in (origin.get("perturbations") or {}).items():
+    perturbations = origin.get("perturbations")
+    for axis, level in perturbations.items() if isinstance(perturbations, dict) else ():
         words += ["--perturb", f"{axis}={json.dumps(level)}"]
     return printable(shlex.join([*words, "--out", "data"]))
 

@@ -107,7 +107,7 @@ class Demonstrations:
                 folder.env_id,
                 stored.episode_seed,
                 rules=str(made_how.get("rules", "reference")),
-                perturb=made_how.get("perturbations") or {},
+                perturb=_table(folder.metadata_path, made_how, "perturbations"),
             ),
             recorded_policy(list(stored.action)),
             "state",
@@ -128,9 +128,9 @@ class Results:
         # Only engram's own policies have no description; another one may have any name.
         self._is_own = self._policy in BUILTIN and settings.get("policy_config") is None
         self._rules = str(settings.get("rules", "reference"))
-        self._options = _table(path, settings, "task_options")
-        self._constants = _table(path, settings, "constants")
-        self._perturb = _table(path, settings, "perturbations")
+        self._options = _table(path / _SETTINGS, settings, "task_options")
+        self._constants = _table(path / _SETTINGS, settings, "constants")
+        self._perturb = _table(path / _SETTINGS, settings, "perturbations")
         _register(path, settings)
         self._tasks = []
         ids = settings.get("tasks")
@@ -170,11 +170,11 @@ class Results:
         return Recording(spec, actor, obs, success=then["success"], steps=then["steps"])
 
 
-def _table(path: Path, settings: dict[str, Any], name: str) -> dict[str, Any]:
-    """Names and values of settings.json; the simulator checks their meaning."""
-    table = settings.get(name) or {}
+def _table(file: Path, document: dict[str, Any], name: str) -> dict[str, Any]:
+    """Names and values of a file's document; the simulator checks their meaning."""
+    table = document.get(name) or {}
     if not isinstance(table, dict):
-        raise SourceError(f"'{path / _SETTINGS}': {name}: an object needed")
+        raise SourceError(f"'{file}': {name}: an object needed")
     return table
 
 

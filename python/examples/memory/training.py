@@ -1,5 +1,6 @@
 """Shared parts of the learners: episodes in lockstep, evaluation, checkpoints and logs."""
 
+import argparse
 import csv
 import json
 import time
@@ -20,7 +21,10 @@ FINAL_SEED = 2_000_000
 def perturbation(text):
     """An axis and its level, of "camera=0.5"."""
     axis, _, level = text.partition("=")
-    return axis, float(level)
+    try:
+        return axis, float(level)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} given; AXIS=LEVEL needed") from None
 
 
 def make_batch(task, num_envs, seed, obs_mode, perturb=None):

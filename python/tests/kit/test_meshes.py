@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from contextlib import closing
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ BRICK = np.array([(x, y, z) for x in (-0.02, 0.02) for y in (-0.02, 0.02) for z 
 class Meshes(engram.Task):
     """Meshes fall from 2 cm over the table; scripts push the first one or lift it."""
 
-    PROPS: list[kit.Prop] = []
+    PROPS: ClassVar[list[kit.Prop]] = []
     termination = "never"
 
     def build(self):
@@ -49,12 +50,12 @@ class Meshes(engram.Task):
         grasps, lifts = self.elapsed >= 25, self.elapsed >= 32
         self.servo(self.descend(above, 0.15), gripper=kit.GRIPPER_OPEN)
         self.servo(above, gripper=-1, where=grasps)
-        self.servo(above + [0, 0, 0.15], gripper=-1, where=lifts)
+        self.servo(np.add(above, [0, 0, 0.15]), gripper=-1, where=lifts)
 
     def sweep(self):  # pushes along y
         beside = np.array([-0.1, -0.1, 0.02])
         self.servo(self.descend(beside, 0.15))
-        self.servo(beside + [0, 0.14, 0], where=self.elapsed >= 30)
+        self.servo(np.add(beside, [0, 0.14, 0]), where=self.elapsed >= 30)
 
 
 def made(*props, num_envs=4, **options):

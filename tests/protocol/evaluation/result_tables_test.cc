@@ -90,5 +90,28 @@ TEST_CASE("vla-eval's entry has a mean for its five tasks and 100 episodes",
   CHECK(number(part(part(others, "task_scores"), "SeqOfColors3-Long")) == 25);
 }
 
+TEST_CASE("vla-eval's entry is of policies that act in usual environments",
+          "[evaluation][results]") {
+  const auto refuse = [](const EvaluationSettings& settings, const char* words) {
+    const DocumentList tasks = {task_of("RememberColor3-VLA-v0", {true, false}),
+                                task_of("RememberColor5-VLA-v0", {true, false}, settings)};
+    CHECK_THROWS_WITH(result_table(TableFormat::kVlaEval, tasks),
+                      Contains("format vla-eval: RememberColor5-VLA-v0") && Contains(words));
+    CHECK_NOTHROW(result_table(TableFormat::kMarkdown, tasks));
+  };
+  EvaluationSettings choices;
+  choices.choices = true;
+  refuse(choices, "results of choices given, of actions needed");
+  EvaluationSettings perturbed;
+  perturbed.perturbations = {{PerturbationAxis::kLight, 0.5}};
+  refuse(perturbed, "results under perturbations given, without them needed");
+  EvaluationSettings changed;
+  changed.constants = {{"EMPTY_PHASE_STEPS", 3}};
+  refuse(changed, "results of changed constants given, the task's own needed");
+  EvaluationSettings original;
+  original.rules = Rules::kOriginal;
+  refuse(original, "rules 'original' given, 'reference' needed");
+}
+
 }  // namespace
 }  // namespace engram

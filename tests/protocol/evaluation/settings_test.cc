@@ -54,6 +54,9 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
          Contains("settings.json") && Contains("no 'task_options'"));
   refuse(edited(document, "perturbations", DocumentTable{{"smell", 1}}),
          Contains("settings.json") && Contains("no axis of perturbations named 'smell'"));
+  refuse(edited(document, "perturbations", DocumentTable{{"light", 1.5}}),
+         Contains("settings.json") && Contains("'light'") && Contains("1.5"));
+  refuse(edited(document, "perturbations", DocumentList{"light"}), Contains("settings.json"));
   refuse(edited(document, "obs_mode", "pixels"),
          Contains("'pixels'") && Contains("state_dict, rgb"));
   refuse(edited(document, "rules", "none"),
@@ -61,6 +64,11 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
   DocumentTable by_hand = table(document);
   by_hand[2].second = 8;  // n_episodes
   refuse(by_hand, Contains("its checksum does not fit"));
+}
+
+TEST_CASE("Settings without a key for perturbations have none", "[evaluation][settings]") {
+  const Document older = edited(example().document(), "perturbations", std::nullopt);
+  CHECK(EvaluationSettings::of(older, "settings.json").perturbations.empty());
 }
 
 TEST_CASE("Settings of another version are refused by its name", "[evaluation][settings]") {
