@@ -9,7 +9,6 @@
 #include "core/base/ieee_scope.h"
 #include "core/base/processors.h"
 #include "core/contact/contact_step.h"
-#include "core/env/choices.h"
 #include "core/env/proprio.h"
 #include "core/robot/few_robots.h"
 #include "core/scene/model_cache.h"
@@ -303,7 +302,6 @@ void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t epi
 void Batch::begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t episode_number) {
   memory_.clear_row(env);
   outputs_.clear_row(env);
-  forget_choices(*task_, env);
   state_.seed[env] = seed;
   state_.episode[env] = episode_number;
 

@@ -51,11 +51,4 @@ const Choices* choices_of(Task& task) {
   return form.items.size() == 1 && form.most == 1 ? nullptr : choices;
 }
 
-void forget_choices(Task& task, int env) {
-  if (task.batch_rules() != nullptr) return;
-  if (const auto* choices = dynamic_cast<const Choices*>(&task.expert())) {
-    choices->forget_choices(env);
-  }
-}
-
 }  // namespace engram

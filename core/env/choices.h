@@ -41,11 +41,9 @@ class Choices {
   // True if the hand cannot go on in this step without an answer.
   virtual bool is_choice_due(int env) const = 0;
 
-  // In the episode that an environment is in, the hand waits for answers instead of guessing. The
-  // next episode, or a snapshot, takes that back: snapshots do not hold the answers, so one of the
-  // middle of such an episode goes on with guesses.
+  // From now on an environment's hand waits for answers instead of guessing, until that is taken
+  // back. Snapshots do not hold the answers.
   void await_choices(int env) const;
-  // Takes that back. Different environments may be on different threads.
   void forget_choices(int env) const;
   // Answers a question; the keys must have been checked.
   void choose(int env, std::span<const int> keys) const;
@@ -78,7 +76,5 @@ class Choices {
 
 // The choices of a task; null if its answers have no names, or if there is one alone.
 const Choices* choices_of(Task& task);
-// Takes back that an environment's hand waits for answers, if the task has any.
-void forget_choices(Task& task, int env);
 
 }  // namespace engram

@@ -1,6 +1,6 @@
 // Format: a header, the label, then the rows of each environment's columns as bytes. Physics keeps
 // nothing outside the columns, so there is nothing else to save. Answers that somebody has named
-// (core/env/choices.h) are no part of an environment, and forgotten.
+// (core/env/choices.h) are no part of an environment.
 #include "core/env/snapshot.h"
 
 #include <algorithm>
@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
 #include "core/base/join.h"
-#include "core/env/choices.h"
 
 namespace engram {
 namespace {
@@ -183,7 +182,6 @@ void Snapshotter::restore_range(Range envs, std::span<const std::byte> bytes) co
       store->load_row(env, rest);
       rest = rest.subspan(store->row_bytes());
     }
-    forget_choices(*batch_.task_, env);
     batch_.final_mask_[static_cast<std::size_t>(env)] = 0;
     // The snapshot may be of a batch with other observations; this batch makes its own.
     std::fill_n(observation.row(env), observation.width(), 0.0F);

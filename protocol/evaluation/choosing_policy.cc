@@ -47,7 +47,10 @@ void ChoosingPolicy::go_on(int slot, const EpisodeLabel& label) {
   slots_[static_cast<std::size_t>(slot)].label = label;
 }
 
-void ChoosingPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)].label = {}; }
+void ChoosingPolicy::finish(int slot) {
+  slots_[static_cast<std::size_t>(slot)].label = {};
+  choices_.forget_choices(slot);
+}
 
 const EpisodeDigests& ChoosingPolicy::digests(int slot) const {
   return slots_[static_cast<std::size_t>(slot)].digests;
