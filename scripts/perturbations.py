@@ -15,7 +15,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "data" / "perturbations.md"
 EPISODES = 200
-ORACLE_EPISODES = 50  # of each id
+ORACLE_EPISODES = 20  # of each id
 PICTURE_AXES = (
     "camera",
     "fov",
@@ -28,7 +28,7 @@ PICTURE_AXES = (
     "blur",
 )
 ROBOT_AXES = ("start_pose", "action_delay", "action_noise")
-LEVELS = (0.25, 0.5, 1)
+LEVELS = (0.5, 1)
 
 HEAD = """# Policies under perturbations
 

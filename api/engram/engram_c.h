@@ -63,9 +63,9 @@ ENGRAM_API const char* engram_version(void);
 
 /** Ids of all registered tasks: the benchmark's, in its order, then variants, in the order in which
  * they were registered. Libraries of tasks that the environment variable ENGRAM_TASKS names,
- * separated by ':' (Python files among them are skipped), are loaded, and variants out of the file that ENGRAM_VARIANTS names are
- * registered, by the first call that looks for ids; while such a file is refused, so are these
- * calls. */
+ * separated by ':' (Python files among them are skipped), are loaded, and variants out of the file
+ * that ENGRAM_VARIANTS names are registered, by the first call that looks for ids; while such a
+ * file is refused, so are these calls. */
 ENGRAM_API size_t engram_num_tasks(void);
 /** index: 0 to engram_num_tasks() - 1; NULL beyond. Valid for the life of the process. */
 ENGRAM_API const char* engram_task_id(size_t index);
@@ -357,8 +357,8 @@ ENGRAM_API engram_status engram_step_no_action(engram_env* env);
 ENGRAM_API engram_status engram_step_async(engram_env* env, const float* actions, size_t count);
 /** Refused with ENGRAM_BAD_STATE if no step is under way. */
 ENGRAM_API engram_status engram_step_wait(engram_env* env);
-/** The same, after `seconds` (0 or more) at most: *done is 1 if the step is done, 0 if it goes on and
- * has to be waited for again. */
+/** The same, after `seconds` (0 or more) at most: *done is 1 if the step is done, 0 if it goes on
+ * and has to be waited for again. */
 ENGRAM_API engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* done);
 
 /* begin options: rules */
@@ -636,8 +636,8 @@ typedef struct engram_evaluation_options {
                                opening; default 0 */
   const engram_perturbation* perturbations; /**< `num_perturbations` of them; default none */
   size_t num_perturbations;
-  int32_t choices_stride;   /**< engram_evaluate_choices: control steps between the frames of
-                               questions; default 1 */
+  int32_t choices_stride; /**< engram_evaluate_choices: control steps between the frames of
+                             questions; default 1 */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);

@@ -50,9 +50,9 @@ class ServerContext:
     catalogue: Catalogue
     sources: Sources
     scores: Scores
-    perturb: Mapping[str, float]  # of every episode that is begun
     # One thread for the simulation, while messages are read and sent.
     engine: concurrent.futures.Executor
+    perturb: Mapping[str, float]  # of every episode that is begun
 
 
 class Channel:
