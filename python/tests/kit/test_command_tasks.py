@@ -126,7 +126,7 @@ import engram
 
 assert "Wait-v0" in [task["id"] for task in engram.list()]
 assert "engram/Wait-Short-v0" in gymnasium.registry
-env = engram.make_vec("Wait-Short-v0", 2, autoreset_mode="DISABLED")
+env = engram.make_vec("Wait-Short-v0", 2, autoreset_mode="DISABLED", after_end="hold")
 env.reset(seed=1)
 for _ in range(4):
     *_, info = env.step(env.act("oracle"))
