@@ -33,8 +33,8 @@ LEVELS = (0.5, 1)
 HEAD = """# Policies under perturbations
 
 `scripts/perturbations.py` writes this page; [perturbations](../perturbations.md) explains the axes. Rates of
-success once, from the seed 4242424242: {oracle_episodes} episodes of each id for the oracle, {episodes} in
-every cell for students.
+success once, from the seed 4242424242: {oracle_episodes} episodes of each id for the oracle, {episodes} in every
+cell for students.
 """
 
 
