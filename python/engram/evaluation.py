@@ -35,7 +35,6 @@ __all__ = ["compare", "evaluate", "probe", "report", "suites"]
 
 PROBES = ("twins", "forgetting", "interference", "capacity")
 Policy = Callable[[dict[str, Any]], Any]
-Chooser = Callable[[dict[str, Any]], Any]
 Results = str | os.PathLike[str] | Mapping[str, Any]
 P = ParamSpec("P")
 Result = dict[str, Any]
@@ -91,7 +90,7 @@ def evaluate(
     policy_seed: int = 0,
     latency: int | str = 0,
     perturb: Mapping[str, float] | None = None,
-    choices: Chooser | None = None,
+    choices: Callable[[dict[str, Any]], Any] | None = None,
     choices_stride: int = 1,
 ) -> dict[str, Any]:
     """Success rates of a policy: ``{"summary": ..., "tasks": [...]}``, as ``engram eval --json``.
