@@ -187,12 +187,28 @@ void note_given_settings(const Command& command, EvalOptions& options) {
   });
 }
 
-void add_eval_options(const Command& command, EvalOptions& options) {
+void add_task_choice(const Command& command, EvalOptions& options) {
   command.add_option("ids", options.ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
   add_filter(command, options.filter);
   command.add_flag("--canonical", options.filter.canonical,
                    "The 90 tasks of the benchmark proper only");
   command.add_flag("--all", options.all, "All registered tasks that pass the filters");
+}
+
+void add_environment(const Command& command, MakeOptions& environment) {
+  add_obs(command, environment, kObsModes);
+  add_control_mode(command, environment.control_mode);
+  add_joint_proprio(command, environment.joint_proprio);
+  add_rules(command, environment.rules);
+  add_constants(command, environment.constants);
+  add_task_options(
+      command, environment.task_options,
+      "Chooses a variant of the tasks' rules, which all of them must have (repeatable)");
+  add_perturbations(command, environment.perturbations);
+}
+
+void add_eval_options(const Command& command, EvalOptions& options) {
+  add_task_choice(command, options);
   command
       .add_option("--suite", options.suite,
                   "The tasks of a named list, with its number of episodes unless --episodes is "
@@ -220,15 +236,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   add_latency(command, options.protocol.latency);
   add_num_envs(command, options.protocol.num_envs)
       .description("Episodes that a thread runs together");
-  add_obs(command, options.protocol.environment, kObsModes);
-  add_control_mode(command, options.protocol.environment.control_mode);
-  add_joint_proprio(command, options.protocol.environment.joint_proprio);
-  add_rules(command, options.protocol.environment.rules);
-  add_constants(command, options.protocol.environment.constants);
-  add_task_options(
-      command, options.protocol.environment.task_options,
-      "Chooses a variant of the tasks' rules, which all of them must have (repeatable)");
-  add_perturbations(command, options.protocol.environment.perturbations);
+  add_environment(command, options.protocol.environment);
   add_threads(command, options.protocol.threads);
   add_json(command, options.json);
   const Option out =

@@ -28,7 +28,11 @@ struct EvalOptions {
   std::set<std::string> given;  // keys of the settings that the command line sets
 };
 
-// Those of them that choose the policy.
+// Ids, filters, --canonical and --all.
+void add_task_choice(const Command& command, EvalOptions& options);
+// --obs, and what else the environments of a policy are made with.
+void add_environment(const Command& command, MakeOptions& environment);
+// The policy, and all that goes with it.
 void add_policy_options(const Command& command, EvalOptions& options);
 // Sets `given` when the command line is read; after all options are added.
 void note_given_settings(const Command& command, EvalOptions& options);

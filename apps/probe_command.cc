@@ -102,11 +102,7 @@ void add_probe_command(const Command& program) {
   eval.protocol.environment.obs_mode = ObsMode::kObjects;
   const Command command = program.add_command(
       "probe", "Does a policy read its memory? Twins, forgetting, interference, capacity");
-  command.add_option("ids", eval.ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
-  add_filter(command, eval.filter);
-  command.add_flag("--canonical", eval.filter.canonical,
-                   "The 90 tasks of the benchmark proper only");
-  command.add_flag("--all", eval.all, "All registered tasks that pass the filters");
+  add_task_choice(command, eval);
   command
       .add_option(
           "--probes",
@@ -125,15 +121,7 @@ void add_probe_command(const Command& program) {
   add_seed(command, eval.protocol.start_seed, "Episode i has seed + i");
   add_policy_seed(command, eval.protocol.policy_seed);
   add_num_envs(command, eval.protocol.num_envs).description("Episodes that a thread runs together");
-  add_obs(command, eval.protocol.environment, kObsModes);
-  add_control_mode(command, eval.protocol.environment.control_mode);
-  add_joint_proprio(command, eval.protocol.environment.joint_proprio);
-  add_rules(command, eval.protocol.environment.rules);
-  add_constants(command, eval.protocol.environment.constants);
-  add_task_options(
-      command, eval.protocol.environment.task_options,
-      "Chooses a variant of the tasks' rules, which all of them must have (repeatable)");
-  add_perturbations(command, eval.protocol.environment.perturbations);
+  add_environment(command, eval.protocol.environment);
   add_latency(command, eval.protocol.latency);
   add_threads(command, eval.protocol.threads);
   add_json(command, eval.json);

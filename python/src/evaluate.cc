@@ -164,10 +164,16 @@ struct EvaluationArguments {
   NamedValue task_options;
   std::vector<const char*> id_texts;
   std::vector<engram_task_option> choices;
+  NamedValue levels;
+  std::vector<engram_perturbation> perturbations;
   engram_evaluation_options options;
 
-  EvaluationArguments(const std::vector<std::string>& given, const NamedValue& task_values)
-      : ids(given), task_options(task_values) {
+  EvaluationArguments(const std::vector<std::string>& given, const NamedValue& task_values,
+                      const NamedValue& perturb)
+      : ids(given),
+        task_options(task_values),
+        levels(perturb),
+        perturbations(as_perturbations(levels)) {
     for (const std::string& id : ids) id_texts.push_back(c_text(id));
     for (const auto& [option, value] : task_options) choices.push_back({c_text(option), value});
     engram_evaluation_options_init(&options);
@@ -175,20 +181,33 @@ struct EvaluationArguments {
     options.num_ids = id_texts.size();
     options.task_options = choices.data();
     options.num_task_options = choices.size();
+    options.perturbations = perturbations.data();
+    options.num_perturbations = perturbations.size();
     options.progress = &Session::report;
   }
 };
 
-// The document of a call of the library that asks the session's policy.
+// The text of a call of the library, which it owns. before_check: is called once it has returned.
+template <class Call, class Before>
+std::string text_of(Call&& call, Before&& before_check) {
+  char* text = nullptr;
+  engram_status status = ENGRAM_OK;
+  without_lock([&] { status = call(&text); });
+  const std::unique_ptr<char, void (*)(char*)> owner(text, &engram_free_text);
+  before_check();
+  if (status != ENGRAM_OK) raise(status, engram_last_error());
+  return text;
+}
+
+template <class Call>
+std::string text_of(Call&& call) {
+  return text_of(std::forward<Call>(call), [] {});
+}
+
+// The document of a call that asks the session's policy, whose own error comes first.
 template <class Call>
 std::string document_of(Session& session, Call&& call) {
-  char* document = nullptr;
-  engram_status status = ENGRAM_OK;
-  without_lock([&] { status = call(&document); });
-  const std::unique_ptr<char, void (*)(char*)> owner(document, &engram_free_text);
-  session.rethrow();
-  if (status != ENGRAM_OK) raise(status, engram_last_error());
-  return document;
+  return text_of(std::forward<Call>(call), [&session] { session.rethrow(); });
 }
 
 std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, int episodes,
@@ -203,7 +222,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      bool joint_proprio, const NamedValue& perturb, bool choices,
                      int choices_stride) {
   Session session(std::move(policy), std::move(progress));
-  EvaluationArguments arguments(ids, task_options);
+  EvaluationArguments arguments(ids, task_options, perturb);
   engram_evaluation_options& options = arguments.options;
   options.episodes = episodes;
   options.num_envs = num_envs;
@@ -224,9 +243,6 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.latency = c_text(latency);
   options.control_mode = c_text(control_mode);
   options.joint_proprio = joint_proprio ? 1 : 0;
-  const std::vector<engram_perturbation> perturbations = as_perturbations(perturb);
-  options.perturbations = perturbations.data();
-  options.num_perturbations = perturbations.size();
   options.choices_stride = choices_stride;
   return document_of(session, [&](char** document) {
     return choices ? engram_evaluate_choices(&options, &Session::choose, &session, document)
@@ -243,7 +259,7 @@ std::string probe(nb::callable policy, const std::vector<std::string>& ids,
                   bool joint_proprio, const NamedValue& task_options, const NamedValue& perturb,
                   const std::string& latency) {
   Session session(std::move(policy), std::move(progress));
-  EvaluationArguments arguments(ids, task_options);
+  EvaluationArguments arguments(ids, task_options, perturb);
   engram_evaluation_options& options = arguments.options;
   options.episodes = episodes;
   options.num_envs = num_envs;
@@ -260,25 +276,11 @@ std::string probe(nb::callable policy, const std::vector<std::string>& ids,
   options.control_mode = c_text(control_mode);
   options.joint_proprio = joint_proprio ? 1 : 0;
   options.latency = c_text(latency);
-  const std::vector<engram_perturbation> perturbations = as_perturbations(perturb);
-  options.perturbations = perturbations.data();
-  options.num_perturbations = perturbations.size();
   const char* const which = c_text(probes);
   const char* const task = other ? c_text(*other) : nullptr;
   return document_of(session, [&](char** document) {
     return engram_probe(&options, which, task, &Session::act, &session, document);
   });
-}
-
-// The text of a call of the library, which it owns.
-template <class Call>
-std::string text_of(Call&& call) {
-  char* text = nullptr;
-  engram_status status = ENGRAM_OK;
-  without_lock([&] { status = call(&text); });
-  const std::unique_ptr<char, void (*)(char*)> owner(text, &engram_free_text);
-  if (status != ENGRAM_OK) raise(status, engram_last_error());
-  return text;
 }
 
 std::string compare(const std::string& a, const std::string& b,

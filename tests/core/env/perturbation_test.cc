@@ -176,14 +176,20 @@ TEST_CASE("Perturbed episodes do not depend on threads, batch size and slot", "[
   }
 }
 
-TEST_CASE("A late command has its effect some steps later", "[perturbation]") {
-  MakeOptions options = with({{kActionDelay, 0.5}}, ObsMode::kState, 2);
+// A batch with late commands, and one without.
+std::pair<std::unique_ptr<Batch>, std::unique_ptr<Batch>> late_and_usual(double level) {
+  MakeOptions options = with({{kActionDelay, level}}, ObsMode::kState, 2);
   options.freeze_cue = false;
-  const auto late = make(kId, options);
+  auto late = make(kId, options);
   options.perturbations.clear();
-  const auto usual = make(kId, options);
+  auto usual = make(kId, options);
   late->reset();
   usual->reset();
+  return {std::move(late), std::move(usual)};
+}
+
+TEST_CASE("A late command has its effect some steps later", "[perturbation]") {
+  const auto [late, usual] = late_and_usual(0.5);
   constexpr int kDelay = 2;
   std::vector<std::vector<float>> given;
   RandomStream random(3, 0, 0);
@@ -203,13 +209,7 @@ TEST_CASE("A late command has its effect some steps later", "[perturbation]") {
 }
 
 TEST_CASE("Steps without a command are as late as commands", "[perturbation]") {
-  MakeOptions options = with({{kActionDelay, 0.25}}, ObsMode::kState, 2);
-  options.freeze_cue = false;
-  const auto late = make(kId, options);
-  options.perturbations.clear();
-  const auto usual = make(kId, options);
-  late->reset();
-  usual->reset();
+  const auto [late, usual] = late_and_usual(0.25);
   std::vector<float> actions(14, 0.7F);
   late->step(actions);
   usual->step_no_action();
