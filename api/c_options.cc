@@ -41,8 +41,9 @@ void convert(const char* what, const char* given, std::string& option) {
   option = text(what, given);
 }
 
-void convert(const char* what, const char* given, ControlMode& option) {
-  option = require_named<ControlMode>("control mode", text(what, given));
+void convert(const char* /*what*/, const char* given, std::optional<ControlMode>& option) {
+  option.reset();
+  if (given != nullptr) option = require_named<ControlMode>("control mode", given);
 }
 
 // A number that stands for a name.
@@ -93,7 +94,7 @@ engram_options default_options() noexcept {
   options.obs_mode = ENGRAM_OBS_STATE;
   options.reward_mode = ENGRAM_REWARD_NORMALIZED_DENSE;
   options.auto_reset = ENGRAM_AUTO_RESET_NEXT_STEP;
-  options.control_mode = "pd_ee_delta_pose";
+  options.control_mode = nullptr;
   options.rotation_sign = -1;
   options.freeze_cue = 1;
   options.terminate_on_success = -1;

@@ -49,7 +49,8 @@ CollectEstimate::Task estimate_task(const RegistryEntry& task, const CollectionO
   first.plan.max_attempts = std::min(options.plan.max_attempts, kMostAttempts);
   // One attempt can keep as many.
   first.plan.episodes =
-      std::min(options.plan.episodes, collection_rule(task, options.plan.control_mode).batch);
+      std::min(options.plan.episodes,
+               collection_rule(task, options.plan.control_mode.value_or(task.control_mode)).batch);
   Ranks alone;
   const RegistryEntry* const tasks[] = {&task};
   const auto start = std::chrono::steady_clock::now();

@@ -108,7 +108,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
     environment.obs_mode = ObsMode::kRgb;
   }
   settings.set_environment(environment);
-  if (!options.policy.given()) require_mode_of(protocol.policy, environment.control_mode);
+  if (!options.policy.given()) require_mode_of(protocol.policy, settings.control_mode);
   if (settings.choices) require_choices(settings);
   for (const std::string& id : settings.tasks) (void)make_task(id, settings.constants);
   return settings;

@@ -51,7 +51,12 @@ void run(const ListOptions& options) {
     table.add({cell("id"), cell("split"), cell("memory_type"), count("horizon"), count("state_dim"),
                count("candidates")});
   }
-  print(table.text() + fmt::format("{} tasks\n", tasks.size()));
+  const auto rl = std::ranges::count_if(
+      tasks, [](const Document& task) { return text(part(task, "split")) == "rl"; });
+  const auto count_of = [](auto number, const char* half) {
+    return number == 0 ? std::string() : fmt::format(" ({} {})", number, half);
+  };
+  print(table.text() + fmt::format("{} tasks{}\n", tasks.size(), count_of(rl, "of the RL half")));
 }
 
 }  // namespace

@@ -233,13 +233,13 @@ Option add_policy(const Command& command, Policy& policy, std::span<const Policy
                     "Policy that chooses the actions");
 }
 
-Option add_control_mode(const Command& command, ControlMode& mode) {
+Option add_control_mode(const Command& command, std::optional<ControlMode>& mode) {
   std::vector<ControlMode> all;
   all.reserve(kControlModes);
   for (int i = 0; i < kControlModes; ++i) all.push_back(static_cast<ControlMode>(i));
   return add_choice(command, "--control-mode", mode, named<ControlMode>(all),
                     "Meaning of actions (oracle, blind and sweep: pd_ee_delta_pose, pd_joint_pos, "
-                    "pd_joint_delta_pos)")
+                    "pd_joint_delta_pos); default: the task's own")
       .type_name("MODE");
 }
 
@@ -272,7 +272,8 @@ Option add_rules(const Command& command, Rules& rules) {
 
 Option add_split(const Command& command, std::optional<Split>& split) {
   std::vector<Choice<Split>> choices;
-  for (const Split value : {Split::kShort, Split::kMedium, Split::kLong, Split::kExtended}) {
+  for (const Split value :
+       {Split::kShort, Split::kMedium, Split::kLong, Split::kExtended, Split::kRl}) {
     choices.push_back({split_name(value), value});
   }
   return add_choice(command, "--split", split, std::move(choices), "Tasks of this split only");

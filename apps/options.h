@@ -55,7 +55,7 @@ inline constexpr std::array kTaskPolicies = {Policy::kZero, Policy::kRandom, Pol
 
 // Options whose value is one of some names; their help lists the names.
 Option add_policy(const Command& command, Policy& policy, std::span<const Policy> allowed);
-Option add_control_mode(const Command& command, ControlMode& mode);
+Option add_control_mode(const Command& command, std::optional<ControlMode>& mode);
 // The value of that name, given to an option. Throws Error that lists the names.
 template <class Enum>
 Enum require_option(const char* option, const std::string& name) {

@@ -89,6 +89,8 @@ def default_in_c(option):
     value = option["default"]
     if option["type"] == "maybe":
         return -1
+    if "unset" in option:
+        return "nullptr"
     if option["type"] in ENUMS and not ENUMS[option["type"]].get("text"):
         return constant(ENUMS[option["type"]], value)
     if isinstance(value, str):
@@ -98,7 +100,7 @@ def default_in_c(option):
 
 def default_in_cpp(option):
     value = option["default"]
-    if option["type"] in ENUMS:
+    if option["type"] in ENUMS and "unset" not in option:
         return f"{camel(option['type'])}::{enumerator(value)}"
     if isinstance(value, list):
         return "{" + ", ".join(f'"{item}"' for item in value) + "}"
@@ -110,6 +112,8 @@ def default_in_cpp(option):
 
 def default_in_words(option):
     value = option["default"]
+    if "unset" in option:
+        return option["unset"]
     if value in (None, []):
         return "the task's rule" if option["type"] == "maybe" else "none"
     if isinstance(value, list):
@@ -242,6 +246,8 @@ def c_fields(indent):
         if kind == "maybe":
             range_ = "-1 (the task's own rule), 0 or 1"
         default = default_in_c(option) if kind else default_in_words(option)
+        if "unset" in option:
+            default = f"NULL: {option['unset']}"
         result += comment(indent, sentence(option["meaning"], range_, f"default {default}"), "/** ")
         declarations = option.get("c") or [f"{TYPES[kind][0]} {option['name']};"]
         result += [indent + line for line in declarations]
@@ -260,6 +266,7 @@ def cpp_fields(layer, struct="", of=None):
             if where != struct or of not in (None, option.get("of", "batch")):
                 continue
             kind = TYPES[option["type"]][1] if option["type"] else option[layer + "_type"]
+            kind = f"std::optional<{kind}>" if "unset" in option else kind
             mark = "/// " if layer == "cpp" else "// "
             result += comment(indent, sentence(option["meaning"], allowed(option)), mark)
             result.append(f"{indent}{kind} {field} = {default_in_cpp(option)};")
@@ -348,6 +355,8 @@ def typed(option):
     kind = TYPES[option["type"]][2]
     if option["type"] == "text":
         kind = camel(option["name"])
+    if "unset" in option:
+        kind += " | None"
     return kind, default_in_python(option)
 
 
@@ -418,6 +427,7 @@ def python_lists(indent):
         kind = option["type"]
         if kind in ENUMS:
             kind = "text" if ENUMS[kind].get("text") else kind.upper()
+            kind = f"maybe_{kind}" if "unset" in option else kind
         shown = kind if kind.isupper() else f'"{kind}"'
         result.append(f'    "{option["name"]}": {shown},')
     return [*result, "}"]

@@ -12,6 +12,8 @@ std::string_view split_name(Split split) noexcept {
       return "long";
     case Split::kExtended:
       return "extended";
+    case Split::kRl:
+      return "rl";
   }
   return "";
 }

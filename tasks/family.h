@@ -15,11 +15,12 @@ namespace engram {
 class Task;            // core/env/task.h
 struct RegistryEntry;  // tasks/registry.h
 
-// By length of an episode: up to 200 control steps, up to 601, and more. The tasks outside the
-// canonical benchmark are kExtended, whatever their length.
-enum class Split { kShort, kMedium, kLong, kExtended };
+// Parts of the benchmark. The VLA tasks by length of an episode: up to 200 control steps, up to 601,
+// and more; those outside the canonical list, and users' own, are kExtended, whatever their length.
+// The RL tasks are one part.
+enum class Split { kShort, kMedium, kLong, kExtended, kRl };
 
-// "short", "medium", "long" or "extended".
+// "short", "medium", "long", "extended" or "rl".
 std::string_view split_name(Split split) noexcept;
 
 // One task of a family.
@@ -29,6 +30,7 @@ struct TaskRow {
   Split split = Split::kShort;
   double oracle_floor = 0.95;         // least share of episodes that the oracle solves
   std::string_view instruction = {};  // where it is not the family's
+  std::string_view memory_type = {};  // likewise
 };
 
 // Facts that hold for every task of a family; tests check them.

@@ -71,12 +71,14 @@ RegistryEntry entry_of(const Family& family, const TaskRow& row) noexcept {
           .family = family.name,
           .horizon = row.horizon,
           .split = row.split,
-          .memory_type = family.memory_type,
-          .canonical = row.split != Split::kExtended,
+          .memory_type = row.memory_type.empty() ? family.memory_type : row.memory_type,
+          .canonical = row.split != Split::kExtended && row.split != Split::kRl,
           .instruction = row.instruction.empty() ? family.instruction : row.instruction,
           .oracle_floor = row.oracle_floor,
           .definition = &family,
-          .base = row.id};
+          .base = row.id,
+          .control_mode = row.split == Split::kRl ? ControlMode::kPdJointDeltaPos
+                                                  : ControlMode::kPdEeDeltaPose};
 }
 
 // All tasks: the benchmark's, which never change, then users' own.
@@ -84,9 +86,8 @@ class TaskRegistry {
  public:
   // Allocates nothing: an allocation could fail where no error can be reported.
   TaskRegistry() noexcept {
-    for (const Family* family : kFamilies) {
-      for (const TaskRow& row : family->tasks) add(*family, row);
-    }
+    add_tasks(false);
+    add_tasks(true);
   }
 
   std::span<const RegistryEntry> benchmark() const noexcept { return {entries_.data(), count_}; }
@@ -133,6 +134,14 @@ class TaskRegistry {
 
  private:
   static constexpr std::size_t kMostTasks = 512;
+
+  void add_tasks(bool rl) {
+    for (const Family* family : kFamilies) {
+      for (const TaskRow& row : family->tasks) {
+        if ((row.split == Split::kRl) == rl) add(*family, row);
+      }
+    }
+  }
 
   void add(const Family& family, const TaskRow& row) {
     entries_.at(count_) = entry_of(family, row);

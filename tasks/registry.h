@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/constant.h"
+#include "core/sim/control_mode.h"
 #include "tasks/family.h"
 
 namespace engram {
@@ -19,7 +20,7 @@ struct RegistryEntry {
   int horizon = 0;          // control steps
   Split split = Split::kShort;
   std::string_view memory_type;  // "Object"
-  bool canonical = false;        // one of the 90 tasks of the benchmark proper
+  bool canonical = false;        // one of the 90 tasks of the VLA benchmark proper
   std::string_view instruction;  // in English; "{angle_deg}" stands for a number of the episode
   double oracle_floor = 0;       // least share of episodes that the oracle solves
   const Family* definition = nullptr;
@@ -32,6 +33,7 @@ struct RegistryEntry {
   // the horizon.
   int max_episode_steps = 0;
   bool wrist_camera = true;  // false: the plain Panda
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;  // of batches that are given none
 };
 
 // A new id for a task with other constants.
@@ -57,7 +59,7 @@ void register_variants(std::span<const TaskVariant> variants);
 void register_families(std::span<const Family* const> families);
 void register_family(const Family& family);
 
-// The benchmark's tasks, in its order.
+// The benchmark's tasks, in its order: the VLA tasks, then the RL tasks.
 std::span<const RegistryEntry> registry() noexcept;
 
 // These, then users' tasks and variants in the order in which they were registered. Entries stay

@@ -31,6 +31,18 @@ inline std::vector<std::string> implemented_ids(std::string_view family = {}) {
   return ids;
 }
 
+// The ids of one family's VLA tasks, or of its RL tasks.
+inline std::vector<std::string> vla_ids(std::string_view family) {
+  std::vector<std::string> ids = implemented_ids(family);
+  std::erase_if(ids, [](const auto& id) { return require_entry(id).split == Split::kRl; });
+  return ids;
+}
+inline std::vector<std::string> rl_ids(std::string_view family) {
+  std::vector<std::string> ids = implemented_ids(family);
+  std::erase_if(ids, [](const auto& id) { return require_entry(id).split != Split::kRl; });
+  return ids;
+}
+
 using Bytes = std::vector<std::byte>;
 
 inline void append_row(const ColumnStore& store, int env, Bytes& bytes) {

@@ -196,7 +196,7 @@ typedef struct engram_options {
   /** Treatment of an environment whose episode has ended. An engram_auto_reset; default
    * ENGRAM_AUTO_RESET_NEXT_STEP. */
   int32_t auto_reset;
-  /** Meaning of actions. Default "pd_ee_delta_pose". */
+  /** Meaning of actions. Default NULL: the task's own. */
   const char* control_mode;
   /** Sign of rotation actions; -1 as the original benchmark has it. -1 or 1; default -1. */
   int32_t rotation_sign;
@@ -631,7 +631,7 @@ typedef struct engram_evaluation_options {
   const char* latency;   /**< control steps from a request to its answer, such as "3", or
                             milliseconds, "120ms": the world goes on with the last action meanwhile;
                             default NULL: 0 */
-  const char* control_mode; /**< meaning of actions; default NULL: pd_ee_delta_pose */
+  const char* control_mode; /**< meaning of actions; default NULL: the tasks' own */
   int32_t joint_proprio;    /**< 1: proprio has the arm's seven joint angles and the gripper's
                                opening; default 0 */
   const engram_perturbation* perturbations; /**< `num_perturbations` of them; default none */

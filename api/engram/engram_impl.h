@@ -72,6 +72,9 @@ inline const char* plain(ControlMode value) {
   const auto index = static_cast<std::size_t>(value);
   return index < kControlModeNames.size() ? kControlModeNames[index] : "unknown";
 }
+inline const char* plain(std::optional<ControlMode> value) {
+  return value ? plain(*value) : nullptr;
+}
 
 inline std::vector<engram_pin> to_c(const std::vector<Pin>& pins) {
   std::vector<engram_pin> all;

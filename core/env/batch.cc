@@ -45,8 +45,9 @@ int chosen_chunk(const BatchOptions& options) {
   return std::max(lanes, chunk - chunk % lanes);
 }
 
-BatchOptions checked(BatchOptions options) {
+BatchOptions checked(BatchOptions options, const TaskInfo& task) {
   check_ranges(options);
+  if (!options.control_mode) options.control_mode = task.control_mode;
   if (options.threads == 0) {
     options.threads = std::min(available_processors(), kMaxThreads);
   }
@@ -74,11 +75,11 @@ Batch::Batch(std::unique_ptr<Task> task, const BatchOptions& options, RendererFa
 Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const BatchOptions& options,
              RendererFactory renderers)
     : task_(std::move(task)),
-      options_(checked(options)),
+      options_(checked(options, task_->info())),
       option_values_(
           engram::option_values(task_->info().options, options_.task_options, options_.rules)),
       model_(cached_model(task_->scene())),
-      controller_(std::make_unique<Controller>(options_.control_mode, model_->arm(),
+      controller_(std::make_unique<Controller>(*options_.control_mode, model_->arm(),
                                                model_->joint_ranges(), options_.rotation_sign)),
       pool_(options_.threads, chosen_unit(options_)),
       simulator_(std::make_unique<Simulator>(

@@ -65,9 +65,11 @@ class Batch {
   ~Batch();
 
   const TaskInfo& info() const { return task_->info(); }
-  // The given options, with defaults resolved: threads and chunk are numbers, not 0.
+  // The given options, with defaults resolved: threads and chunk are numbers, not 0, and there is a
+  // control mode.
   const BatchOptions& options() const { return options_; }
   int num_envs() const { return options_.num_envs; }
+  ControlMode control_mode() const { return *options_.control_mode; }
   const PhysicsModel& physics_model() const { return *model_; }
   const ActionSpace& action_space() const { return controller_->action_space(); }
   int action_dim() const { return controller_->action_space().dim(); }

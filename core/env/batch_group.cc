@@ -28,8 +28,9 @@ std::vector<GroupPart> plain(const Parts& parts) {
 void require_alike(const Batch& one, const Batch& other) {
   const BatchOptions& a = one.options();
   const BatchOptions& b = other.options();
-  if (a.control_mode != b.control_mode) {
-    refuse_mixed(one, other, "control mode", name_of(a.control_mode), name_of(b.control_mode));
+  if (one.control_mode() != other.control_mode()) {
+    refuse_mixed(one, other, "control mode", name_of(one.control_mode()),
+                 name_of(other.control_mode()));
   }
   if (a.obs_mode != b.obs_mode) {
     refuse_mixed(one, other, "observation mode", name_of(a.obs_mode), name_of(b.obs_mode));

@@ -151,7 +151,7 @@ struct BatchOptions {
   // The reward of a step.
   RewardMode reward_mode = RewardMode::kNormalizedDense;
   // Meaning of actions.
-  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  std::optional<ControlMode> control_mode = std::nullopt;
   // Treatment of an environment whose episode has ended.
   AutoReset auto_reset = AutoReset::kNextStep;
   // Sign of rotation actions; -1 as the original benchmark has it. -1 or 1.

@@ -40,7 +40,7 @@ void require_mode_of(Policy policy, ControlMode mode) {
 
 void ScriptedPolicy::check() const {
   batch_.require_started("act");
-  require_mode_of(policy_, batch_.options().control_mode);
+  require_mode_of(policy_, batch_.control_mode());
 }
 
 void ScriptedPolicy::act(std::span<float> actions) const {

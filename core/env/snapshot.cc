@@ -77,7 +77,7 @@ std::string Snapshotter::label() const {
   for (const auto& [name, value] : changed_constants(info.constants)) {
     if (is_of_state(name)) label += ", " + name + "=" + in_words(value);
   }
-  label += std::string(", ") + name_of(options.control_mode) + ", rules=" + name_of(options.rules);
+  label += std::string(", ") + name_of(batch_.control_mode()) + ", rules=" + name_of(options.rules);
   for (std::size_t i = 0; i < batch_.option_values_.size(); ++i) {
     label += ", " + info.options[i].name + "=" + shortest(batch_.option_values_[i]);
   }

@@ -16,6 +16,7 @@
 #include "core/env/task_constant.h"
 #include "core/env/task_option.h"
 #include "core/scene/scene_spec.h"
+#include "core/sim/control_mode.h"
 #include "core/sim/state.h"
 
 namespace engram {
@@ -46,6 +47,8 @@ struct TaskInfo {
   // Rate of right first answers by guessing; 0: 1 / candidates.
   double answer_rate = 0;
   Termination termination = Termination::kNever;
+  // Meaning of actions where a batch is given none.
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
   // The benchmark's canonical wrappers zero actions until the cue is over.
   bool frozen_cue = false;
   double success_reward = 1;    // dense reward at success; normalised rewards are divided by it

@@ -53,7 +53,7 @@ ConstantTable describe_group(const BatchGroup& group) {
           {"family", ""},
           {"horizon", group.horizon()},
           {"action_dim", group.action_dim()},
-          {"control_mode", name_of(first.options().control_mode)},
+          {"control_mode", name_of(first.control_mode())},
           {"action_spaces", action_spaces},
           {"rules", name_of(first.options().rules)},
           {"warnings", warnings},

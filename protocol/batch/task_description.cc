@@ -312,7 +312,7 @@ ConstantTable describe_task(const Batch& env) {
   ConstantTable description = describe_rules(info);
   const ConstantTable rest = {
       {"action_dim", env.action_dim()},
-      {"control_mode", name_of(env.options().control_mode)},
+      {"control_mode", name_of(env.control_mode())},
       {"action_spaces", describe_actions(env)},
       {"draws", describe_random_variables(Queries(env).random_variables())},
       {"drawn", describe_sampled_values(info)},

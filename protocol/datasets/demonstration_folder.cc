@@ -58,9 +58,14 @@ Document label_document(const RegistryEntry& entry, const CollectionPlan& plan) 
                        {"open", to_list(open_labels())}};
 }
 
+ControlMode control_mode_of(const RegistryEntry& entry, const CollectionPlan& plan) {
+  return plan.control_mode.value_or(entry.control_mode);
+}
+
 // Where failures are kept, no episode depends on others.
 CollectionRule rule_of(const RegistryEntry& entry, const CollectionPlan& plan) {
-  return plan.keep_failures ? CollectionRule{} : collection_rule(entry, plan.control_mode);
+  return plan.keep_failures ? CollectionRule{}
+                            : collection_rule(entry, control_mode_of(entry, plan));
 }
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
@@ -69,7 +74,7 @@ DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan)
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
           {"rules", name_of(plan.rules)},
-          {"control_mode", name_of(plan.control_mode)},
+          {"control_mode", name_of(control_mode_of(entry, plan))},
           {"joint_proprio", plan.joint_proprio},
           {"keep_failures", plan.keep_failures},
           {"reward_mode", "normalized_dense"},
@@ -107,7 +112,7 @@ DemonstrationFolder::DemonstrationFolder(DemonstrationSink sink, const RegistryE
 }
 
 void DemonstrationFolder::check_plan() const {
-  require_mode_of(Policy::kOracle, plan_.control_mode);
+  require_mode_of(Policy::kOracle, control_mode_of(entry_, plan_));
   (void)make_task(entry_.id, plan_.constants);
   const std::uint64_t seeds = end_seed() - plan_.start_seed;
   if (plan_.start_seed > kMaxDemonstrationSeed - seeds) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,12 @@ struct CollectionPlan {
   std::uint64_t start_seed = 0;
   std::string renderer = "cpu";
   Rules rules = Rules::kReference;
-  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  std::optional<ControlMode> control_mode = std::nullopt;  // none: each task's own
   bool joint_proprio = false;
   bool keep_failures = false;    // episodes that fail are demonstrations too
   ConstantTable constants = {};  // of all tasks, instead of their own
   std::vector<PerturbationLevel> perturbations = {};
-  bool labels = false;           // beside the frames: protocol/datasets/labels.h
+  bool labels = false;  // beside the frames: protocol/datasets/labels.h
 };
 
 // Takes the content of a data file, in place of a folder.

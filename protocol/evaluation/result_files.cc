@@ -53,6 +53,8 @@ std::string title(Split split) {
       return "Medium";
     case Split::kLong:
       return "Long";
+    case Split::kRl:
+      return "RL";
     case Split::kExtended:
       break;
   }

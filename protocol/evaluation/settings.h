@@ -44,7 +44,9 @@ struct EvaluationSettings {
   // True if documents tell the seeds.
   bool tells_seeds() const { return !seal || opened; }
 
-  // Takes over observations, renderer, control mode, rules, task options and constants.
+  // Takes over observations, renderer, control mode, rules, task options and constants. The tasks
+  // have to be known: without a control mode, it is their own. Throws Error (kInvalidArgument) if
+  // theirs differ.
   void set_environment(const MakeOptions& environment);
 
   Document document() const;

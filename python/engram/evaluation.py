@@ -74,7 +74,7 @@ def evaluate(
     threads: int = 0,
     obs: Literal["rgb", "state", "objects"] = "rgb",
     renderer: Renderer = "cpu",
-    control_mode: ControlMode = "pd_ee_delta_pose",
+    control_mode: ControlMode | None = None,
     joint_proprio: bool = False,
     rules: Rules = "reference",
     task_options: Mapping[str, float] | None = None,
@@ -113,8 +113,9 @@ def evaluate(
     (docs/policy_servers.md), with the server's options as its query.
 
     The arrays are copies. The policy returns an array of shape (N, A) or (N, K, A), or a sequence
-    of N arrays of shape (A), (K, A) or (1, K, A), where A is 7, or what ``control_mode`` has
-    (docs/control_modes.md). The K actions are used one per step before the
+    of N arrays of shape (A), (K, A) or (1, K, A), where A is what ``control_mode`` has
+    (docs/control_modes.md); without one, the tasks' own counts: pd_ee_delta_pose (7), or
+    pd_joint_delta_pos (8) of the RL ids. The K actions are used one per step before the
     policy is called for the episode again. It is called from several threads, by one at a time;
     ``threads=1, num_envs=50`` makes one large batch.
 
@@ -203,7 +204,7 @@ def probe(
     threads: int = 0,
     obs: Literal["rgb", "state", "objects"] = "rgb",
     renderer: Renderer = "cpu",
-    control_mode: ControlMode = "pd_ee_delta_pose",
+    control_mode: ControlMode | None = None,
     joint_proprio: bool = False,
     rules: Rules = "reference",
     constants: Mapping[str, Any] | None = None,
@@ -259,7 +260,7 @@ def probe(
 
 def _run_arguments(**given: Any) -> dict[str, Any]:
     """Arguments of evaluations and probes as the extension takes them."""
-    latency = given["latency"]
+    latency, mode = given["latency"], given["control_mode"]
     return {
         "episodes": integer("episodes", given["episodes"]),
         "seed": seed_value("seed", given["seed"]),
@@ -275,7 +276,7 @@ def _run_arguments(**given: Any) -> dict[str, Any]:
         "task_options": _task_options(given["task_options"]),
         "policy_seed": seed_value("policy_seed", given["policy_seed"]),
         "latency": latency if isinstance(latency, str) else str(integer("latency", latency)),
-        "control_mode": text("control_mode", given["control_mode"]),
+        "control_mode": None if mode is None else text("control_mode", mode),
         "joint_proprio": boolean("joint_proprio", given["joint_proprio"]),
         "perturb": levels("perturb", given["perturb"]),
     }
@@ -352,7 +353,7 @@ def _tasks(ids: Any, suite: Any, episodes: int | None) -> tuple[list[str], int]:
 
 def _action_dim(ids: Any, options: Mapping[str, Any]) -> int:
     """Numbers of an action in the control mode that the options ask for."""
-    mode = options.get("control_mode", "pd_ee_delta_pose")
+    mode = options.get("control_mode")
     tasks, _ = _tasks(ids, options.get("suite"), None)
     return describe(tasks[0], control_mode=mode)["action_dim"] if tasks else 7
 

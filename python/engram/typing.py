@@ -91,7 +91,7 @@ class EnvOptions(TypedDict, total=False):
     seed: int | None
     threads: int
     reward_mode: RewardMode
-    control_mode: ControlMode
+    control_mode: ControlMode | None
     pins: Mapping[str, float | Sequence[float]] | None
     task_options: Mapping[str, float] | None
     constants: Mapping[str, Any] | None

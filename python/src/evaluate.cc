@@ -218,7 +218,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
                      const NamedValue& task_options, const std::string& constants,
                      bool tell_episodes, const std::optional<std::string>& seed_file,
                      nb::object progress, int repeat, std::uint64_t policy_seed,
-                     const std::string& latency, const std::string& control_mode,
+                     const std::string& latency, const std::optional<std::string>& control_mode,
                      bool joint_proprio, const NamedValue& perturb, bool choices,
                      int choices_stride) {
   Session session(std::move(policy), std::move(progress));
@@ -241,7 +241,7 @@ std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, i
   options.repeat = repeat;
   options.policy_seed = policy_seed;
   options.latency = c_text(latency);
-  options.control_mode = c_text(control_mode);
+  options.control_mode = control_mode ? c_text(*control_mode) : nullptr;
   options.joint_proprio = joint_proprio ? 1 : 0;
   options.choices_stride = choices_stride;
   return document_of(session, [&](char** document) {
@@ -255,8 +255,9 @@ std::string probe(nb::callable policy, const std::vector<std::string>& ids,
                   std::uint64_t seed, int num_envs, int threads, int obs_mode,
                   const std::string& name, const std::string& config, const std::string& renderer,
                   const std::optional<std::string>& output, int rules, const std::string& constants,
-                  nb::object progress, std::uint64_t policy_seed, const std::string& control_mode,
-                  bool joint_proprio, const NamedValue& task_options, const NamedValue& perturb,
+                  nb::object progress, std::uint64_t policy_seed,
+                  const std::optional<std::string>& control_mode, bool joint_proprio,
+                  const NamedValue& task_options, const NamedValue& perturb,
                   const std::string& latency) {
   Session session(std::move(policy), std::move(progress));
   EvaluationArguments arguments(ids, task_options, perturb);
@@ -273,7 +274,7 @@ std::string probe(nb::callable policy, const std::vector<std::string>& ids,
   options.constants = constants.empty() ? nullptr : c_text(constants);
   options.rules = rules;
   options.policy_seed = policy_seed;
-  options.control_mode = c_text(control_mode);
+  options.control_mode = control_mode ? c_text(*control_mode) : nullptr;
   options.joint_proprio = joint_proprio ? 1 : 0;
   options.latency = c_text(latency);
   const char* const which = c_text(probes);
@@ -307,11 +308,13 @@ void bind_evaluate(nb::module_& module) {
              "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
              "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
              "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a,
-             "control_mode"_a, "joint_proprio"_a, "perturb"_a, "choices"_a, "choices_stride"_a);
+             "control_mode"_a.none(), "joint_proprio"_a, "perturb"_a, "choices"_a,
+             "choices_stride"_a);
   module.def("probe", &probe, "policy"_a, "ids"_a, "probes"_a, "other"_a.none(), "episodes"_a,
              "seed"_a, "num_envs"_a, "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a,
              "output"_a.none(), "rules"_a, "constants"_a, "progress"_a.none(), "policy_seed"_a,
-             "control_mode"_a, "joint_proprio"_a, "task_options"_a, "perturb"_a, "latency"_a);
+             "control_mode"_a.none(), "joint_proprio"_a, "task_options"_a, "perturb"_a,
+             "latency"_a);
   module.def("suites_json", [] {
     const char* text = engram_suites_json();
     if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());

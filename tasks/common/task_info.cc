@@ -13,6 +13,7 @@ TaskInfo describe(const RegistryEntry& entry) {
   info.instruction = entry.instruction;
   info.canonical = entry.canonical;
   info.horizon = entry.horizon;
+  info.control_mode = entry.control_mode;
   return info;
 }
 

@@ -59,7 +59,6 @@ const std::vector<BadOption>& bad_options() {
       {[](O& o) { o.max_episode_steps = -1; }, ENGRAM_INVALID_ARGUMENT,
        "steps: -1 given, 0 (unset)"},
       {[](O& o) { o.max_episode_steps = 1'000'001; }, ENGRAM_INVALID_ARGUMENT, "to 1000000"},
-      {[](O& o) { o.control_mode = nullptr; }, ENGRAM_INVALID_ARGUMENT, "control_mode: NULL"},
       {[](O& o) { o.control_mode = "pd"; }, ENGRAM_UNKNOWN_ID, "'pd'; allowed are: pd_joint"},
       {[](O& o) { o.rotation_sign = 0; }, ENGRAM_INVALID_ARGUMENT, "rotation_sign"},
       {[](O& o) { o.freeze_cue = 2; }, ENGRAM_INVALID_ARGUMENT, "freeze_cue: 2 given, 0 or 1"},

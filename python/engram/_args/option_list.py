@@ -32,7 +32,7 @@ KINDS: dict[str, str | dict[str, int]] = {
     "observe_time": "bool",
     "joint_proprio": "bool",
     "reward_mode": REWARD_MODE,
-    "control_mode": "text",
+    "control_mode": "maybe_text",
     "rotation_sign": "int",
     "freeze_cue": "bool",
     "terminate_on_success": "maybe",

@@ -41,6 +41,7 @@ _CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "seed": _random_or_seed,
     "real": real,
     "text": text,
+    "maybe_text": lambda name, value: None if value is None else text(name, value),
 }
 
 
@@ -94,7 +95,9 @@ def make_options(arguments: Mapping[str, Any], auto_reset: str) -> _core.Options
     """
     options = _core.Options()
     for name, kind in KINDS.items():
-        setattr(options, name, _converted(name, kind, arguments[name]))
+        value = _converted(name, kind, arguments[name])
+        if value is not None:
+            setattr(options, name, value)
     for name in _PYTHON_ONLY:
         boolean(name, arguments.get(name, False))
     options.after_end = one_of("after_end", arguments["after_end"], AFTER_END)

@@ -99,7 +99,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         threads: Threads that work on a step, the caller's included; results do not depend on it. 0
             (one per core) to 1024.
         reward_mode: The reward of a step. "none", "sparse", "dense" or "normalized_dense".
-        control_mode: One of ``engram.describe(id)["action_spaces"]``.
+        control_mode: One of ``engram.describe(id)["action_spaces"]``; None: the task's own,
+            pd_ee_delta_pose, or pd_joint_delta_pos of the RL ids.
         autoreset_mode: An ``AutoresetMode`` or its name. Default: what vector environments of the
             installed Gymnasium do, NEXT_STEP for 1.x and SAME_STEP for 0.29.
         pins: Sampled quantities of every episode that are fixed, by name: {"target": 2}.
@@ -174,7 +175,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         seed: int | None = 0,
         threads: int = 0,
         reward_mode: RewardMode = "normalized_dense",
-        control_mode: ControlMode = "pd_ee_delta_pose",
+        control_mode: ControlMode | None = None,
         autoreset_mode: AutoresetMode | AutoresetName | None = None,
         pins: Mapping[str, float | Sequence[float]] | None = None,
         task_options: Mapping[str, float] | None = None,
@@ -506,7 +507,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
     def _summary(self, **more: Any) -> str:
         """The task and its modes, for ``repr``."""
         given = self._arguments
-        modes = {name: given[name] for name in ("obs_mode", "reward_mode", "control_mode")}
+        modes = {name: given[name] for name in ("obs_mode", "reward_mode")}
+        modes["control_mode"] = self.description["control_mode"]
         words = [f"{name}={value}" for name, value in {**modes, **more}.items()]
         return ", ".join([self.task_id, *words, *(["closed"] if self.closed else [])])
 

@@ -100,7 +100,7 @@ TEST_CASE("Steps in every control mode do not allocate", "[allocation]") {
       env->step(actions);
     }
     const std::int64_t allocated = test::allocation_count() - before;
-    INFO(name_of(options.control_mode));
+    INFO(name_of(*options.control_mode));
     CHECK(allocated == 0);
   }
 }

@@ -334,7 +334,7 @@ TEST_CASE("A step without a new command keeps the drives' targets", "[batch]") {
     const auto env = make_env(kId, options);
     CHECK_THROWS_WITH(env->step_no_action(), Catch::Contains("reset first"));
     env->reset();
-    INFO(name_of(options.control_mode));
+    INFO(name_of(*options.control_mode));
     // Before the first command, the robot stays in its start pose.
     const std::vector<double> start(env->state().qpos.row(1), env->state().qpos.row(1) + 9);
     for (int k = 0; k < 3; ++k) env->step_no_action();

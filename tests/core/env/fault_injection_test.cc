@@ -174,7 +174,7 @@ TEST_CASE("Absurd actions end an episode at worst, in every control mode", "[fau
       }
       env->step(actions);
       alone->step(calm);
-      INFO(name_of(options.control_mode) << ", step " << step);
+      INFO(name_of(*options.control_mode) << ", step " << step);
       REQUIRE((env_bytes(*env, 0) == env_bytes(*alone, 0)));
       REQUIRE((env->unstable()[1] == 0 || env->truncated()[1] != 0));
       if (env->unstable()[1] == 0) REQUIRE(not_finite(*env, 1) == "");

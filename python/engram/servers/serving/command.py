@@ -53,7 +53,7 @@ def parser() -> argparse.ArgumentParser:
     add("--chunk", type=_chunk, default=1, help="actions of an answer, default 1 (1 to 1000)")
     add("--server-keys", default="mikasa", metavar="NAME|FILE.json", help="as of eval")
     add("--rules", choices=("reference", "original"), default="reference", help="as of the client")
-    add("--control-mode", metavar="MODE", default="pd_ee_delta_pose", help="as of the client")
+    add("--control-mode", metavar="MODE", help="as of the client")
     add("--joint-proprio", action="store_true", help="as of the client")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="as of the client")
     add("--option", action="append", default=[], metavar="NAME=VALUE", help="as of the client")
