@@ -41,15 +41,7 @@ void ColorRecallParams::declare(ConstantBinder& constants) {
   constants.integer("COLORS", COLORS, {2, kMost}, "",
                     "cubes, in the first so many colours of the colour table");
   constants.fixed({{"COLOR_MAPPING", color_mapping_constant()}});
-  if (rule == ColorRule::kBunch) {
-    constants.steps("CUE_PHASE_STEPS", cue, kPhaseSteps, "how long the cue is shown",
-                    {"cue_steps", "length of the cue phase"});
-  } else {
-    constants.steps("CUE_STEP_DURATION", cue, kPhaseSteps, "how long each cube of the cue is shown",
-                    {"cue_step_duration", "length of every item of the cue"});
-  }
-  constants.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps,
-                  "how long no cube shows then", {"empty_steps", "length of the empty phase"});
+  declare_phases(constants);
   if (has_button()) {
     constants.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
                    "how near its touch point, 5 mm above a cube, the tool has to come");
@@ -67,6 +59,30 @@ void ColorRecallParams::declare(ConstantBinder& constants) {
     button.declare(constants);
     button.declare_lift(constants);
   });
+}
+
+void ColorRecallParams::declare_phases(ConstantBinder& constants) {
+  const bool bunch = rule == ColorRule::kBunch;
+  // The original's RL tasks have one length of each phase, by other names.
+  const bool published = has_button();
+  if (bunch) {
+    constants
+        .steps("CUE_PHASE_STEPS", cue, kPhaseSteps, "how long the cue is shown",
+               {"cue_steps", "length of the cue phase"})
+        .published = published;
+  } else {
+    constants
+        .steps("CUE_STEP_DURATION", cue, kPhaseSteps, "how long each cube of the cue is shown",
+               {"cue_step_duration", "length of every item of the cue"})
+        .published = published;
+  }
+  constants
+      .steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps, "how long no cube shows then",
+             {"empty_steps", "length of the empty phase"})
+      .published = published;
+  if (published) return;
+  constants.fixed({{bunch ? "TIME_OFFSET" : "STEP_DURATION", cue.high},
+                   {"EMPTY_DURATION", EMPTY_PHASE_STEPS.high}});
 }
 
 void ColorRecallParams::check(int horizon) const {

@@ -38,6 +38,9 @@ struct ColorRecallParams {
 
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
+
+ private:
+  void declare_phases(ConstantBinder& constants);
 };
 
 inline constexpr StepRange kShortCue{1, 5};

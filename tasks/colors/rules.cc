@@ -84,7 +84,7 @@ int answer_number(const std::int32_t* order, int length) {
   return number;
 }
 
-TouchRewardTerms touch_reward(const TouchRewardInputs& in) {
+ColorTouchRewardTerms color_touch_terms(const ColorTouchRewardInputs& in) {
   const double reaching = 1 - real::tanh(10 * in.goal_distance);
   const double stillness = 1 - real::tanh(5 * in.arm_speed);
   return {reaching,
@@ -93,7 +93,7 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& in) {
 
 ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params) {
   ColorRewardTerms terms;
-  terms.touches = touch_reward(in.touches);
+  terms.touches = color_touch_terms(in.touches);
   terms.smooth = smoothness(in.action_cost, params);
   terms.displacement_penalty = CUBE_DISPLACEMENT_PENALTY_COEF * in.mean_displacement;
   if (in.touches.acting) {
@@ -103,7 +103,7 @@ ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParam
   return terms;
 }
 
-double color_touch_reward(const TouchRewardInputs& in, const TouchRewardTerms& terms) {
+double color_touch_reward(const ColorTouchRewardInputs& in, const ColorTouchRewardTerms& terms) {
   if (in.success) return kColorTouchSuccessReward;
   return in.acting ? terms.reward : 0;
 }

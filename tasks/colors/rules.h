@@ -36,7 +36,7 @@ int answer_number(const std::int32_t* order, int length);
 
 // Reward of touches: how near the next target is, how still the arm, and how many touches are
 // right.
-struct TouchRewardInputs {
+struct ColorTouchRewardInputs {
   double goal_distance = 0;  // m
   double arm_speed = 0;      // norm of the arm joint velocities, rad/s
   TouchTally tally;
@@ -46,17 +46,17 @@ struct TouchRewardInputs {
   bool robot_static = false;  // for reward_dict alone
 };
 
-struct TouchRewardTerms {
+struct ColorTouchRewardTerms {
   double reaching = 0;
   double reward = 0;  // whatever the phase, and without success
 };
 
-TouchRewardTerms touch_reward(const TouchRewardInputs& in);
+ColorTouchRewardTerms color_touch_terms(const ColorTouchRewardInputs& in);
 
 // The terms of info "reward_dict", name beside value.
 template <class Row>
-void list_touch_terms(Row& row, ColorRule rule, const TouchRewardInputs& in,
-                      const TouchRewardTerms& terms) {
+void list_color_touch_terms(Row& row, ColorRule rule, const ColorTouchRewardInputs& in,
+                            const ColorTouchRewardTerms& terms) {
   const bool ordered = rule == ColorRule::kChain;
   row.term("reaching_reward", "", terms.reaching);
   row.term(ordered ? "correct_touches_in_order" : "correct_touches", "", in.tally.correct);
@@ -74,7 +74,7 @@ inline constexpr double kColorSuccessReward = 400;
 inline constexpr double CUBE_DISPLACEMENT_PENALTY_COEF = 20.0;
 
 struct ColorRewardInputs {
-  TouchRewardInputs touches;
+  ColorTouchRewardInputs touches;
   ActionCost action_cost;
   double mean_displacement = 0;  // of the cubes, m
   // For reward_dict alone.
@@ -83,7 +83,7 @@ struct ColorRewardInputs {
 };
 
 struct ColorRewardTerms {
-  TouchRewardTerms touches;
+  ColorTouchRewardTerms touches;
   SmoothnessTerms smooth;
   double displacement_penalty = 0;
   double reward = 0;
@@ -91,7 +91,7 @@ struct ColorRewardTerms {
 
 ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params);
 
-// The terms of info "reward_dict" after those of list_touch_terms.
+// The terms of info "reward_dict" after those of list_color_touch_terms.
 template <class Row>
 void list_color_terms(Row& row, const ColorRewardInputs& in, const ColorRewardTerms& terms) {
   list_smoothness(row, terms.smooth);
@@ -106,7 +106,7 @@ void list_color_terms(Row& row, const ColorRewardInputs& in, const ColorRewardTe
 
 inline constexpr double kColorTouchSuccessReward = 100;
 
-// The dense reward; terms: of touch_reward.
-double color_touch_reward(const TouchRewardInputs& in, const TouchRewardTerms& terms);
+// The dense reward; terms: of color_touch_terms.
+double color_touch_reward(const ColorTouchRewardInputs& in, const ColorTouchRewardTerms& terms);
 
 }  // namespace engram::tasks

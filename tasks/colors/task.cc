@@ -130,7 +130,7 @@ class ColorRecall final : public ColorTouchBase {
   template <class Row>
   static void list_terms(Row& row, ColorRule rule, const ColorRewardInputs& in,
                          const ColorRewardTerms& terms) {
-    list_touch_terms(row, rule, in.touches, terms.touches);
+    list_color_touch_terms(row, rule, in.touches, terms.touches);
     list_color_terms(row, in, terms);
   }
 

@@ -118,7 +118,7 @@ bool ColorTouchBase::in_sequence(int env, int color) const {
   return std::find(colors.begin(), colors.end(), color) != colors.end();
 }
 
-TouchRewardInputs ColorTouchBase::reward_inputs(int env) const {
+ColorTouchRewardInputs ColorTouchBase::reward_inputs(int env) const {
   return {.goal_distance = Eigen::Map<const Eigen::Vector3d>(goal_.row(env)).norm(),
           .arm_speed = Eigen::Map<const ArmVector>(engine_.state->qvel.row(env)).norm(),
           .tally = count_touches(env),

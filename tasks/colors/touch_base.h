@@ -56,7 +56,7 @@ class ColorTouchBase : public FamilyBase {
     return tally_touches(rule_, sequence(env), {touch_.touched(env), at(params_.COLORS)},
                          touch_.order(env));
   }
-  TouchRewardInputs reward_inputs(int env) const;
+  ColorTouchRewardInputs reward_inputs(int env) const;
 
   // The first fields of the state observation.
   template <class Row>

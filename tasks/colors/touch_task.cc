@@ -16,7 +16,7 @@ ColorTouch::ColorTouch(const RegistryEntry& entry, const ColorRecallParams& para
   // Both know no order, and name the lowest colour as the next target.
   if (rule_ == ColorRule::kSeq) rule_ = ColorRule::kBunch;
   info_.reward_terms =
-      reward_terms_of([&](auto& row) { list_touch_terms(row, params.rule, {}, {}); });
+      reward_terms_of([&](auto& row) { list_color_touch_terms(row, params.rule, {}, {}); });
   declare_state(*this);
 }
 
@@ -44,10 +44,11 @@ void ColorTouch::evaluate(Range envs) {
 
 void ColorTouch::dense_reward(Range envs, FloatRows out) {
   for (int env = envs.begin; env < envs.end; ++env) {
-    const TouchRewardInputs in = reward_inputs(env);
-    const TouchRewardTerms terms = touch_reward(in);
+    const ColorTouchRewardInputs in = reward_inputs(env);
+    const ColorTouchRewardTerms terms = color_touch_terms(in);
     *out.row(env) = static_cast<float>(color_touch_reward(in, terms));
-    reward_dict_.note(env, [&](auto& row) { list_touch_terms(row, params_.rule, in, terms); });
+    reward_dict_.note(env,
+                      [&](auto& row) { list_color_touch_terms(row, params_.rule, in, terms); });
   }
 }
 
