@@ -244,7 +244,8 @@ void add_collect_command(const Command& program,
   command.add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
   add_filter(command, options->filter);
   command.add_flag("--canonical", options->filter.canonical, "Tasks of the benchmark proper only");
-  command.add_flag("--all", options->all, "All registered tasks that pass the filters");
+  command.add_flag("--all", options->all,
+                   "All registered tasks that pass the filters, but RL tasks (--split rl)");
   CollectionPlan& plan = options->collection.plan;
   add_int(command, "--episodes", plan.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");
