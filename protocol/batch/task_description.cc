@@ -6,6 +6,7 @@
 
 #include "core/env/proprio.h"
 #include "core/env/queries.h"
+#include "core/sim/action_dim.h"
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/unused_constants.h"
 #include "protocol/formats/document_values.h"
