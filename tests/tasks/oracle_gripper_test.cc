@@ -59,7 +59,9 @@ bool rests(const float* action) {
 void check_habit(const Habit& habit, const std::string& id) {
   INFO(id);
   const bool is_long = id.find("-Long-") != std::string::npos;
-  const auto env = make_env(id);
+  BatchOptions options;
+  options.control_mode = ControlMode::kPdEeDeltaPose;
+  const auto env = make_env(id, options);
   env->reset();
   const bool frozen = env->info().frozen_cue;
   int waited = 0;
@@ -88,7 +90,11 @@ TEST_CASE("While it waits the oracle holds its gripper as the demonstrations do"
   for (const Habit& habit : kHabits) {
     const std::vector<std::string> ids = test::implemented_ids(habit.family);
     REQUIRE_FALSE(ids.empty());
-    for (const std::string& id : ids) check_habit(habit, id);
+    for (const std::string& id : ids) {
+      // The RL tasks of the colours lower the hand meanwhile (tests/tasks/colors).
+      const bool lowers = require_entry(id).split == Split::kRl && id.find("OfColors") < id.size();
+      if (!lowers) check_habit(habit, id);
+    }
   }
 }
 
