@@ -4,17 +4,28 @@
 
 namespace engram::tasks {
 
-TaskOption add_mug_at_goal(TaskInfo& info) {
-  return TaskOptions(info.options)
-      .on_off("mug_at_goal",
-              "1: the mug has to come within 1.6 GOAL_THRESH of the goal, not the ball within "
-              "GOAL_THRESH",
-              /*original=*/true);
+GoalChoice::GoalChoice(TaskInfo& info, const ShellGameParams& params) {
+  if (params.is_rl()) return;
+  mug_at_goal_ =
+      TaskOptions(info.options)
+          .on_off("mug_at_goal",
+                  "1: the mug has to come within 1.6 GOAL_THRESH of the goal, not the ball within "
+                  "GOAL_THRESH",
+                  /*original=*/true);
+}
+
+GoalItem GoalChoice::item(const Bindings& bindings) const {
+  const bool mug = !mug_at_goal_ || mug_at_goal_->is_on(bindings);
+  return mug ? GoalItem::kMug : GoalItem::kBall;
 }
 
 void ShellGameParams::declare(ConstantBinder& constants) {
-  constants.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
-                  {"cue_steps", "length of the cue phase"});
+  TaskConstant& cue =
+      constants.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
+                      {"cue_steps", "length of the cue phase"});
+  // The original's RL tasks have one length, by another name.
+  cue.published = !is_rl();
+  if (is_rl()) constants.fixed({{"TIME_OFFSET", CUE_PHASE_STEPS.high}});
   constants.real("MIN_DIST", MIN_DIST, {0.1, 0.35}, "m", "from one cup's slot to the next one's");
   constants.real("BALL_RADIUS", BALL_RADIUS, {0.01, 0.06}, "m", "of the balls under the cups");
   constants.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.3}, "m",
