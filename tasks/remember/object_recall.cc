@@ -65,7 +65,7 @@ void ObjectRecallParams::declare(ConstantBinder& constants) {
   constants.fixed({{"MANIP_WIDTH_AXIS", kSpread.MANIP_WIDTH_AXIS},
                    {"MANIP_WIDTH_SCALE", kSpread.MANIP_WIDTH_SCALE},
                    {"MANIP_WIDTH_CLAMP", kSpread.MANIP_WIDTH_CLAMP}});
-  smoothness.declare(constants);
+  if (smoothness) smoothness->declare(constants);
 }
 
 void ObjectRecallParams::check(int horizon) const {
@@ -100,11 +100,11 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
                   .goal_thresh = params.GOAL_THRESH,
                   .imposter = wording.imposter}) {
   info_.candidates = count();
-  info_.termination = Termination::kNever;
+  info_.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
   // The canonical chain freezes the short ids only.
   info_.frozen_cue = entry.split == Split::kShort;
   info_.success_reward = kTouchSuccessReward;
-  info_.reward_terms = TouchTarget::reward_terms();
+  info_.reward_terms = touch_.reward_terms();
   info_.phases = cue_empty_manipulation_phases();
   info_.answer =
       "the first object within GOAL_THRESH of which the robot rests in the manipulation phase, the "
