@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/math/real_functions.h"
 #include "tasks/common/poses.h"
@@ -19,16 +20,23 @@ constexpr double kFarthest = 0.76;      // m from the axis of the robot's base
 constexpr double kStretched = 0.82;     // m, likewise: farther away the arm is out of control
 constexpr double kTrackingGain = 0.45;  // share of the error that a step removes
 
+// Half the size of the closed fingertips along the ball's path, m.
+constexpr double kTipExtent = 0.0152;
+
 // Lengths that follow from the size of the ball, m.
 struct Catch {
   explicit Catch(double radius)
-      : hover_height(2 * radius + 0.028),
+      : contact_distance(radius + kTipExtent),
+        clear_height(2 * radius + 0.014),
+        hover_height(2 * radius + 0.028),
         grip_height(radius + 0.002),
         low(2 * radius + 0.01),
         descend_within(0.016 - (radius - BALL_RADIUS)),
         close_within(0.014 - (radius - BALL_RADIUS)) {}
 
-  double hover_height;  // the fingertips just clear the ball
+  double contact_distance;  // from the ball to closed fingers that it touches
+  double clear_height;      // the fingertips just clear the ball
+  double hover_height;      // so they do with some room
   double grip_height;
   double low;  // beside the ball already
   // Error along the path at which to come down; open fingers leave that room.
@@ -67,6 +75,73 @@ bool comes_within_reach(const Vector& ball, const Vector& velocity, const Vector
          reach_of(meeting_point(ball, velocity, tcp, tcp.z())) <= kFarthest;
 }
 
+// --- blocking a fast ball ---
+
+// Control steps that the hand takes from its start pose to a point on the table.
+double steps_to(const Vector& point) {
+  constexpr double kStartX = -0.07;  // m
+  constexpr double kStartZ = 0.32;
+  constexpr double kDownSpeed = 0.011;  // m per control step
+  constexpr double kSideSpeed = 0.02;
+  const double down = real::hypot(point.x() - kStartX, point.z() - kStartZ);
+  return std::max(down / kDownSpeed, std::abs(point.y()) / kSideSpeed);
+}
+
+// The point where the hand waits for a ball that is too fast to run along with: ahead of the first
+// point of its path at which the hand arrives before it, or nearly so.
+Vector blocking_point(const State& state, int env, const Vector& ball, const Vector& velocity,
+                      const Catch& sizes) {
+  constexpr int kLongest = 90;
+  constexpr double kSpare = 5;  // control steps
+  Vector best = ball;
+  double least = std::numeric_limits<double>::infinity();
+  for (int step = 1; step <= kLongest; ++step) {
+    Vector point = ball + kControlStep * (step - state.elapsed[env]) * velocity;
+    point.y() += sizes.contact_distance;
+    point.z() = sizes.grip_height;
+    if (reach_of(point) > kFarthest) continue;
+    const double late = steps_to(point) + kSpare - step;
+    if (late < least) {
+      least = late;
+      best = point;
+    }
+    if (late <= 0) break;
+  }
+  return best;
+}
+
+// Writes the next action towards a ball that the hand stops first. Returns false where it can be
+// caught as any other.
+bool stop_ball(const State& state, int env, const BallParams& params, const Vector& velocity,
+               float* action) {
+  const Catch sizes(params.BALL_RADIUS);
+  const Vector ball = prop_pos(state, env, kBallProp);
+  const Vector tcp = tcp_pos(state, env);
+  const Vector offset = ball - tcp;
+  if (velocity.norm() > params.fastest_followed) {
+    if (offset.y() > 0) return false;  // it has passed
+    servo_tcp(state, env, blocking_point(state, env, ball, velocity, sizes), tool_down(0),
+              kGripperClosed, action);
+    return true;
+  }
+  // The fingers go up beside the ball before they open and come down around it.
+  const double* fingers = state.qpos.row(env) + kArmJoints;
+  const double width = fingers[0] + fingers[1];
+  const bool open = width > 0.075;
+  if (open) return false;
+  if (tcp.z() < sizes.clear_height) {
+    if (offset.head<2>().norm() < width / 2) return false;
+    displace_tcp(state, env, {0, 0, 1.6 * (sizes.hover_height - tcp.z())}, tool_down(0),
+                 kGripperClosed, action);
+    return true;
+  }
+  const Vector above(ball.x(), ball.y(), sizes.hover_height);
+  servo_tcp(state, env, above, tool_down(0), kGripperOpen, action);
+  return true;
+}
+
+// --- catching it ---
+
 // Writes the next action towards a catch.
 void catch_ball(const State& state, int env, const BallParams& params, float* action) {
   const Catch sizes(params.BALL_RADIUS);
@@ -74,6 +149,7 @@ void catch_ball(const State& state, int env, const BallParams& params, float* ac
   Vector velocity = Eigen::Map<const Vector>(state.prop_qvel_of(env, kBallProp));
   velocity.z() = 0;
   const Vector tcp = tcp_pos(state, env);
+  if (params.stops_first() && stop_ball(state, env, params, velocity, action)) return;
   if (params.may_rest() && !comes_within_reach(ball, velocity, tcp)) {
     hold_tcp(kGripperOpen, action);
     return;
