@@ -60,7 +60,7 @@ struct BallVariables {
 // with slow balls alone.
 constexpr BallParams rl_ball(double slowest, double fastest) {
   return {
-      .VELOCITY_RANGE = {slowest, fastest}, .smoothness = std::nullopt, .fastest_followed = 0.3};
+      .VELOCITY_RANGE = {slowest, fastest}, .smoothness = std::nullopt, .fastest_followed = 0.34};
 }
 
 // Fills in the part of TaskInfo that both families share.

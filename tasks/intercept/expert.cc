@@ -120,7 +120,7 @@ double steps_to(const Vector& point) {
 Vector blocking_point(const State& state, int env, const Vector& ball, const Vector& velocity,
                       const Catch& sizes) {
   constexpr int kLongest = 90;
-  constexpr double kSpare = 5;  // control steps
+  constexpr double kSpare = 8;  // control steps
   Vector best = ball;
   double least = std::numeric_limits<double>::infinity();
   for (int step = 1; step <= kLongest; ++step) {

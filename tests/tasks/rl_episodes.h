@@ -2,6 +2,8 @@
 // at in every step.
 #pragma once
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <string>
 #include <utility>
@@ -63,6 +65,21 @@ std::pair<int, int> play_rl(
     }
   }
   return {steps, successes};
+}
+
+// Actions of pd_ee_delta_pose that take every hand to the point that goal_of(index) gives.
+template <class GoalOf>
+std::vector<float> move_to(const Batch& env, const GoalOf& goal_of) {
+  std::vector<float> actions = zeros(env);
+  for (int i = 0; i < env.num_envs(); ++i) {
+    const Eigen::Vector3d tcp = Eigen::Map<const Eigen::Vector3d>(env.state().tcp_pos.row(i));
+    const Eigen::Vector3d command = 16 * (goal_of(i) - tcp);
+    for (int k = 0; k < 3; ++k) {
+      actions[static_cast<std::size_t>(i * env.action_dim() + k)] =
+          static_cast<float>(std::clamp(command[k], -1.0, 1.0));
+    }
+  }
+  return actions;
 }
 
 // The number of `episodes` held-out episodes that a policy solves.

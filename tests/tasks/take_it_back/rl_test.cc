@@ -1,5 +1,4 @@
 // TakeItBack as an RL task.
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -110,21 +109,6 @@ double published_reward(const Batch& env, int i, bool& reached) {
   return 2 * (1 - std::tanh(5 * push)) + (push < 0.01 ? 5 * (1 - std::tanh(5 * to_goal)) : 0);
 }
 
-// Actions of a robot that takes the tool to a point beside the cube.
-std::vector<float> beside_cube(const Batch& env, double dx) {
-  std::vector<float> actions = test::zeros(env);
-  for (int i = 0; i < env.num_envs(); ++i) {
-    const double* cube = env.state().prop_pos_of(i, 0);
-    const double* tcp = env.state().tcp_pos.row(i);
-    const double goal[3] = {cube[0] + dx, cube[1], cube[2]};
-    for (int k = 0; k < 3; ++k) {
-      actions[static_cast<std::size_t>(i * env.action_dim() + k)] =
-          static_cast<float>(std::clamp(16 * (goal[k] - tcp[k]), -1.0, 1.0));
-    }
-  }
-  return actions;
-}
-
 TEST_CASE("Rewards of TakeItBack as an RL task are those of the published formula over 5,000 steps",
           "[take_it_back][rl]") {
   std::vector<std::uint8_t> reached(20);
@@ -154,7 +138,9 @@ TEST_CASE("A hand behind the cube, or before it, earns the published bonus", "[t
     env->reset();
     int bonuses = 0;
     for (int t = 1; t < 60; ++t) {
-      env->step(beside_cube(*env, dx));
+      env->step(test::move_to(*env, [&](int i) -> Vector {
+        return Eigen::Map<const Vector>(env->state().prop_pos_of(i, 0)) + Vector(dx, 0, 0);
+      }));
       for (int i = 0; i < options.num_envs; ++i) {
         bool reached = *row<std::uint8_t>(env->output("goal_reached_status"), i) != 0;
         const auto reward = static_cast<double>(env->reward()[static_cast<std::size_t>(i)]);
