@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from engram.mikasa._torch import torch
 from engram.mikasa.agent import Pose
 from engram.mikasa.classes import RL_CLASSES
@@ -10,4 +12,5 @@ from engram.mikasa.registration import register_env
 
 globals().update(RL_CLASSES)
 
-__all__ = ["BaseEnv", "Pose", "register_env", "torch", *RL_CLASSES]
+# Scripts take NumPy and torch from here, too.
+__all__ = ["BaseEnv", "Pose", "np", "register_env", "torch", *RL_CLASSES]
