@@ -27,7 +27,7 @@ void BallParams::declare(ConstantBinder& constants) {
                   {"velocity_y", "of the ball's launch"});
   constants.real("BALL_RADIUS", BALL_RADIUS, {0.012, 0.03}, "m",
                  "of the ball; its mass grows with it, and the hand opens 0.04 m to either side");
-  smoothness.declare(constants);
+  if (smoothness) smoothness->declare(constants);
 }
 
 void BallParams::check(int horizon) const {
@@ -48,8 +48,8 @@ BallVariables::BallVariables(RandomVariables list, const BallParams& params)
                            "of the ball's launch")),
       velocity_y(list.of(params.VELOCITY_RANGE)) {}
 
-void describe_launch(TaskInfo& info) {
-  info.termination = Termination::kNever;
+void describe_launch(const RegistryEntry& entry, TaskInfo& info) {
+  info.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
   info.oracle_dim = 3;
   info.oracle_is_real = true;
   info.phases = {{"manipulation", "always"}};

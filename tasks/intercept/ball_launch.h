@@ -2,12 +2,16 @@
 // (docs/tasks/intercept.md).
 #pragma once
 
+#include <limits>
+#include <optional>
+
 #include "core/env/task.h"
 #include "mjcf/prop.h"
 #include "tasks/common/action_cost.h"
 #include "tasks/common/constant_binder.h"
 #include "tasks/common/random_variables.h"
 #include "tasks/common/state_row.h"
+#include "tasks/registry.h"
 
 namespace engram::tasks {
 
@@ -17,12 +21,21 @@ inline constexpr double BALL_RADIUS = 0.02;  // m, unless a user changes it
 struct BallParams {
   SampledRange<double> VELOCITY_RANGE;      // m/s
   double BALL_RADIUS = tasks::BALL_RADIUS;  // m
-  SmoothnessParams smoothness = {};         // in the original nothing comes of it
+  // In the original nothing comes of it. None: rewards know no action cost.
+  std::optional<SmoothnessParams> smoothness = SmoothnessParams{};
+  // Speed up to which the expert's hand runs along with the ball, m/s; it blocks faster ones.
+  double fastest_followed = std::numeric_limits<double>::infinity();
 
+  bool stops_first() const { return fastest_followed < std::numeric_limits<double>::infinity(); }
   // A ball that is not launched does not drift either.
   bool rests() const { return VELOCITY_RANGE.high == 0; }
   // Some balls may never come within reach.
   bool may_rest() const { return VELOCITY_RANGE.low == 0; }
+
+  // On large and abrupt actions.
+  double penalty(const Bindings& engine, int env) const {
+    return smoothness ? smoothness_penalty(engine, env, *smoothness) : 0.0;
+  }
 
   void declare(ConstantBinder& constants);
   // Throws Error unless even the slowest ball that is launched comes within reach in time.
@@ -43,8 +56,15 @@ struct BallVariables {
   RealVariable velocity_y;
 };
 
+// Parameters of both families' RL tasks. A hand whose joints turn by 0.1 rad at most runs along
+// with slow balls alone.
+constexpr BallParams rl_ball(double slowest, double fastest) {
+  return {
+      .VELOCITY_RANGE = {slowest, fastest}, .smoothness = std::nullopt, .fastest_followed = 0.34};
+}
+
 // Fills in the part of TaskInfo that both families share.
-void describe_launch(TaskInfo& info);
+void describe_launch(const RegistryEntry& entry, TaskInfo& info);
 
 class BallLaunch {
  public:

@@ -33,10 +33,13 @@ struct Params {
   void check(int horizon) const { ball.check(horizon); }
 };
 
-constexpr std::array<Params, 3> kVariants = {{
+constexpr std::array<Params, 6> kVariants = {{
     {{"InterceptFast-VLA-v0", 60, Split::kShort, 0.85}, {{0.75, 1.0}}},
     {{"InterceptMedium-VLA-v0", 60, Split::kShort, 0.90}, {{0.5, 0.75}}},
     {{"InterceptSlow-VLA-v0", 60, Split::kShort}, {{0.25, 0.5}}},
+    {{"InterceptSlow-v0", 90, Split::kRl}, rl_ball(0.25, 0.5)},
+    {{"InterceptMedium-v0", 90, Split::kRl}, rl_ball(0.5, 0.75)},
+    {{"InterceptFast-v0", 90, Split::kRl}, rl_ball(0.75, 1.0)},
 }};
 
 constexpr double kStartRadii = 2;          // of the ball, high: it falls onto the table
@@ -72,7 +75,7 @@ class Intercept final : public FamilyBase {
                  .ball = params.ball,
                  .goal_radius = params.GOAL_RADIUS}),
         annotator_(engine_, InterceptGoal::kDeflect) {
-    describe_launch(info_);
+    describe_launch(entry, info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
     declare_state(*this);
@@ -127,7 +130,7 @@ class Intercept final : public FamilyBase {
       const InterceptRewardTerms terms =
           intercept_reward({launch_.ball(env), goal(env), launch_.tcp(env), reached_[env] != 0,
                             engine_.success[env] != 0, params_.ball.BALL_RADIUS,
-                            smoothness_penalty(engine_, env, params_.ball.smoothness)});
+                            params_.ball.penalty(engine_, env)});
       reached_[env] = terms.reached ? 1 : 0;
       reward_dict_.note(env, [&](auto& row) { list_terms(row, terms); });
       *out.row(env) = static_cast<float>(terms.reward);

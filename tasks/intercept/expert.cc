@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/math/real_functions.h"
+#include "core/math/rotations.h"
+#include "core/robot/arm.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/tcp_servo.h"
 
@@ -17,18 +20,26 @@ constexpr double kTopSpeed = 0.033;     // m per control step that the hand can 
 constexpr double kReactionSteps = 2;    // until the hand is up to speed
 constexpr double kFarthest = 0.76;      // m from the axis of the robot's base
 constexpr double kStretched = 0.82;     // m, likewise: farther away the arm is out of control
+constexpr double kRotationScale = 0.1;  // rad, full scale of the action
 constexpr double kTrackingGain = 0.45;  // share of the error that a step removes
+
+// Half the size of the closed fingertips along the ball's path, m.
+constexpr double kTipExtent = 0.0152;
 
 // Lengths that follow from the size of the ball, m.
 struct Catch {
   explicit Catch(double radius)
-      : hover_height(2 * radius + 0.028),
+      : contact_distance(radius + kTipExtent),
+        clear_height(2 * radius + 0.014),
+        hover_height(2 * radius + 0.028),
         grip_height(radius + 0.002),
         low(2 * radius + 0.01),
         descend_within(0.016 - (radius - BALL_RADIUS)),
         close_within(0.014 - (radius - BALL_RADIUS)) {}
 
-  double hover_height;  // the fingertips just clear the ball
+  double contact_distance;  // from the ball to closed fingers that it touches
+  double clear_height;      // the fingertips just clear the ball
+  double hover_height;      // so they do with some room
   double grip_height;
   double low;  // beside the ball already
   // Error along the path at which to come down; open fingers leave that room.
@@ -67,13 +78,112 @@ bool comes_within_reach(const Vector& ball, const Vector& velocity, const Vector
          reach_of(meeting_point(ball, velocity, tcp, tcp.z())) <= kFarthest;
 }
 
+// --- blocking a fast ball ---
+
+// Writes an action that brings the TCP to a pose by an even motion of all joints, at the speed that
+// pd_joint_delta_pos allows: the way is not straight, but quick.
+void swing_tcp(const Bindings& engine, int env, const Vector& goal,
+               const Eigen::Quaterniond& orientation, double gripper, float* action) {
+  constexpr double kGain = 1.6;
+  constexpr double kMostStep = 0.1;  // rad
+  const State& state = *engine.state;
+  const double* qpos = state.qpos.row(env);
+  ArmVector joints;
+  engine.arm->inverse({goal, orientation}, qpos, joints);  // as far as it came, on failure
+  const ArmVector step = kGain * (joints - Eigen::Map<const ArmVector>(qpos));
+  ArmJacobian jacobian;
+  engine.arm->forward(qpos, jacobian);
+  const Vector6 twist = jacobian * step / std::max(1.0, step.cwiseAbs().maxCoeff() / kMostStep);
+  const double largest = std::max({twist.head<3>().cwiseAbs().maxCoeff() / kTranslationScale,
+                                   twist.tail<3>().norm() / kRotationScale, 1.0});
+  for (int i = 0; i < 3; ++i) {
+    action[i] = static_cast<float>(twist[i] / (largest * kTranslationScale));
+    action[3 + i] = static_cast<float>(-twist[3 + i] / (largest * kRotationScale));
+  }
+  action[6] = static_cast<float>(gripper);
+}
+
+// Control steps that joint steps of 0.1 rad take from the start pose to a point on the table: elbow
+// and wrist fold for points that are near, and stretch for those that are far; the wrist turns back
+// what the base turns.
+double steps_to(const Vector& point) {
+  constexpr double kTurnPerStep = 0.038;  // rad
+  const double reach = reach_of(point);
+  const double folding = 32 - 50 * (reach - 0.25);
+  const double stretching = 17 + 60 * (reach - 0.575);
+  const double turning = real::atan2(std::abs(point.y()), point.x() - kRobotBaseX) / kTurnPerStep;
+  return std::max({folding, stretching, turning});
+}
+
+// The point where the hand waits for a ball that is too fast to run along with: ahead of the first
+// point of its path at which the hand arrives before it, or nearly so.
+Vector blocking_point(const State& state, int env, const Vector& ball, const Vector& velocity,
+                      const Catch& sizes) {
+  constexpr int kLongest = 90;
+  constexpr double kSpare = 8;  // control steps
+  Vector best = ball;
+  double least = std::numeric_limits<double>::infinity();
+  for (int step = 1; step <= kLongest; ++step) {
+    Vector point = ball + kControlStep * (step - state.elapsed[env]) * velocity;
+    point.y() += sizes.contact_distance;
+    point.z() = sizes.grip_height;
+    if (reach_of(point) > kFarthest) continue;
+    const double late = steps_to(point) + kSpare - step;
+    if (late < least) {
+      least = late;
+      best = point;
+    }
+    if (late <= 0) break;
+  }
+  return best;
+}
+
+// Writes the next action towards a ball that the hand stops first. Returns false where it can be
+// caught as any other.
+bool stop_ball(const Bindings& engine, int env, const BallParams& params, const Vector& velocity,
+               float* action) {
+  const State& state = *engine.state;
+  const Catch sizes(params.BALL_RADIUS);
+  const Vector ball = prop_pos(state, env, kBallProp);
+  const Vector tcp = tcp_pos(state, env);
+  const Vector offset = ball - tcp;
+  if (velocity.norm() > params.fastest_followed) {
+    if (offset.y() > 0) return false;  // it has passed
+    swing_tcp(engine, env, blocking_point(state, env, ball, velocity, sizes), tool_down(0),
+              kGripperClosed, action);
+    return true;
+  }
+  // The fingers go up beside the ball before they open and come down around it.
+  constexpr double kLeastGap = 0.005;  // m
+  const double* fingers = state.qpos.row(env) + kArmJoints;
+  const double width = fingers[0] + fingers[1];
+  const bool open = width > 0.075;
+  if (open) return false;
+  if (tcp.z() < sizes.clear_height) {
+    if (offset.head<2>().norm() < width / 2) return false;
+    // Away from the ball first: fingers that rub along it would make it roll.
+    const double gap = offset.head<2>().norm() - sizes.contact_distance;
+    const double rise = gap < kLeastGap ? 0 : 1.6 * (sizes.hover_height - tcp.z());
+    displace_tcp(state, env, {0, gap < kLeastGap ? 0.03 : 0, rise}, tool_down(0), kGripperClosed,
+                 action);
+    return true;
+  }
+  const Vector above(ball.x(), ball.y(), sizes.hover_height);
+  servo_tcp(state, env, above, tool_down(0), kGripperOpen, action);
+  return true;
+}
+
+// --- catching it ---
+
 // Writes the next action towards a catch.
-void catch_ball(const State& state, int env, const BallParams& params, float* action) {
+void catch_ball(const Bindings& engine, int env, const BallParams& params, float* action) {
+  const State& state = *engine.state;
   const Catch sizes(params.BALL_RADIUS);
   const Vector ball = prop_pos(state, env, kBallProp);
   Vector velocity = Eigen::Map<const Vector>(state.prop_qvel_of(env, kBallProp));
   velocity.z() = 0;
   const Vector tcp = tcp_pos(state, env);
+  if (params.stops_first() && stop_ball(engine, env, params, velocity, action)) return;
   if (params.may_rest() && !comes_within_reach(ball, velocity, tcp)) {
     hold_tcp(kGripperOpen, action);
     return;
@@ -107,7 +217,7 @@ void GrabExpert::act(Range envs, Script /*script*/, FloatRows actions) const {
     if (holds_ball(state, env, ball_.BALL_RADIUS)) {
       hold_tcp(kGripperSqueezing, action);
     } else {
-      catch_ball(state, env, ball_, action);
+      catch_ball(engine_, env, ball_, action);
     }
   }
 }
@@ -125,7 +235,7 @@ void DeflectExpert::act(Range envs, Script /*script*/, FloatRows actions) const 
     const Vector goal = prop_pos(state, env, view_.goal_prop);
     const Vector offset = prop_pos(state, env, kBallProp) - goal;
     if (!holds_ball(state, env, view_.ball.BALL_RADIUS)) {
-      catch_ball(state, env, view_.ball, action);
+      catch_ball(view_.engine, env, view_.ball, action);
     } else if (offset.head<2>().norm() < near_enough) {
       hold_tcp(kGripperSqueezing, action);
     } else {

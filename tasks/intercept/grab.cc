@@ -22,15 +22,21 @@ using Vector = Eigen::Vector3d;
 struct Params {
   TaskRow task;
   BallParams ball;
+  GrabBonuses bonuses = {};
 
   void declare(ConstantBinder& constants) { ball.declare(constants); }
   void check(int horizon) const { ball.check(horizon); }
 };
 
-constexpr std::array<Params, 3> kVariants = {{
+constexpr GrabBonuses kRlBonuses = {.attempt = 45, .grasp = 100};
+
+constexpr std::array<Params, 6> kVariants = {{
     {{"InterceptGrabFast-VLA-v0", 60, Split::kShort, 0.70}, {{0.75, 1.0}}},
     {{"InterceptGrabMedium-VLA-v0", 60, Split::kShort, 0.80}, {{0.5, 0.75}}},
     {{"InterceptGrabSlow-VLA-v0", 60, Split::kShort, 0.90}, {{0.25, 0.5}}},
+    {{"InterceptGrabSlow-v0", 90, Split::kRl}, rl_ball(0.25, 0.5), kRlBonuses},
+    {{"InterceptGrabMedium-v0", 90, Split::kRl}, rl_ball(0.5, 0.75), kRlBonuses},
+    {{"InterceptGrabFast-v0", 90, Split::kRl}, rl_ball(0.75, 1.0), kRlBonuses},
 }};
 
 constexpr double kSuccessReward = 300;
@@ -58,7 +64,7 @@ class InterceptGrab final : public FamilyBase {
         launch_({RandomVariables(info_.random_variables), params.ball}, params.ball.BALL_RADIUS),
         expert_(engine_, params.ball),
         annotator_(engine_, InterceptGoal::kGrab) {
-    describe_launch(info_);
+    describe_launch(entry, info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
@@ -114,7 +120,8 @@ class InterceptGrab final : public FamilyBase {
       in.grasped = is_ball_grasped_[env] != 0;
       in.success = engine_.success[env] != 0;
       in.ball_radius = params_.ball.BALL_RADIUS;
-      in.penalty = smoothness_penalty(engine_, env, params_.ball.smoothness);
+      in.penalty = params_.ball.penalty(engine_, env);
+      in.bonuses = params_.bonuses;
       in.ball_speed = launch_.linear_velocity(env).norm();
       in.ball_spin = launch_.angular_velocity(env).norm();
       in.robot_static = is_robot_static_[env] != 0;
@@ -189,10 +196,10 @@ GrabRewardTerms grab_reward(const GrabRewardInputs& in) {
   double reward = 10 * (1 - real::tanh(3 * terms.distance));
   if (terms.in_gripper) {
     reward += 10 + 90 * real::exp(-5 * std::max(std::abs(width - diameter) - 0.02, 0.0));
-    if (width <= diameter + 0.02) reward += 90;
+    if (width <= diameter + 0.02) reward += in.bonuses.attempt;
   }
   if (terms.very_close) reward += 30 * (1 - terms.distance / 0.06);
-  if (in.grasped) reward += 200;
+  if (in.grasped) reward += in.bonuses.grasp;
   terms.reward = in.success ? kSuccessReward : reward - in.penalty;
   return terms;
 }

@@ -7,6 +7,12 @@
 
 namespace engram::tasks {
 
+// Parts of the dense reward.
+struct GrabBonuses {
+  double attempt = 90;  // for fingers that close around the ball
+  double grasp = 200;
+};
+
 // Inputs of the dense reward.
 struct GrabRewardInputs {
   Eigen::Vector3d ball = Eigen::Vector3d::Zero();
@@ -16,6 +22,7 @@ struct GrabRewardInputs {
   bool success = false;
   double ball_radius = 0.02;  // m
   double penalty = 0;         // on large and abrupt actions
+  GrabBonuses bonuses = {};
   // For reward_dict alone.
   double ball_speed = 0;  // m/s
   double ball_spin = 0;   // rad/s

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 
 #include "core/base/join.h"
 #include "core/image/overlay.h"
@@ -27,15 +28,26 @@ constexpr double kPi = std::numbers::pi;
 
 // --- parameters ---
 
+// Names of reward terms, which the original spells in several ways.
+struct TermNames {
+  const char* correct_angle;
+  const char* angle_diff;
+};
+
 struct Params {
   TaskRow task;
   RotateMode MODE;
   bool strict;
+  double success_reward;
+  int success_from = 0;           // control steps of an episode before which nothing is a success
   double angle_threshold = 0.1;   // rad
   double PEG_HALF_WIDTH = 0.025;  // m
   double PEG_HALF_LENGTH = 0.12;  // m
-  SmoothnessParams smoothness = {};
+  // None: rewards know no action cost.
+  std::optional<SmoothnessParams> smoothness = SmoothnessParams{};
 
+  bool is_rl() const { return task.split == Split::kRl; }
+  TermNames term_names() const;
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
@@ -55,7 +67,13 @@ void Params::declare(ConstantBinder& constants) {
                  "half the peg's width and height; its mass grows with it");
   constants.real("PEG_HALF_LENGTH", PEG_HALF_LENGTH, {0.06, 0.18}, "m",
                  "half the peg's length; its mass grows with it");
-  smoothness.declare(constants);
+  if (smoothness) smoothness->declare(constants);
+}
+
+TermNames Params::term_names() const {
+  if (!is_rl()) return {"correct_angle", strict ? "y_angle_diff_deg" : "angle_diff_deg"};
+  if (strict) return {"correct_angle", "y_angle_diff"};
+  return {"self.correct_angle", "self.angle_diff"};
 }
 
 void Params::check(int horizon) const {
@@ -66,21 +84,36 @@ void Params::check(int horizon) const {
                   "at least twice PEG_HALF_WIDTH = " + shortest(2 * PEG_HALF_WIDTH) + " allowed");
 }
 
-constexpr std::array<Params, 2> kLenient = {{
-    {{"RotateLenientPosNeg-VLA-v0", 60, Split::kShort}, RotateMode::kPosNegAngle, false},
-    {{"RotateLenientPos-VLA-v0", 60, Split::kShort}, RotateMode::kPosAngle, false},
+// A row of the RL tasks, which show no success in the first five steps.
+constexpr Params rl_row(const TaskRow& task, RotateMode mode, bool strict, double success_reward) {
+  return {.task = task,
+          .MODE = mode,
+          .strict = strict,
+          .success_reward = success_reward,
+          .success_from = 6,
+          .smoothness = std::nullopt};
+}
+
+constexpr std::array<Params, 4> kLenient = {{
+    {{"RotateLenientPosNeg-VLA-v0", 60, Split::kShort}, RotateMode::kPosNegAngle, false, 60},
+    {{"RotateLenientPos-VLA-v0", 60, Split::kShort}, RotateMode::kPosAngle, false, 60},
+    rl_row({"RotateLenientPos-v0", 90, Split::kRl}, RotateMode::kPosAngle, false, 25),
+    rl_row({"RotateLenientPosNeg-v0", 90, Split::kRl}, RotateMode::kPosNegAngle, false, 25),
 }};
-constexpr std::array<Params, 2> kStrict = {{
-    {{"RotateStrictPosNeg-VLA-v0", 90, Split::kShort}, RotateMode::kPosNegAngle, true},
-    {{"RotateStrictPos-VLA-v0", 90, Split::kShort}, RotateMode::kPosAngle, true},
+constexpr TaskRow strict_rl_task(std::string_view id) {
+  return {.id = id, .horizon = 90, .split = Split::kRl, .memory_type = "Object"};
+}
+constexpr std::array<Params, 4> kStrict = {{
+    {{"RotateStrictPosNeg-VLA-v0", 90, Split::kShort}, RotateMode::kPosNegAngle, true, 100},
+    {{"RotateStrictPos-VLA-v0", 90, Split::kShort}, RotateMode::kPosAngle, true, 100},
+    rl_row(strict_rl_task("RotateStrictPos-v0"), RotateMode::kPosAngle, true, 100),
+    rl_row(strict_rl_task("RotateStrictPosNeg-v0"), RotateMode::kPosNegAngle, true, 100),
 }};
 
 constexpr double kMostOffset = 0.05;  // m, in x and in y, of the strict family
 constexpr double kLeastTurn = 0.01;   // rad in a control step: a peg that turns less rests
 constexpr double kTurnedShare = 0.5;  // of the threshold: a peg that has turned less is as it was
 constexpr double kStartSpan = 0.1;    // m, to either side
-constexpr double kLenientSuccessReward = 60;
-constexpr double kStrictSuccessReward = 100;
 constexpr mjcf::Rgba kPegBlue = {12 / 255.0, 42 / 255.0, 160 / 255.0, 1};
 constexpr int kPeg = 0;
 
@@ -136,14 +169,14 @@ class Rotate final : public FamilyBase {
                     .initial_yaw = initial_yaw_,
                     .threshold = params.angle_threshold,
                     .peg_half_length = params.PEG_HALF_LENGTH}) {
-    info_.termination = Termination::kNever;
+    info_.termination = params.is_rl() ? Termination::kSuccess : Termination::kNever;
     info_.candidates = candidates(params);
     info_.answer_rate = guess_rate(params.MODE, params.angle_threshold);
     info_.guess_rate = std::min(1.0, info_.answer_rate + kOnTheWay);
     info_.answer =
         "the angle by which the peg has turned when it and the robot first rest, if that is more "
         "than half of angle_threshold; in whole degrees";
-    info_.success_reward = params.strict ? kStrictSuccessReward : kLenientSuccessReward;
+    info_.success_reward = params.success_reward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
     info_.task_cue_dim = 1;
@@ -159,12 +192,15 @@ class Rotate final : public FamilyBase {
   void bind(const Bindings& bindings) override {
     FamilyBase::bind(bindings);
     ColumnStore& info = *bindings.outputs;
+    const auto add_pos_error = [&](const char* name) {
+      return params_.strict ? info.add<float>(name, 1, "m", "of the peg's centre")
+                            : Column<float>();
+    };
     relative_angle_ = info.add<float>("relative_angle", 1, "rad", "turned since the beginning");
+    if (params_.is_rl()) x_pos_error_ = add_pos_error("x_pos_error");  // the original's order
     y_angle_error_ = info.add<float>("y_angle_error", 1, "rad", "rotation still to be done");
-    if (params_.strict) {
-      x_pos_error_ = info.add<float>("x_pos_error", 1, "m", "of the peg's centre");
-      y_pos_error_ = info.add<float>("y_pos_error", 1, "m", "of the peg's centre");
-    }
+    if (!params_.is_rl()) x_pos_error_ = add_pos_error("x_pos_error");
+    y_pos_error_ = add_pos_error("y_pos_error");
     reward_dict_.bind(bindings, info_.reward_terms.size());
     ColumnStore& memory = *bindings.memory;
     target_ = memory.add<double>("target_angle", 1, "rad");
@@ -224,7 +260,8 @@ class Rotate final : public FamilyBase {
       }
       note_answer(env, turn);
       last_angle_[env] = turn.relative;
-      const bool counts = !engine_.strict || engine_.answers.given(env);
+      const bool counts = engine_.state->elapsed[env] >= params_.success_from &&
+                          (!engine_.strict || engine_.answers.given(env));
       engine_.success[env] = counts && is_correct(turn.error, params_.angle_threshold) &&
                                      in_place && robot_is_static(*engine_.state, env)
                                  ? 1
@@ -246,7 +283,8 @@ class Rotate final : public FamilyBase {
       in.robot_static = robot_is_static(*engine_.state, env);
       in.success = engine_.success[env] != 0;
       in.angle_threshold = params_.angle_threshold;
-      in.smoothness = params_.smoothness;
+      in.smoothness = params_.smoothness.value_or(SmoothnessParams{});
+      in.success_reward = params_.success_reward;
       const RotateRewardTerms terms =
           params_.strict ? rotate_strict_reward(in) : rotate_lenient_reward(in);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
@@ -260,8 +298,9 @@ class Rotate final : public FamilyBase {
     row.term("reaching_reward", "", terms.reaching);
     row.term("reached_status", "", terms.reached);
     row.term("y_angle_reward", "", terms.rotate);
-    row.term("correct_angle", "", is_correct(in.error, in.angle_threshold));
-    row.term(params_.strict ? "y_angle_diff_deg" : "angle_diff_deg", "deg", in.error * 180 / kPi);
+    const TermNames names = params_.term_names();
+    row.term(names.correct_angle, "", is_correct(in.error, in.angle_threshold));
+    row.term(names.angle_diff, "deg", in.error * 180 / kPi);
     row.term("agent_is_static", "", in.robot_static);
     row.term("success", "", in.success);
     if (params_.strict) {
@@ -271,8 +310,10 @@ class Rotate final : public FamilyBase {
       row.term("y_pos_reward", "", terms.y_pos);
       row.term("position_ok", "", terms.position_ok);
     }
-    list_smoothness(row, terms.smooth);
-    row.term("smooth_penalty", "", terms.smooth.penalty);
+    if (params_.smoothness) {
+      list_smoothness(row, terms.smooth);
+      row.term("smooth_penalty", "", terms.smooth.penalty);
+    }
   }
 
   // --- observation ---
@@ -357,7 +398,7 @@ RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
   if (terms.reached) terms.reward += 15 * terms.rotate;
   if (correct) terms.reward += 5;
   if (correct && in.robot_static) terms.reward += 2;
-  if (in.success) terms.reward = kLenientSuccessReward;
+  if (in.success) terms.reward = in.success_reward;
   return terms;
 }
 
@@ -378,7 +419,7 @@ RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   if (at_work) terms.reward += 35 * terms.rotate;
   if (correct) terms.reward += 10;
   if (correct && in.robot_static) terms.reward += 5;
-  if (in.success) terms.reward = kStrictSuccessReward;
+  if (in.success) terms.reward = in.success_reward;
   return terms;
 }
 

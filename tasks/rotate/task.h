@@ -18,6 +18,7 @@ struct RotateRewardInputs {
   bool success = false;
   double angle_threshold = 0.1;  // rad
   SmoothnessParams smoothness = {};
+  double success_reward = 0;  // at success, instead of all terms
 };
 
 struct RotateRewardTerms {

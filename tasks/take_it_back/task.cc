@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <optional>
 
 #include "core/math/real_functions.h"
 #include "mjcf/scene.h"
@@ -29,15 +30,20 @@ struct Params {
   TaskRow task;
   double GOAL_RADIUS = 0.08;    // m
   double CUBE_HALFSIZE = 0.02;  // m
-  SmoothnessParams smoothness = {
-      .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
+  // None: rewards know no action cost.
+  std::optional<SmoothnessParams> smoothness =
+      SmoothnessParams{.ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
+  TakeItBackShaping shaping = {};
 
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
 
-constexpr std::array<Params, 1> kVariants = {{
+constexpr std::array<Params, 2> kVariants = {{
     {{"TakeItBack-VLA-v0", 60, Split::kShort}},
+    {.task = {"TakeItBack-v0", 180, Split::kRl},
+     .smoothness = std::nullopt,
+     .shaping = {.in_place = 0.01, .in_goal_weight = 0, .contact_weight = 0}},
 }};
 
 constexpr int kTimeToAct = 45;  // control steps, there and back
@@ -94,7 +100,7 @@ void Params::declare(ConstantBinder& constants) {
       "how near the centre of target and start the cube has to be; twice that lies between them");
   constants.real("CUBE_HALFSIZE", CUBE_HALFSIZE, {0.01, 0.03}, "m",
                  "half the side of the cube; its mass grows with it");
-  smoothness.declare(constants);
+  if (smoothness) smoothness->declare(constants);
 }
 
 void Params::check(int horizon) const { check_horizon(horizon, {}, kTimeToAct); }
@@ -145,11 +151,11 @@ class TakeItBack final : public FamilyBase {
         "where the cube comes, or rests, first after the target: its first place, or the same in "
         "another slot; the slot, -1, 0 or 1";
     info_.answer_rate = 1.0 / kSlots;
-    info_.termination = Termination::kNever;
+    info_.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
-    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
     info_.phases = {{"there", "the cube has not been on the target"},
                     {"back", "the cube has been on the target"}};
     declare_state(*this);
@@ -233,7 +239,8 @@ class TakeItBack final : public FamilyBase {
       in.reached = reached_[env] != 0;
       in.success = engine_.success[env] != 0;
       in.cube_halfsize = params_.CUBE_HALFSIZE;
-      in.smoothness = params_.smoothness;
+      in.smoothness = params_.smoothness.value_or(SmoothnessParams{});
+      in.shaping = params_.shaping;
       const TakeItBackRewardTerms terms = take_it_back_reward(in);
       reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
@@ -241,21 +248,23 @@ class TakeItBack final : public FamilyBase {
   }
 
   template <class Row>
-  static void list_terms(Row& row, const TakeItBackRewardInputs& in,
-                         const TakeItBackRewardTerms& terms) {
+  void list_terms(Row& row, const TakeItBackRewardInputs& in,
+                  const TakeItBackRewardTerms& terms) const {
     row.term("reached_push", "", terms.at_push_point);
     row.term("reached_pull", "", terms.at_pull_point);
     row.term("tcp_push_dist", "m", terms.push_distance);
     row.term("tcp_pull_dist", "m", terms.pull_distance);
     row.term("reaching_reward_push", "", terms.reaching_push);
     row.term("reaching_reward_pull", "", terms.reaching_pull);
-    row.term("keep_contact_reward", "", terms.contact);
+    if (params_.shaping.contact_weight > 0) row.term("keep_contact_reward", "", terms.contact);
     row.term("goal_achieved", "", in.on_target);
     row.term("goal_reached_status", "", in.reached);
     row.term("place_in_goal_reward", "", terms.in_goal);
     row.term("place_back_reward", "", terms.back);
-    list_smoothness(row, terms.smooth);
-    row.term("smooth_penalty", "", terms.smooth.penalty);
+    if (params_.smoothness) {
+      list_smoothness(row, terms.smooth);
+      row.term("smooth_penalty", "", terms.smooth.penalty);
+    }
   }
 
   // --- observation ---
@@ -349,15 +358,14 @@ class TakeItBack final : public FamilyBase {
 }  // namespace
 
 TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
-  constexpr double kInPlace = 0.03;   // m
   constexpr double kPushGap = 0.005;  // m from the cube's face
   constexpr double kPullGap = 0.01;   // m
   TakeItBackRewardTerms terms;
   terms.smooth = smoothness(in.action_cost, in.smoothness);
   terms.push_distance = (in.cube + Vector(-in.cube_halfsize - kPushGap, 0, 0) - in.tcp).norm();
   terms.pull_distance = (in.cube + Vector(in.cube_halfsize + kPullGap, 0, 0) - in.tcp).norm();
-  terms.at_push_point = terms.push_distance < kInPlace;
-  terms.at_pull_point = terms.pull_distance < kInPlace;
+  terms.at_push_point = terms.push_distance < in.shaping.in_place;
+  terms.at_pull_point = terms.pull_distance < in.shaping.in_place;
   terms.reaching_push = 1 - real::tanh(5 * terms.push_distance);
   terms.reaching_pull = 1 - real::tanh(5 * terms.pull_distance);
   terms.contact = 1 - real::tanh(6 * (in.cube - in.tcp).norm());
@@ -366,10 +374,12 @@ TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
   if (in.success) {
     terms.reward = kSuccessReward;
   } else if (in.reached) {
-    terms.reward = 10 * terms.reaching_pull + 4 * terms.contact - terms.smooth.penalty;
+    terms.reward =
+        10 * terms.reaching_pull + in.shaping.contact_weight * terms.contact - terms.smooth.penalty;
     if (terms.at_pull_point) terms.reward += 15 * terms.back;
   } else {
-    terms.reward = 2 * terms.reaching_push + 1.5 * terms.in_goal - terms.smooth.penalty;
+    terms.reward =
+        2 * terms.reaching_push + in.shaping.in_goal_weight * terms.in_goal - terms.smooth.penalty;
     if (terms.at_push_point) terms.reward += 5 * terms.in_goal;
   }
   return terms;

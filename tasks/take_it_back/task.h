@@ -9,6 +9,13 @@
 
 namespace engram::tasks {
 
+// Parts of the dense reward.
+struct TakeItBackShaping {
+  double in_place = 0.03;       // m: so near to the point from which to push, or to pull
+  double in_goal_weight = 1.5;  // of a cube near the target, whatever the hand does
+  double contact_weight = 4;    // of a hand near the cube, on the way back
+};
+
 // Inputs of the dense reward.
 struct TakeItBackRewardInputs {
   Eigen::Vector3d cube = Eigen::Vector3d::Zero();
@@ -22,6 +29,7 @@ struct TakeItBackRewardInputs {
   double cube_halfsize = 0.02;  // m
   SmoothnessParams smoothness = {
       .ACTION_L2_COEF = 0.01, .ACTION_DELTA_L2_COEF = 0.08, .QVEL_L2_COEF = 0.01};
+  TakeItBackShaping shaping = {};
 };
 
 struct TakeItBackRewardTerms {

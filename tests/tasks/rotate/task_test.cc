@@ -28,6 +28,7 @@ TEST_CASE("The lenient reward equals the worked examples", "[rotate]") {
     in.error = error;
     in.robot_static = still;
     in.success = std::abs(error) < 0.1 && still;
+    in.success_reward = 60;
     return tasks::rotate_lenient_reward(in).reward;
   };
   CHECK(reward(0.30, 0.8, true) == Approx(0.223130).margin(1e-6));
@@ -47,6 +48,7 @@ TEST_CASE("The strict reward equals the worked examples", "[rotate]") {
     in.y_pos_error = y;
     in.robot_static = still;
     in.success = std::abs(error) < 0.1 && still && std::max(std::abs(x), std::abs(y)) < 0.05;
+    in.success_reward = 100;
     return tasks::rotate_strict_reward(in).reward;
   };
   CHECK(reward(0.30, 0, 0, 0.8, true) == Approx(0.203285).margin(1e-6));
