@@ -20,6 +20,7 @@
 #include "protocol/batch/control_mode_choice.h"
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/collection_report.h"
+#include "protocol/datasets/rl_collection.h"
 #include "protocol/formats/document.h"
 #include "protocol/formats/files.h"
 
@@ -28,6 +29,7 @@ namespace {
 
 constexpr const char* kReport = "collect_report.html";
 constexpr const char* kLerobot = "lerobot";
+constexpr const char* kRl = "rl";
 
 // Options that are passed on to the streams that a LeRobotDataset is made of.
 constexpr const char* kPassedOn[] = {"--max-attempts", "--seed",     "--renderer", "--set",
@@ -52,6 +54,14 @@ DocumentTable task_document(const DemonstrationFolder& folder) {
   return {{"env_id", folder.entry().id},   {"out", folder.path().string()},
           {"episodes", folder.episodes()}, {"steps", folder.steps()},
           {"attempts", folder.attempts()}, {"keep_rate", keep_rate(folder)}};
+}
+
+DocumentTable task_document(const RlFolder& folder) {
+  return {{"env_id", folder.entry().id},
+          {"out", folder.path().string()},
+          {"episodes", folder.episodes()},
+          {"steps", folder.steps()},
+          {"success_once", folder.success_once()}};
 }
 
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
@@ -91,6 +101,17 @@ std::string to_plain_text(const Folders& folders) {
   return table.text();
 }
 
+std::string to_plain_text(const std::vector<std::unique_ptr<RlFolder>>& folders) {
+  Table table(
+      {{"task"}, {"episodes", true}, {"steps each", true}, {"success_once", true}, {"folder"}});
+  for (const auto& folder : folders) {
+    table.add({std::string(folder->entry().id), std::to_string(folder->episodes()),
+               std::to_string(folder->horizon()), fmt::format("{:.3f}", folder->success_once()),
+               folder->path().string()});
+  }
+  return table.text();
+}
+
 // Too few episodes are a failure, although those collected are kept.
 void require_complete(const Folders& folders, const CollectionPlan& plan) {
   for (const auto& folder : folders) {
@@ -120,6 +141,43 @@ Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks
   });
   timing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return folders;
+}
+
+// In the layout of the benchmark's RL data.
+void collect_rl_data(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
+                     const CollectOptions& options) {
+  if (options.stream || options.estimate) {
+    throw Error(Error::kInvalidArgument,
+                "--format rl with --stream or --estimate; neither of them allowed");
+  }
+  Progress progress("collect", "steps");
+  const Interruption interruption;
+  const auto folders =
+      collect_rl(ranks, tasks, options.collection, [&](const CollectionProgress& now) {
+        progress.update(static_cast<double>(now.episodes) / now.wanted,
+                        static_cast<double>(now.env_steps));
+        interruption.check(
+            fmt::format("{} of {} episodes are in '{}'; the same command goes on with the others",
+                        now.episodes, now.wanted, options.collection.out.string()));
+      });
+  if (!ranks.is_root()) return;
+  if (!options.json) {
+    print(to_plain_text(folders));
+    return;
+  }
+  DocumentList documents;
+  int episodes = 0;
+  std::int64_t steps = 0;
+  for (const auto& folder : folders) {
+    documents.emplace_back(task_document(*folder));
+    episodes += folder->episodes();
+    steps += folder->steps();
+  }
+  print(to_text(DocumentTable{{"out", options.collection.out.string()},
+                              {"format", kRl},
+                              {"episodes", episodes},
+                              {"steps", steps},
+                              {"tasks", documents}}));
 }
 
 // A block of a stream: its length, 8 bytes, little-endian, and the bytes.
@@ -179,6 +237,10 @@ void run(Ranks& ranks, CollectOptions& options) {
   if (options.format == kLerobot) collect_lerobot(tasks, options);
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
+  if (options.format == kRl) {
+    collect_rl_data(ranks, tasks, options);
+    return;
+  }
   if (options.estimate) {
     if (!ranks.is_root()) return;
     const Interruption interruption;
@@ -210,9 +272,9 @@ namespace {
 
 void add_format(const Command& command, CollectOptions& options) {
   const auto take = [&options](const std::string& name) {
-    if (name != "npz" && name != kLerobot) {
+    if (name != "npz" && name != kLerobot && name != kRl) {
       throw Error(Error::kInvalidArgument,
-                  "--format: '" + name + "' given, npz or lerobot allowed");
+                  "--format: '" + name + "' given, npz, lerobot or rl allowed");
     }
     options.format = name;
   };
@@ -221,8 +283,11 @@ void add_format(const Command& command, CollectOptions& options) {
           .add_option(
               "--format", take,
               "lerobot: DIR/data_lerobot/<ID>, a LeRobotDataset, with no NPZ between; needs "
-              "Python. Tasks that are there already are left alone")
-          .type_name("npz|lerobot")
+              "Python. Tasks that are there already are left alone. rl: "
+              "DIR/MIKASA-Robo/unbatched/<ID>, the layout of the benchmark's RL data: whole "
+              "episodes of the oracle, failed ones too, 1000 of each task unless --episodes is "
+              "given")
+          .type_name("npz|lerobot|rl")
           .default_str("npz");
   const auto add = [&](const char* name, const char* word, const char* type, const char* help) {
     const auto pass_on = [&options, word](const std::string& value) {
@@ -285,6 +350,8 @@ void add_collect_command(const Command& program,
       "command continues. Files do not depend on --num-envs, --threads or the number of "
       "processes.");
   command.when_parsed([command, options] {
+    const bool unset = command.values("--episodes").empty();
+    if (options->format == kRl && unset) options->collection.plan.episodes = kRlEpisodes;
     for (const char* name : kPassedOn) {
       for (const std::string& value : command.values(name)) {
         options->passed.push_back(fmt::format("{}={}", name, value));

@@ -20,7 +20,7 @@ shared=(
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   statsmodels scipy  # what intervals and tests of results are checked against
-  tyro tqdm rich  # of the original's scripts, which engram.mikasa runs
+  tyro tqdm rich colorama  # of the original's scripts, which engram.mikasa runs
   aiohttp playwright websockets  # play, and what its tests talk to it with
   msgpack pyzmq json-numpy==2.1.1  # policy servers
 )

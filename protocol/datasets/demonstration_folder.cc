@@ -68,7 +68,8 @@ CollectionRule rule_of(const RegistryEntry& entry, const CollectionPlan& plan) {
                             : collection_rule(entry, control_mode_of(entry, plan));
 }
 
-// Provenance of the episodes in a folder. A run that continues a folder must agree.
+}  // namespace
+
 DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
   return {{"version", version()},
           {"start_seed", plan.start_seed},
@@ -81,8 +82,6 @@ DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan)
           {"variant", variant_document(entry, plan.constants)},
           {"perturbations", perturbations_document(plan.perturbations)}};
 }
-
-}  // namespace
 
 DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEntry& entry,
                                          const CollectionPlan& plan)

@@ -30,6 +30,9 @@ struct CollectionPlan {
   bool labels = false;  // beside the frames: protocol/datasets/labels.h
 };
 
+// Provenance of the episodes in a folder. A run that continues a folder must agree.
+DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan);
+
 // Takes the content of a data file, in place of a folder.
 using DemonstrationSink = std::function<void(std::span<const std::byte> file)>;
 
