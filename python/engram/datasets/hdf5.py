@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
+import re
 import zlib
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +62,7 @@ def convert(
     instructions: set[str] = set()
     with new_folder(root, *place) as path:
         with (
-            h5py.File(path / HDF5_FILE, "x") as file,
+            _new_file(path / HDF5_FILE) as file,
             contextlib.closing(
                 in_order(lambda load: _Demonstration(load(), added), folder.loaders(), jobs)
             ) as demonstrations,
@@ -90,6 +92,19 @@ def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> 
 
 
 # --- episodes ---
+
+
+@contextlib.contextmanager
+def _new_file(path: Path) -> Iterator[h5py.File]:
+    """A file; what the system says of a failure is an OSError, when it is closed, too."""
+    try:
+        with h5py.File(path, "x") as file:
+            yield file
+    except (OSError, RuntimeError) as error:
+        number = re.search(r"errno = (\d+)", str(error))
+        if number is None:
+            raise
+        raise OSError(int(number[1]), os.strerror(int(number[1]))) from error
 
 
 class _Frames:
