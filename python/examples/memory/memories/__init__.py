@@ -50,9 +50,14 @@ def size_for(name, width=WIDTH, budget=PARAMETERS):
         return parameters(kind(width, size))
 
     with torch.random.fork_rng(devices=[]):  # so that the search leaves no trace in the weights
-        sizes = range(kind.multiple, budget, kind.multiple)
-        above = sizes[max(1, bisect.bisect_left(sizes, budget, key=count))]
-        return min(above - kind.multiple, above, key=lambda size: abs(count(size) - budget))
+        most = kind.multiple
+        while count(most) < budget:
+            most *= 2
+        sizes = range(kind.multiple, most + 1, kind.multiple)
+        above = sizes[bisect.bisect_left(sizes, budget, key=count)]
+        return min(
+            above, max(above - kind.multiple, kind.multiple), key=lambda n: abs(count(n) - budget)
+        )
 
 
 def make(name, width=WIDTH, size=None, budget=PARAMETERS):

@@ -29,7 +29,7 @@ class Memory(nn.Module):
         raise NotImplementedError
 
     def forward(self, inputs, state=None, begins=None):
-        """With begins (T, N), the steps that are an episode's first: the state is reset before them."""
+        """The state is reset before the first steps of episodes: begins (T, N) marks them."""
         if state is None:
             state = self.initial(inputs.shape[1])
         if begins is None:

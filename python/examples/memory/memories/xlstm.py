@@ -30,7 +30,7 @@ class BlockLinear(nn.Module):
 
 
 class MatrixMemory(nn.Module):
-    """The cell. State: C (N, heads, d, d), n (N, heads, d), m (N, heads); C and n are times exp(-m)."""
+    """The cell. State: C (N, heads, d, d) and n (N, heads, d), both times exp(-m); m (N, heads)."""
 
     def __init__(self, channels, heads):
         super().__init__()

@@ -76,6 +76,7 @@ def test_mingru(ours: SimpleNamespace, inputs: Any) -> None:
     theirs, memory = minGRU(WIDTH, expansion_factor=2.0), ours.mingru.MinGru(WIDTH, 2 * WIDTH)
     copy(
         (theirs.to_hidden_and_gate.weight, memory.candidate_and_gate.weight),
+        (torch.zeros(2 * WIDTH), memory.gate_bias),  # theirs has none
         (theirs.to_out.weight, memory.output.weight),
     )
     assert_same(memory, inputs, theirs(inputs.transpose(0, 1)))
