@@ -158,8 +158,6 @@ def transfer(policy, ids, episodes=200):
             given = f"{scenes.layout.tokens} objects in {id}"
             raise ValueError(f"{given}; {policy.layout.tokens} needed, as in training")
         tasks[id] = evaluate(policy, scenes, FINAL_SEED)
-        if policy.memory:
-            tasks[id]["wiped"] = evaluate(policy, scenes, FINAL_SEED, forget=True)
     return tasks
 
 

@@ -65,36 +65,31 @@ def run(args, known):
 
 def table(runs, learner, task):
     """Markdown: a row for each memory, over its seeds."""
-    long, rows = LONGER[task], []
+    rows = []
     for memory in memories.MEMORIES:
-        column = column_of(learner, memory)
-        own = [
-            result for (id, name, _), result in sorted(runs.items()) if (id, name) == (task, column)
-        ]
+        run = (task, column_of(learner, memory))
+        own = [result for key, result in sorted(runs.items()) if key[:2] == run]
         if not own:
             continue
-        far = [result["transfer"][long] for result in own]
-        success = [
-            scores.rate_cell(part, "success_once") for part in (own, wiped(own), far, wiped(far))
+        reset = [result["wiped"] for result in own if "wiped" in result]
+        far = [result["transfer"][LONGER[task]] for result in own]
+        cells = [
+            scores.rate_cell(part, figure)
+            for part, figure in (
+                (own, "success_once"),
+                (reset, "success_once"),
+                (far, "success_once"),
+                (far, "first_answer_correct"),
+            )
         ]
         cost = statistics.median(result["cpu_s_per_million_steps"] for result in own)
-        rows.append([memory, str(len(own)), *success, f"{cost:,.0f}"])
+        rows.append([memory, str(len(own)), *cells, f"{cost:,.0f}"])
     if not rows:
         return []
-    head = ["memory", "seeds", "short", "short, reset", "Long", "Long, reset", "cpu s / 10^6 steps"]
-    chance = engram.describe(task)["chance"]
-    return [
-        f"### {task}, {learner}",
-        "",
-        f"Chance: {chance:.3f}.",
-        "",
-        *scores.table(head, rows),
-        "",
-    ]
-
-
-def wiped(runs):
-    return [run["wiped"] for run in runs if "wiped" in run]
+    head = ["memory", "seeds", "short", "short, reset", "Long", "Long, first answer", "cpu s"]
+    title = f"## {learner}, {task}"
+    chance = f"Chance of an answer: {engram.describe(task)['answer_chance']:.3f}."
+    return [title, "", chance, "", *scores.table(head, rows), ""]
 
 
 def sizes(runs):
@@ -108,7 +103,7 @@ def sizes(runs):
             rows.append(
                 [memory, str(memories.size_for(memory)), ", ".join(f"{n:,}" for n in inside)]
             )
-    return ["### Parameters", "", *scores.table(["memory", "size", "parameters"], rows)]
+    return ["## Parameters", "", *scores.table(["memory", "size", "parameters"], rows)]
 
 
 def tables(runs):
