@@ -186,7 +186,11 @@ TEST_CASE("A hand that was once behind the ball earns by the ball's distance alo
   std::map<int, bool> reached;
   int latched = 0;
   for (int t = 1; t < 90; ++t) {
-    env->step(test::move_to(*env, [&](int i) { return hit_point(*env, i); }));
+    env->step(test::move_to(*env, [&](int i) {
+      const Vector hit = hit_point(*env, i);
+      const bool in_reach = std::hypot(hit.x() + 0.615, hit.y()) < 0.75;
+      return in_reach ? hit : tcp_of(*env, i);
+    }));
     for (int i = 0; i < options.num_envs; ++i) {
       const double expected = published_deflect(*env, i, reached[i]);
       CHECK(static_cast<double>(env->reward()[static_cast<std::size_t>(i)]) ==
