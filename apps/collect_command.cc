@@ -17,6 +17,7 @@
 #include "apps/python_module.h"
 #include "apps/task_choice.h"
 #include "core/env/scripted_policy.h"
+#include "protocol/batch/control_mode_choice.h"
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/collection_report.h"
 #include "protocol/formats/document.h"
@@ -154,14 +155,15 @@ std::string this_program() { return std::filesystem::read_symlink("/proc/self/ex
     throw Error(Error::kInvalidArgument,
                 "--format lerobot with --stream or --estimate; one of them allowed");
   }
-  const std::optional<ControlMode> mode = options.collection.plan.control_mode;
-  if (mode) require_mode_of(Policy::kOracle, *mode);
+  // All data sets are written with the same features of actions.
+  const ControlMode mode = common_control_mode(options.collection.plan.control_mode, tasks);
+  require_mode_of(Policy::kOracle, mode);
   std::vector<std::string> words = python_words("engram.datasets", "--format lerobot");
   words.insert(words.end(), {"collect", "--command", this_program(), "--out", options.out});
   words.insert(words.end(), options.lerobot.begin(), options.lerobot.end());
   const CollectionPlan& plan = options.collection.plan;
   words.push_back(fmt::format("--episodes={}", plan.episodes));
-  if (mode) words.push_back(fmt::format("--control-mode={}", name_of(*mode)));
+  words.push_back(fmt::format("--control-mode={}", name_of(mode)));
   if (plan.joint_proprio) words.emplace_back("--joint-proprio");
   if (plan.keep_failures) words.emplace_back("--keep-failures");
   if (plan.labels) words.emplace_back("--labels");
@@ -244,7 +246,8 @@ void add_collect_command(const Command& program,
   command.add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
   add_filter(command, options->filter);
   command.add_flag("--canonical", options->filter.canonical, "Tasks of the benchmark proper only");
-  command.add_flag("--all", options->all, "All registered tasks that pass the filters");
+  command.add_flag("--all", options->all,
+                   "All registered tasks that pass the filters, but RL tasks (--split rl)");
   CollectionPlan& plan = options->collection.plan;
   add_int(command, "--episodes", plan.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes per task");

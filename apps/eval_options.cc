@@ -192,7 +192,8 @@ void add_task_choice(const Command& command, EvalOptions& options) {
   add_filter(command, options.filter);
   command.add_flag("--canonical", options.filter.canonical,
                    "The 90 tasks of the benchmark proper only");
-  command.add_flag("--all", options.all, "All registered tasks that pass the filters");
+  command.add_flag("--all", options.all,
+                   "All registered tasks that pass the filters, but RL tasks (--split rl)");
 }
 
 void add_environment(const Command& command, MakeOptions& environment) {

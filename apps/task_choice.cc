@@ -37,6 +37,9 @@ std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& i
   if (!filtered) return named_tasks(ids);
 
   std::vector<const RegistryEntry*> tasks = select(filter);
+  if (!filter.split) {
+    std::erase_if(tasks, [](const RegistryEntry* task) { return task->split == Split::kRl; });
+  }
   if (tasks.empty()) {
     throw Error(Error::kInvalidArgument, "the filters leave no task; `engram list` shows all");
   }

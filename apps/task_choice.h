@@ -10,8 +10,9 @@
 
 namespace engram::apps {
 
-// The tasks of these ids, or all that pass the filter. Throws Error unless tasks are chosen, in one
-// of the two ways.
+// The tasks of these ids, or all that pass the filter; RL tasks only if the filter names their
+// split, since results of the two halves do not belong together. Throws Error unless tasks are
+// chosen, in one of the two ways.
 std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& ids,
                                                const TaskFilter& filter, bool all);
 

@@ -38,7 +38,8 @@ std::vector<TaskCheck> check_all(const VerifyOptions& options) {
   std::vector<ObsMode> modes(kObsModes.begin(), kObsModes.end());
   if (options.obs_mode) modes = {*options.obs_mode};
   const bool all = options.ids.empty() && !options.filter.any();
-  const std::vector<const RegistryEntry*> tasks = chosen_tasks(options.ids, options.filter, all);
+  const std::vector<const RegistryEntry*> tasks =
+      all ? select({}) : chosen_tasks(options.ids, options.filter, false);
   std::vector<TaskCheck> rows;
   for (const ObsMode mode : modes) {
     for (const RegistryEntry* task : tasks) {

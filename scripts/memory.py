@@ -4,6 +4,7 @@ and the figures in protocol/batch/ceilings.cc, which `engram info` and the score
 by. Build again afterwards.
 
 memory.py [--engram COMMAND] [--measured FILE]    about a quarter of an hour on two cores
+memory.py --rl                                    the RL tasks alone, a few minutes
 
 FILE keeps what was measured: where it is there, the tables are written from it.
 """
@@ -52,6 +53,7 @@ class Engram:
     def evaluate(self, ids, policy, episodes, seed, *more):
         """Results by id."""
         which = ("--all",) if ids is None else ids
+        of_half = ids is None or ids == RL
         shown = (
             *which,
             "--policy",
@@ -62,7 +64,7 @@ class Engram:
             str(seed),
             *more,
         )
-        if ids is None:
+        if of_half:
             tasks = self("eval", *shown)["tasks"]
         else:
             self.asked.append("engram eval ID... " + " ".join(shown[len(ids) :]))
@@ -212,8 +214,8 @@ def put(text, name, content, begin="<!-- {} -->", end="<!-- end -->"):
     return re.sub(pattern, lambda _: whole, text, count=1, flags=re.DOTALL)
 
 
-def figures(results, ids):
-    lines = ["constexpr Ceiling kCeilings[] = {"]
+def figures(array, results, ids):
+    lines = [f"constexpr Ceiling {array}[] = {{"]
     for name in ids:
         rates = [results[policy][name]["sr"] for policy in POLICIES]
         answers = [results[policy][name]["first_answer_correct"] for policy in POLICIES]
@@ -262,23 +264,66 @@ def write(measured):
         page, "independence", independence(measured["canonical"], measured["info"])
     )
     PAGE.write_text(page)
-    source = put(FIGURES.read_text(), "ceilings", figures(results, ids), *MARKS)
-    FIGURES.write_text(source)
+    put_figures("ceilings", figures("kCeilings", results, ids))
+
+
+def put_figures(name, content):
+    FIGURES.write_text(put(FIGURES.read_text(), name, content, *MARKS))
+
+
+def measure_rl(engram):
+    start = time.monotonic()
+    results = {p: engram.evaluate(RL, p, EPISODES, SEED) for p in POLICIES}
+    asked = [name for name, task in results["oracle"].items() if task["first_answers"] is not None]
+    strict = {p: engram.evaluate(asked, p, EPISODES, SEED, "--option", "strict=1") for p in POLICIES}
+    pose = engram.evaluate(RL, "oracle", EPISODES, SEED, "--control-mode", "pd_ee_delta_pose")
+    return {
+        "minutes": (time.monotonic() - start) / 60,
+        "commands": engram.asked,
+        "results": results,
+        "strict": strict,
+        "pose": pose,
+    }
+
+
+def rl_table(measured):
+    results = measured["results"]
+    head = ["id", "chance", *POLICIES, "oracle, pd_ee_delta_pose"]
+    head += [f"answer: {policy}" for policy in POLICIES] + [f"strict: {policy}" for policy in POLICIES]
+    rows = []
+    for name, oracle in results["oracle"].items():
+        of = [results[policy][name] for policy in POLICIES]
+        strict = [measured["strict"][policy].get(name, {}).get("sr") for policy in POLICIES]
+        rates = [oracle["chance"], *(one["sr"] for one in of), measured["pose"][name]["sr"]]
+        answers = [one["first_answer_correct"] for one in of]
+        rows.append([f"`{name}`", *map(share, [*rates, *answers, *strict])])
+    return table(head, rows)
+
+
+def write_rl(measured):
+    made = f"Made by `scripts/memory.py --rl` in {measured['minutes']:.0f} minutes, with these commands:"
+    commands = "\n".join(measured["commands"])
+    page = put(PAGE.read_text(), "rl made", f"{made}\n\n```sh\n{commands}\n```")
+    PAGE.write_text(put(page, "rl", rl_table(measured)))
+    results = measured["results"]
+    put_figures("rl ceilings", figures("kRlCeilings", results, list(results["oracle"])))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--engram", default=str(ROOT / "build" / "release" / "engram"))
-    parser.add_argument(
-        "--measured", type=pathlib.Path, default=ROOT / "build" / "memory.json"
-    )
+    parser.add_argument("--measured", type=pathlib.Path, help="default: build/memory.json")
+    parser.add_argument("--rl", action="store_true", help="the RL tasks alone")
     arguments = parser.parse_args()
-    if not arguments.measured.exists():
-        arguments.measured.write_text(json.dumps(measure(Engram(arguments.engram))))
-    write(json.loads(arguments.measured.read_text()))
+    which = (measure_rl, write_rl) if arguments.rl else (measure, write)
+    file = arguments.measured or ROOT / "build" / ("memory_rl.json" if arguments.rl else "memory.json")
+    if not file.exists():
+        file.write_text(json.dumps(which[0](Engram(arguments.engram))))
+    which[1](json.loads(file.read_text()))
 
 
 MARKS = ("// begin {}: written by scripts/memory.py", "// end ceilings")
+RL = ("--split", "rl")
 
 if __name__ == "__main__":
     main()

@@ -6,6 +6,7 @@
 
 #include "core/env/proprio.h"
 #include "core/env/queries.h"
+#include "core/sim/action_dim.h"
 #include "protocol/batch/ceilings.h"
 #include "protocol/batch/unused_constants.h"
 #include "protocol/formats/document_values.h"
@@ -195,8 +196,6 @@ ConstantList describe_props(const PhysicsModel& model) {
   return list;
 }
 
-constexpr int kCanonicalActionDim = 7;  // of pd_ee_delta_pose
-
 // Observation of a batch of the default options: qpos, qvel, tcp_pose, then the task's fields.
 int canonical_state_dim(const TaskInfo& info) {
   constexpr int kTcpPoseDim = 7;
@@ -299,7 +298,7 @@ ConstantTable describe_output(const Field& field) {
 ConstantTable describe_entry(const RegistryEntry& entry) {
   const std::unique_ptr<Task> task = make_task(entry.id);
   ConstantTable known = describe_rules(task->info());
-  known.emplace_back("action_dim", kCanonicalActionDim);
+  known.emplace_back("action_dim", action_dim(entry.control_mode));
   known.emplace_back("state_dim", canonical_state_dim(task->info()));
   const Document description = std::move(known);
   ConstantTable listed;

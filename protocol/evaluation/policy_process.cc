@@ -98,7 +98,10 @@ void PolicyProcess::handshake() {
   body.put(static_cast<std::uint32_t>(rgb ? images.width : 0));
   body.put(static_cast<std::uint32_t>(rgb ? 3 * images.cameras.size() : 0));
   body.put(static_cast<std::uint32_t>(proprio_dim(options_.environment.joint_proprio)));
-  const int numbers = options_.choices ? 0 : action_dim(options_.environment.control_mode.value());
+  const int numbers =
+      options_.choices
+          ? 0
+          : action_dim(options_.environment.control_mode.value_or(TaskInfo().control_mode));
   body.put(static_cast<std::uint32_t>(numbers));
   body.put(static_cast<std::uint32_t>(options_.max_slots));
   request_ = "the greeting";

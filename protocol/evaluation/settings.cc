@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/batch/control_mode_choice.h"
 #include "protocol/batch/make.h"
 #include "protocol/batch/perturbations_document.h"
 #include "protocol/batch/variants.h"
@@ -22,23 +23,6 @@ DocumentList variants_of(const std::vector<std::string>& ids) {
     if (entry.constants != nullptr) variants.push_back(to_document(variant_of(entry)));
   }
   return variants;
-}
-
-// The given one, or that of the tasks.
-ControlMode common_control_mode(std::optional<ControlMode> given,
-                                const std::vector<std::string>& ids) {
-  if (given) return *given;
-  if (ids.empty()) return ControlMode::kPdEeDeltaPose;
-  const RegistryEntry& first = require_entry(ids.front());
-  for (const std::string& id : ids) {
-    const RegistryEntry& other = require_entry(id);
-    if (other.control_mode == first.control_mode) continue;
-    throw Error(Error::kInvalidArgument,
-                std::string("no control mode given, and ") + name_of(first.control_mode) +
-                    " is that of " + std::string(first.id) + ", " + name_of(other.control_mode) +
-                    " that of " + id + "; one for all tasks needed");
-  }
-  return first.control_mode;
 }
 
 // A sealed run has no seed before it is opened.
@@ -131,7 +115,9 @@ void require_this_version(const Document& document, const std::filesystem::path&
 void EvaluationSettings::set_environment(const MakeOptions& environment) {
   obs_mode = environment.obs_mode;
   renderer = obs_mode == ObsMode::kRgb ? environment.image_options.renderer : "none";
-  control_mode = common_control_mode(environment.control_mode, tasks);
+  std::vector<const RegistryEntry*> entries;
+  for (const std::string& id : tasks) entries.push_back(&require_entry(id));
+  control_mode = common_control_mode(environment.control_mode, entries);
   joint_proprio = environment.joint_proprio;
   rules = environment.rules;
   task_options.clear();

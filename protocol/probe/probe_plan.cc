@@ -1,5 +1,8 @@
 #include "protocol/probe/probe_plan.h"
 
+#include <algorithm>
+
+#include "core/base/error.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/statistics.h"
 
@@ -13,6 +16,21 @@ Document first_trials(const ConditionResults& results, Of&& of) {
     if (group.front().played != 0) values.push_back(of(group.front()));
   }
   return rate_document(values);
+}
+
+// Families outside of the tree may be wrong about their constants and draws.
+void require_known(const ProbeTask& task, std::string_view name, const char* fact, bool or_draw) {
+  const TaskInfo& info = task.info;
+  const bool constant =
+      std::ranges::find(info.constants, name, &TaskConstant::name) != info.constants.end();
+  const bool draw =
+      or_draw && std::ranges::find(info.random_variables, name, &RandomVariable::name) !=
+                     info.random_variables.end();
+  if (name.empty() || constant || draw) return;
+  throw Error(Error::kInvalidArgument, "MemoryFacts::" + std::string(fact) + " of " + info.family +
+                                           ": '" + std::string(name) +
+                                           "' given, the name of a constant" +
+                                           (or_draw ? " or a draw" : "") + " needed");
 }
 
 }  // namespace
@@ -29,7 +47,11 @@ ConstantTable ProbeTask::with(const ConstantTable& others) const {
 }
 
 ProbeTask probe_task(const RegistryEntry& entry, const ConstantTable& constants) {
-  return {&entry, constants, make_task(entry.id, constants)->info()};
+  ProbeTask task{&entry, constants, make_task(entry.id, constants)->info()};
+  const MemoryFacts& facts = task.facts();
+  require_known(task, facts.delay, "delay", false);
+  require_known(task, facts.items, "items", true);
+  return task;
 }
 
 ProbePlan skipped_plan(const std::string& reason) {

@@ -191,7 +191,8 @@ void check_control_mode(const std::vector<ProbeCondition>& conditions, const Pro
                .awaits_cue({protocol.start_seed});
   };
   try {
-    require_mode_of(Policy::kOracle, protocol.environment.control_mode.value());
+    require_mode_of(Policy::kOracle,
+                    protocol.environment.control_mode.value_or(TaskInfo().control_mode));
   } catch (const Error& error) {
     const auto found = std::ranges::find_if(conditions, needs_oracle);
     if (found == conditions.end()) return;

@@ -58,7 +58,7 @@ def arguments(given: list[str] | None) -> argparse.Namespace:
     )
     add = parser.add_argument
     add("ids", nargs="*", metavar="ID", help="tasks; default: those of --split")
-    add("--split", default="short", choices=["short", "medium", "long", "extended"])
+    add("--split", default="short", choices=["short", "medium", "long", "extended", "rl"])
     add("--seeds", type=int, nargs="+", default=[1, 2, 3], help="of the learners' runs")
     add("--learners", type=Path, default=Path("python/examples/memory"), help="their folder")
     add("--only", nargs="+", choices=[*LEARNERS, *POLICIES], help="these columns only")

@@ -37,6 +37,7 @@ def parse_arguments() -> argparse.Namespace:
     )
     add = parser.add_argument
     add("--id", default="RememberColor3-VLA-v0", help="task")
+    add("--control-mode", default=None, help="meaning of actions; None: the task's own")
     add("--seed", type=int, default=1, help="of episodes, networks and exploration")
     add("--steps", type=int, default=600_000, help="environment steps to learn from")
     add("--minutes", type=float, default=9.0, help="stop earlier after this wall-clock time")
@@ -283,7 +284,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
             num_envs=num_envs,
             threads=args.threads,
             obs_mode="state",
-            control_mode="pd_ee_delta_pose",
+            control_mode=args.control_mode,
             reward_mode="normalized_dense",
             autoreset_mode="SAME_STEP",
             copy=False,  # torch.tensor copies

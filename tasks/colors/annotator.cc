@@ -7,7 +7,7 @@
 namespace engram::tasks {
 namespace {
 
-// Subtasks before the touches; the button comes after them.
+// Subtasks before the touches; the button, if there is one, comes after them.
 constexpr int kRemember = 0;
 constexpr int kWait = 1;
 constexpr int kFirstTouch = 2;
@@ -18,6 +18,10 @@ constexpr int kFirstTouch = 2;
 int ColorRecallAnnotator::shown(int env) const {
   if (phase(env) != Phase::kCue) return length();
   return view_.cubes.shown(elapsed(env), view_.clock.cue_end(env));
+}
+
+int ColorRecallAnnotator::last_subtask() const {
+  return kFirstTouch + length() - (has_button() ? 0 : 1);
 }
 
 // In the order of the cue, also where any order will do.
@@ -32,7 +36,7 @@ std::vector<std::string> ColorRecallAnnotator::plan(int env) const {
     plan.push_back(item < shown(env) ? "touch the " + color_name(color(env, item)) + " cube"
                                      : "touch cube " + std::to_string(item + 1) + " of the cue");
   }
-  plan.emplace_back("press the center button");
+  if (has_button()) plan.emplace_back("press the center button");
   return plan;
 }
 
@@ -47,7 +51,7 @@ int ColorRecallAnnotator::subtask(int env) const {
   }
   const std::int32_t* const first = view_.sequence.row(env);
   const std::int32_t* const found = std::find(first, first + length(), expert_.next_target(env));
-  return kFirstTouch + static_cast<int>(found - first);
+  return std::min(kFirstTouch + static_cast<int>(found - first), last_subtask());
 }
 
 int ColorRecallAnnotator::subtasks_done(int env) const {
@@ -56,7 +60,7 @@ int ColorRecallAnnotator::subtasks_done(int env) const {
   for (int item = 0; item < length(); ++item) {
     touched += view_.touch.touched(env)[color(env, item)] != 0 ? 1 : 0;
   }
-  return kFirstTouch + touched;
+  return std::min(kFirstTouch + touched, last_subtask());
 }
 
 std::string ColorRecallAnnotator::memory(int env) const {
@@ -79,7 +83,8 @@ int ColorRecallAnnotator::object(int env) const {
       break;
   }
   const int next = expert_.next_target(env);
-  return next < 0 ? view_.button.cap() : next;
+  if (next >= 0) return next;
+  return has_button() ? view_.button->cap() : color(env, length() - 1);
 }
 
 }  // namespace engram::tasks

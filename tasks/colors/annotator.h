@@ -22,6 +22,8 @@ class ColorRecallAnnotator final : public Annotator {
  private:
   int length() const { return view_.params.SEQUENCE_LENGTH; }
   int elapsed(int env) const { return view_.engine.state->elapsed[env]; }
+  bool has_button() const { return view_.button != nullptr; }
+  int last_subtask() const;
   bool is_chain() const { return view_.params.rule == ColorRule::kChain; }
   Phase phase(int env) const { return view_.clock.phase(env, elapsed(env)); }
   int color(int env, int item) const { return view_.sequence.row(env)[item]; }

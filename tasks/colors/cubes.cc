@@ -19,7 +19,10 @@ namespace {
 // Slots and colours are counted from the middle of their row.
 double from_middle(int index, int count) { return index - 0.5 * (count - 1); }
 
-Layout arc_slots(int count) {
+// Nominal places of the action phase: on an arc around a button, or on a narrower one.
+Layout slots_of(const ColorRecallParams& params) {
+  const int count = params.COLORS;
+  if (!params.has_button()) return nominal_slots(count);
   Layout slots;
   for (int slot = 0; slot < count; ++slot) {
     const double step = from_middle(slot, count);
@@ -49,8 +52,8 @@ Layout cue_places(const ColorRecallParams& params) {
   return places;
 }
 
-Layout draw_places(const Layout& arc, double half_size, RandomStream& random) {
-  return assign_slots(jitter_slots(arc, half_size, random), random);
+Layout draw_places(const Layout& slots, double half_size, RandomStream& random) {
+  return assign_slots(jitter_slots(slots, half_size, random), random);
 }
 
 // The place of the button. position: gives those of the cubes.
@@ -68,7 +71,7 @@ enum class Overlap { kNone, kCubes, kButton };
 Overlap find_overlap(const ColorRecallParams& params, double size) {
   constexpr int kLayouts = 20;
   const double reach = params.button.shape.BUTTON_BASE_HALF_SIZE[0] + size + kMinClearance;
-  const Layout arc = arc_slots(params.COLORS);
+  const Layout slots = slots_of(params);
   const Layout cue = cue_places(params);
   const auto gap = [size](std::size_t, std::size_t, const Vec2& offset) {
     return square_clearance(size, offset);
@@ -77,7 +80,7 @@ Overlap find_overlap(const ColorRecallParams& params, double size) {
   bool beside = true;
   for (int i = 0; i < kLayouts; ++i) {
     RandomStream random(0, static_cast<std::uint64_t>(i), 0);
-    const Layout places = draw_places(arc, size, random);
+    const Layout places = draw_places(slots, size, random);
     const auto place_of = [&](int color) { return places[at(color)]; };
     const Vec2 button = amid(params.COLORS, place_of);
     const auto clear_of_button = [&](const Vec2& place) {
@@ -88,10 +91,10 @@ Overlap find_overlap(const ColorRecallParams& params, double size) {
              std::ranges::all_of(cue, clear_of_button);
   }
   if (!apart) return Overlap::kCubes;
-  return beside ? Overlap::kNone : Overlap::kButton;
+  return beside || !params.has_button() ? Overlap::kNone : Overlap::kButton;
 }
 
-// Throws Error unless all cubes stand apart from each other and from the button, in every phase.
+// Throws Error unless all cubes stand apart from each other and from a button, in every phase.
 void check_places(const ColorRecallParams& params) {
   const Overlap overlap = find_overlap(params, params.CUBE_HALFSIZE);
   if (overlap == Overlap::kNone) return;
@@ -119,14 +122,14 @@ std::span<const std::int32_t> shuffled_colors(int count, ColorPermutation& stora
 }
 
 ColorCubes::ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, VariableHandle places)
-    : params_(params), places_(places), arc_(arc_slots(params.COLORS)) {
+    : params_(params), places_(places), slots_(slots_of(params)) {
   check_places(params);
   for (int color = 0; color < count(); ++color) {
     const std::size_t index = at(color);
     mjcf::Prop cube = mjcf::cube("cube_" + std::to_string(color), params.CUBE_HALFSIZE,
                                  to_rgba(COLOR_MAPPING[index].rgba));
     // Apart, so that the document by itself shows all of them.
-    cube.pos = {arc_[index].x(), arc_[index].y(), params.CUBE_HALFSIZE};
+    cube.pos = {slots_[index].x(), slots_[index].y(), params.CUBE_HALFSIZE};
     scene.props.push_back(std::move(cube));
   }
 }
@@ -145,7 +148,7 @@ void ColorCubes::reset(const Episode& episode) const {
     return;
   }
   RandomStream random = places_.stream(episode);
-  for (const Vec2& place : draw_places(arc_, params_.CUBE_HALFSIZE, random)) {
+  for (const Vec2& place : draw_places(slots_, params_.CUBE_HALFSIZE, random)) {
     *positions++ = place.x();
     *positions++ = place.y();
   }
@@ -181,8 +184,9 @@ int ColorCubes::shown(int elapsed, int cue_steps) const {
 
 void ColorCubes::hide_all(int env, std::span<const std::int32_t> past) const {
   for (int color = 0; color < count(); ++color) {
-    const bool middle = params_.rule == ColorRule::kBunch ||
-                        std::find(past.begin(), past.end(), color) != past.end();
+    const bool moved =
+        params_.has_button() && std::find(past.begin(), past.end(), color) != past.end();
+    const bool middle = params_.rule == ColorRule::kBunch || moved;
     const Vec2 at = middle ? Vec2(0, 0) : slot(env, color);
     const double pos[3] = {at.x(), at.y(), kHiddenHeight};
     engine_.state->hide_prop(env, color, pos);

@@ -31,7 +31,7 @@ class ColorCubes {
  public:
   // Appends the cubes to the scene. They are its first props, so that colours are indices.
   // places: the variable of where they stand. Throws Error unless all stand apart from each other
-  // and from the button, in every phase.
+  // and from a button, in every phase.
   ColorCubes(mjcf::Scene& scene, const ColorRecallParams& params, VariableHandle places);
 
   void bind(const Bindings& bindings);
@@ -52,7 +52,7 @@ class ColorCubes {
   // that nothing can move them.
   void show_cue(int env, std::span<const std::int32_t> sequence, int elapsed, int cue_steps) const;
   // `past`: the colours that the cue has shown so far. Bunch reports hidden cubes above the middle;
-  // the others where they stood last, in x and y.
+  // the others where they stood last, in x and y, or in the RL tasks where they will stand.
   void hide_all(int env, std::span<const std::int32_t> past) const;
   void show_all(int env) const;
 
@@ -70,7 +70,7 @@ class ColorCubes {
 
   ColorRecallParams params_;
   VariableHandle places_;
-  Layout arc_;
+  Layout slots_;
   Bindings engine_;
   Column<double> positions_;  // (count * 2) m
 };

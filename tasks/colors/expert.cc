@@ -14,6 +14,11 @@ namespace {
 
 constexpr double kTravelHeight = 0.115;   // m: the TCP between two touches touches nothing
 constexpr double kMostAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
+// Where touches are all, time is short:
+constexpr double kTravelMargin = 0.005;  // m above where a cube can be touched
+constexpr double kMostShort = 0.01;      // m before, and above, the touch point
+constexpr double kRestRadius = 0.9;      // of the touch radius: within that the TCP stops
+const Eigen::Vector3d kWaitingPlace(-0.06, 0, 0.08);  // m: amid the cubes, above them
 
 // Without memory, in control steps:
 constexpr int kMostPerTouch = 20;
@@ -29,15 +34,26 @@ void ColorRecallExpert::act(Range envs, Script script, FloatRows actions) const 
       sweep(env, action);
       continue;
     }
-    if (!is_acting(env) || view_.button_pressed[env] != 0) {
-      hold_tcp(kGripperOpen, action);
+    if (!is_acting(env)) {
+      wait(env, action);
       continue;
     }
     ColorPermutation guessed{};
     const int next =
         script == Script::kBlind ? next_color(env, guess(env, guessed)) : next_target(env);
-    touch_or_press(env, next, action);
+    if (is_done(env, next)) {
+      hold_tcp(kGripperOpen, action);
+    } else if (next < 0) {
+      press(env, action);
+    } else {
+      touch(env, next, action);
+    }
   }
+}
+
+// next: -1 once all have been touched.
+bool ColorRecallExpert::is_done(int env, int next) const {
+  return view_.button == nullptr ? next < 0 : (*view_.button_pressed)[env] != 0;
 }
 
 int ColorRecallExpert::next_target(int env) const {
@@ -50,14 +66,56 @@ Eigen::Vector3d ColorRecallExpert::touch_waypoint(int env, int color) const {
   return view_.touch.touch_point(env, color) + Eigen::Vector3d(0, 0, above);
 }
 
-// color: -1 once all have been touched.
-void ColorRecallExpert::touch_or_press(int env, int color, float* action) const {
+double ColorRecallExpert::travel_height(int env, int color) const {
+  if (view_.button != nullptr) return kTravelHeight;
+  return view_.touch.touch_point(env, color).z() + view_.touch.radius() + kTravelMargin;
+}
+
+// True where actions are joint steps and touches are all: the horizon leaves hardly enough of such
+// steps for seven touches.
+bool ColorRecallExpert::hurries() const {
+  return view_.button == nullptr && view_.engine.action.width() > kArmJoints;
+}
+
+void ColorRecallExpert::wait(int env, float* action) const {
+  if (hurries()) {
+    reach_point(*view_.engine.state, *view_.engine.arm, env, kWaitingPlace, kGripperOpen, action);
+  } else {
+    hold_tcp(kGripperOpen, action);
+  }
+}
+
+void ColorRecallExpert::touch(int env, int color, float* action) const {
   const State& state = *view_.engine.state;
-  const Eigen::Vector3d goal = color < 0
-                                   ? press_waypoint(view_.button, env, kTravelHeight)
-                                   : descend(state, env, touch_waypoint(env, color), kTravelHeight);
-  const double gripper = color < 0 ? kGripperClosed : kGripperOpen;
-  servo_tcp(state, env, goal, kToolDown, gripper, action);
+  if (hurries()) {
+    touch_in_passing(env, color, action);
+    return;
+  }
+  const Eigen::Vector3d goal =
+      descend(state, env, touch_waypoint(env, color), travel_height(env, color));
+  servo_tcp(state, env, goal, kToolDown, kGripperOpen, action);
+}
+
+// Moves at one height, just above the cubes, to the near edge of where the cube is touched, and
+// stops there for a step.
+void ColorRecallExpert::touch_in_passing(int env, int color, float* action) const {
+  const State& state = *view_.engine.state;
+  const Eigen::Vector3d point = view_.touch.touch_point(env, color);
+  const Eigen::Vector3d way = point - tcp_pos(state, env);
+  if (way.norm() < kRestRadius * view_.touch.radius()) {
+    hold_tcp(kGripperOpen, action);
+    return;
+  }
+  const double margin = std::min(kMostShort, 0.5 * view_.touch.radius());
+  Eigen::Vector3d goal = point;
+  goal.head<2>() -= std::min(1.0, margin / way.head<2>().norm()) * way.head<2>();
+  goal.z() += margin;
+  reach_point(state, *view_.engine.arm, env, goal, kGripperOpen, action);
+}
+
+void ColorRecallExpert::press(int env, float* action) const {
+  const Eigen::Vector3d goal = press_waypoint(*view_.button, env, kTravelHeight);
+  servo_tcp(*view_.engine.state, env, goal, kToolDown, kGripperClosed, action);
 }
 
 // Next of the cubes to be touched, -1 if all have been. Without an order, the row of cubes is swept
@@ -89,27 +147,42 @@ int ColorRecallExpert::next_color(int env, std::span<const std::int32_t> targets
 // A touch cannot be taken back, so that there is nothing to be tried.
 void ColorRecallExpert::sweep(int env, float* action) const {
   if (!is_acting(env)) {
-    hold_tcp(kGripperOpen, action);
+    wait(env, action);
     return;
   }
   const State& state = *view_.engine.state;
   const int length = view_.params.SEQUENCE_LENGTH;
   const int start = view_.params.latest_start();
-  const int left = view_.info.horizon - start - kPressSteps - kLiftSteps;
+  const int last = view_.button == nullptr ? 0 : kPressSteps + kLiftSteps;
+  const int left = view_.info.horizon - start - last;
   const int stride = std::clamp(left / length, 1, kMostPerTouch);
   const int since = state.elapsed[env] - start;
   const int turn = std::max(0, since / stride);
-  if (turn < length) {
-    Eigen::Vector3d goal = touch_waypoint(env, color_in_row(env, turn));
-    if (since < 0) goal.z() = kTravelHeight;
-    servo_tcp(state, env, descend(state, env, goal, kTravelHeight), kToolDown, kGripperOpen,
-              action);
+  if (turn >= length) {
+    sweep_button(env, since - stride * length, action);
     return;
   }
-  const PressButton& button = view_.button;
+  const int color = color_in_row(env, turn);
+  if (since >= 0) {
+    touch(env, color, action);
+    return;
+  }
+  Eigen::Vector3d goal = touch_waypoint(env, color);
+  goal.z() = travel_height(env, color);
+  servo_tcp(state, env, descend(state, env, goal, goal.z()), kToolDown, kGripperOpen, action);
+}
+
+// since: steps since the last touch.
+void ColorRecallExpert::sweep_button(int env, int since, float* action) const {
+  if (view_.button == nullptr) {
+    hold_tcp(kGripperOpen, action);
+    return;
+  }
+  const State& state = *view_.engine.state;
+  const PressButton& button = *view_.button;
   const Vec2 center = button.center(env);
   Eigen::Vector3d goal(center.x(), center.y(), pressing_height(button));
-  if (since - stride * length < kPressSteps) {
+  if (since < kPressSteps) {
     goal = descend(state, env, goal, kTravelHeight);
   } else {
     goal.z() = button.params().event_height() + button.params().REQUIRED_LIFT_HEIGHT;

@@ -1,5 +1,5 @@
 // Expert of SeqOfColors, ChainOfColors and BunchOfColors: touches cubes from above with open
-// fingers, then presses the button with closed ones.
+// fingers, then presses the button, if there is one, with closed ones.
 #pragma once
 
 #include <span>
@@ -25,9 +25,10 @@ class ColorRecallExpert final : public Expert, public Choices {
     const ColorCubes& cubes;
     const PhaseClock& clock;
     const TouchLatch& touch;
-    const PressButton& button;
     const Column<std::int32_t>& sequence;  // hidden: colours of the cue
-    const Column<std::uint8_t>& button_pressed;
+    // Null where touches are all.
+    const PressButton* button = nullptr;
+    const Column<std::uint8_t>* button_pressed = nullptr;
   };
 
   explicit ColorRecallExpert(const View& view) : view_(view) {}
@@ -44,9 +45,16 @@ class ColorRecallExpert final : public Expert, public Choices {
   bool is_acting(int env) const {
     return view_.clock.phase(env, view_.engine.state->elapsed[env]) == Phase::kManipulation;
   }
+  bool is_done(int env, int next) const;
+  double travel_height(int env, int color) const;
   Eigen::Vector3d touch_waypoint(int env, int color) const;
-  void touch_or_press(int env, int color, float* action) const;
+  bool hurries() const;
+  void wait(int env, float* action) const;
+  void touch(int env, int color, float* action) const;
+  void touch_in_passing(int env, int color, float* action) const;
+  void press(int env, float* action) const;
   void sweep(int env, float* action) const;
+  void sweep_button(int env, int since, float* action) const;
   int next_color(int env, std::span<const std::int32_t> targets) const;
   int color_in_row(int env, int place) const;
   std::span<const std::int32_t> guess(int env, ColorPermutation& storage) const;

@@ -41,18 +41,15 @@ void ColorRecallParams::declare(ConstantBinder& constants) {
   constants.integer("COLORS", COLORS, {2, kMost}, "",
                     "cubes, in the first so many colours of the colour table");
   constants.fixed({{"COLOR_MAPPING", color_mapping_constant()}});
-  if (rule == ColorRule::kBunch) {
-    constants.steps("CUE_PHASE_STEPS", cue, kPhaseSteps, "how long the cue is shown",
-                    {"cue_steps", "length of the cue phase"});
+  declare_phases(constants);
+  if (has_button()) {
+    constants.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
+                   "how near its touch point, 5 mm above a cube, the tool has to come");
   } else {
-    constants.steps("CUE_STEP_DURATION", cue, kPhaseSteps, "how long each cube of the cue is shown",
-                    {"cue_step_duration", "length of every item of the cue"});
+    constants.fixed({{"GOAL_THRESH", GOAL_THRESH}});
   }
-  constants.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps,
-                  "how long no cube shows then", {"empty_steps", "length of the empty phase"});
-  constants.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.1}, "m",
-                 "how near its touch point, 5 mm above a cube, the tool has to come");
   constants.real("CUBE_HALFSIZE", CUBE_HALFSIZE, {0.01, 0.035}, "m", "half the side of a cube");
+  if (!has_button()) return;
   smoothness.declare(constants);
   constants.fixed({{"CUBE_DISPLACEMENT_PENALTY_COEF", CUBE_DISPLACEMENT_PENALTY_COEF},
                    {"MAX_ALLOWED_CUBE_DISPLACEMENT", MAX_ALLOWED_CUBE_DISPLACEMENT},
@@ -64,6 +61,30 @@ void ColorRecallParams::declare(ConstantBinder& constants) {
   });
 }
 
+void ColorRecallParams::declare_phases(ConstantBinder& constants) {
+  const bool bunch = rule == ColorRule::kBunch;
+  // The original's RL tasks have one length of each phase, by other names.
+  const bool published = has_button();
+  if (bunch) {
+    constants
+        .steps("CUE_PHASE_STEPS", cue, kPhaseSteps, "how long the cue is shown",
+               {"cue_steps", "length of the cue phase"})
+        .published = published;
+  } else {
+    constants
+        .steps("CUE_STEP_DURATION", cue, kPhaseSteps, "how long each cube of the cue is shown",
+               {"cue_step_duration", "length of every item of the cue"})
+        .published = published;
+  }
+  constants
+      .steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps, "how long no cube shows then",
+             {"empty_steps", "length of the empty phase"})
+      .published = published;
+  if (published) return;
+  constants.fixed({{bunch ? "TIME_OFFSET" : "STEP_DURATION", cue.high},
+                   {"EMPTY_DURATION", EMPTY_PHASE_STEPS.high}});
+}
+
 void ColorRecallParams::check(int horizon) const {
   check_answers(*this);
   const bool bunch = rule == ColorRule::kBunch;
@@ -71,7 +92,7 @@ void ColorRecallParams::check(int horizon) const {
       horizon,
       {{bunch ? "CUE_PHASE_STEPS" : "SEQUENCE_LENGTH x CUE_STEP_DURATION", cue_items() * cue.high},
        {"EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS.high}},
-      kTimeToTouch * SEQUENCE_LENGTH + kTimeToPress);
+      kTimeToTouch * SEQUENCE_LENGTH + (has_button() ? kTimeToPress : 0));
 }
 
 ColorVariables::ColorVariables(RandomVariables list, const ColorRecallParams& params)
@@ -82,10 +103,20 @@ ColorVariables::ColorVariables(RandomVariables list, const ColorRecallParams& pa
       cue_steps(list.of(params.cue)),
       empty_steps(list.of(params.EMPTY_PHASE_STEPS)) {}
 
-ColorOptions::ColorOptions(TaskOptions list, const ColorRecallParams& params)
-    : touch_radius(list.add({"touch_radius", params.GOAL_THRESH, false, 0.001, 0.2, "m",
-                             "how near its touch point a cube is touched", params.CUBE_HALFSIZE})) {
-  if (params.rule != ColorRule::kSeq) return;
+ColorOptions::ColorOptions(TaskOptions list, const ColorRecallParams& params) {
+  TaskOptionSpec radius{"touch_radius",
+                        params.CUBE_HALFSIZE,
+                        false,
+                        0.001,
+                        0.2,
+                        "m",
+                        "how near its touch point a cube is touched"};
+  if (params.has_button()) {
+    radius.value = params.GOAL_THRESH;
+    radius.original = params.CUBE_HALFSIZE;
+  }
+  touch_radius = list.add(radius);
+  if (params.rule != ColorRule::kSeq || !params.has_button()) return;
   strict_order = list.on_off("strict_order", "1: the order of the cue counts", /*original=*/true);
 }
 
@@ -94,13 +125,15 @@ void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
   info.answer =
       "the touches up to the first one that is wrong, or to the last one that is needed; a digit "
       "per touch, in their order: 1 + the colour's number";
-  info.termination = Termination::kNever;
-  info.success_reward = kColorSuccessReward;
+  const bool button = params.has_button();
+  info.termination = button ? Termination::kNever : Termination::kSuccess;
+  info.success_reward = button ? kColorSuccessReward : kColorTouchSuccessReward;
   info.oracle_dim = params.SEQUENCE_LENGTH;
   info.hidden_variable = "sequence";
   info.phases = {{"cue", "elapsed < C"},
                  {"empty", "C <= elapsed < C + E"},
-                 {"action", "elapsed >= C + E; cubes are put back up to C + E + 4"}};
+                 {"action", button ? "elapsed >= C + E; cubes are put back up to C + E + 4"
+                                   : "elapsed >= C + E"}};
 }
 
 }  // namespace engram::tasks

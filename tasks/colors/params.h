@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <string_view>
 
 #include "core/env/task.h"
 #include "tasks/colors/rules.h"
@@ -23,9 +24,13 @@ struct ColorRecallParams {
   int COLORS = 9;               // cubes, in the first so many colours of the colour table
   double GOAL_THRESH = 0.05;    // m
   double CUBE_HALFSIZE = 0.02;  // m
+  // Of the VLA tasks alone.
   SmoothnessParams smoothness = {};
   PressButtonParams button = {};
 
+  // True for the VLA tasks, which end with a press. Where there is no button, cubes stand closer
+  // together, and are touched within CUBE_HALFSIZE instead of GOAL_THRESH.
+  bool has_button() const { return task.split != Split::kRl; }
   // Number of times that the cue lasts as long as is drawn.
   int cue_items() const { return rule == ColorRule::kBunch ? 1 : SEQUENCE_LENGTH; }
   // The step count by which all cubes stand on the table, whatever an episode draws.
@@ -33,22 +38,49 @@ struct ColorRecallParams {
 
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
+
+ private:
+  void declare_phases(ConstantBinder& constants);
 };
 
 inline constexpr StepRange kShortCue{1, 5};
 inline constexpr StepRange kLongCue{10, 100};
 inline constexpr StepRange kShortEmpty{1, 5};
 inline constexpr StepRange kLongEmpty{50, 400};
+inline constexpr StepRange kRlCue{5, 5};
+inline constexpr StepRange kRlEmpty{5, 5};
 
-inline constexpr std::array<ColorRecallParams, 6> kSeqVariants = {{
+inline constexpr std::string_view kRlSetInstruction =
+    "Observe which colored cubes appear during the cue, wait, then touch all of them in any order.";
+inline constexpr std::string_view kRlOrderInstruction =
+    "Observe which colored cubes appear during the cue, wait, then touch all of them in the same "
+    "order as the cubes were shown.";
+
+// An RL task.
+constexpr ColorRecallParams rl_variant(std::string_view id, ColorRule rule, int length) {
+  const bool ordered = rule == ColorRule::kChain;
+  return {{.id = id,
+           .horizon = 120,
+           .split = Split::kRl,
+           .instruction = ordered ? kRlOrderInstruction : kRlSetInstruction},
+          rule,
+          length,
+          kRlCue,
+          kRlEmpty};
+}
+
+inline constexpr std::array<ColorRecallParams, 9> kSeqVariants = {{
     {{"SeqOfColors3-Long-VLA-v0", 800, Split::kLong}, ColorRule::kSeq, 3, kLongCue, kLongEmpty},
     {{"SeqOfColors3-VLA-v0", 400, Split::kMedium}, ColorRule::kSeq, 3, kShortCue, kShortEmpty},
     {{"SeqOfColors5-Long-VLA-v0", 1000, Split::kLong}, ColorRule::kSeq, 5, kLongCue, kLongEmpty},
     {{"SeqOfColors5-VLA-v0", 400, Split::kMedium}, ColorRule::kSeq, 5, kShortCue, kShortEmpty},
     {{"SeqOfColors7-Long-VLA-v0", 1200, Split::kLong}, ColorRule::kSeq, 7, kLongCue, kLongEmpty},
     {{"SeqOfColors7-VLA-v0", 400, Split::kMedium}, ColorRule::kSeq, 7, kShortCue, kShortEmpty},
+    rl_variant("SeqOfColors3-v0", ColorRule::kSeq, 3),
+    rl_variant("SeqOfColors5-v0", ColorRule::kSeq, 5),
+    rl_variant("SeqOfColors7-v0", ColorRule::kSeq, 7),
 }};
-inline constexpr std::array<ColorRecallParams, 6> kChainVariants = {{
+inline constexpr std::array<ColorRecallParams, 9> kChainVariants = {{
     {{"ChainOfColors3-Long-VLA-v0", 800, Split::kLong}, ColorRule::kChain, 3, kLongCue, kLongEmpty},
     {{"ChainOfColors3-VLA-v0", 400, Split::kMedium}, ColorRule::kChain, 3, kShortCue, kShortEmpty},
     {{"ChainOfColors5-Long-VLA-v0", 1000, Split::kLong},
@@ -63,14 +95,20 @@ inline constexpr std::array<ColorRecallParams, 6> kChainVariants = {{
      kLongCue,
      kLongEmpty},
     {{"ChainOfColors7-VLA-v0", 400, Split::kMedium}, ColorRule::kChain, 7, kShortCue, kShortEmpty},
+    rl_variant("ChainOfColors3-v0", ColorRule::kChain, 3),
+    rl_variant("ChainOfColors5-v0", ColorRule::kChain, 5),
+    rl_variant("ChainOfColors7-v0", ColorRule::kChain, 7),
 }};
-inline constexpr std::array<ColorRecallParams, 6> kBunchVariants = {{
+inline constexpr std::array<ColorRecallParams, 9> kBunchVariants = {{
     {{"BunchOfColors3-Long-VLA-v0", 700, Split::kLong}, ColorRule::kBunch, 3, kLongCue, kLongEmpty},
     {{"BunchOfColors3-VLA-v0", 400, Split::kMedium}, ColorRule::kBunch, 3, kShortCue, kShortEmpty},
     {{"BunchOfColors5-Long-VLA-v0", 700, Split::kLong}, ColorRule::kBunch, 5, kLongCue, kLongEmpty},
     {{"BunchOfColors5-VLA-v0", 400, Split::kMedium}, ColorRule::kBunch, 5, kShortCue, kShortEmpty},
     {{"BunchOfColors7-Long-VLA-v0", 700, Split::kLong}, ColorRule::kBunch, 7, kLongCue, kLongEmpty},
     {{"BunchOfColors7-VLA-v0", 400, Split::kMedium}, ColorRule::kBunch, 7, kShortCue, kShortEmpty},
+    rl_variant("BunchOfColors3-v0", ColorRule::kBunch, 3),
+    rl_variant("BunchOfColors5-v0", ColorRule::kBunch, 5),
+    rl_variant("BunchOfColors7-v0", ColorRule::kBunch, 7),
 }};
 
 inline constexpr double MAX_ALLOWED_CUBE_DISPLACEMENT = 0.06;  // m

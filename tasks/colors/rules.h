@@ -1,4 +1,4 @@
-// Rules and dense reward of BunchOfColors, SeqOfColors and ChainOfColors (docs/tasks/colors.md).
+// Rules and dense rewards of BunchOfColors, SeqOfColors and ChainOfColors (docs/tasks/colors.md).
 #pragma once
 
 #include <cstdint>
@@ -34,36 +34,29 @@ TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
 // touches at most, -1 where there is none yet.
 int answer_number(const std::int32_t* order, int length);
 
-inline constexpr double kColorSuccessReward = 400;
-inline constexpr double CUBE_DISPLACEMENT_PENALTY_COEF = 20.0;
-
-struct ColorRewardInputs {
+// Reward of touches: how near the next target is, how still the arm, and how many touches are
+// right.
+struct ColorTouchRewardInputs {
   double goal_distance = 0;  // m
-  ActionCost action_cost;
+  double arm_speed = 0;      // norm of the arm joint velocities, rad/s
   TouchTally tally;
-  int length = 1;                // colours in the cue
-  double mean_displacement = 0;  // of the cubes, m
+  int length = 1;  // colours in the cue
   bool acting = false;
   bool success = false;
-  // For reward_dict alone.
-  double max_displacement = 0;  // of the cubes, m
-  bool displaced = false;       // a cube is too far from where it appeared
-  bool robot_static = false;
+  bool robot_static = false;  // for reward_dict alone
 };
 
-struct ColorRewardTerms {
+struct ColorTouchRewardTerms {
   double reaching = 0;
-  SmoothnessTerms smooth;
-  double displacement_penalty = 0;
-  double reward = 0;
+  double reward = 0;  // whatever the phase, and without success
 };
 
-ColorRewardTerms color_reward(const ColorRewardInputs& inputs, const SmoothnessParams& params);
+ColorTouchRewardTerms color_touch_terms(const ColorTouchRewardInputs& in);
 
 // The terms of info "reward_dict", name beside value.
 template <class Row>
-void list_color_terms(Row& row, ColorRule rule, const ColorRewardInputs& in,
-                      const ColorRewardTerms& terms) {
+void list_color_touch_terms(Row& row, ColorRule rule, const ColorTouchRewardInputs& in,
+                            const ColorTouchRewardTerms& terms) {
   const bool ordered = rule == ColorRule::kChain;
   row.term("reaching_reward", "", terms.reaching);
   row.term(ordered ? "correct_touches_in_order" : "correct_touches", "", in.tally.correct);
@@ -73,14 +66,47 @@ void list_color_terms(Row& row, ColorRule rule, const ColorRewardInputs& in,
   row.term("sequence_cubes_mask", "", in.length);
   row.term("all_seq_touched", "", in.tally.all_touched);
   row.term("no_extra_touched", "", in.tally.no_extra);
-  row.term("action_l2", "", terms.smooth.action_l2);
-  row.term("delta_action_l2", "", terms.smooth.action_delta_l2);
-  row.term("qvel_l2", "", terms.smooth.qvel_l2);
+}
+
+// --- the VLA tasks: moving cubes costs something ---
+
+inline constexpr double kColorSuccessReward = 400;
+inline constexpr double CUBE_DISPLACEMENT_PENALTY_COEF = 20.0;
+
+struct ColorRewardInputs {
+  ColorTouchRewardInputs touches;
+  ActionCost action_cost;
+  double mean_displacement = 0;  // of the cubes, m
+  // For reward_dict alone.
+  double max_displacement = 0;  // of the cubes, m
+  bool displaced = false;       // a cube is too far from where it appeared
+};
+
+struct ColorRewardTerms {
+  ColorTouchRewardTerms touches;
+  SmoothnessTerms smooth;
+  double displacement_penalty = 0;
+  double reward = 0;
+};
+
+ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params);
+
+// The terms of info "reward_dict" after those of list_color_touch_terms.
+template <class Row>
+void list_color_terms(Row& row, const ColorRewardInputs& in, const ColorRewardTerms& terms) {
+  list_smoothness(row, terms.smooth);
   row.term("smooth_penalty", "", terms.smooth.penalty);
   row.term("mean_cube_displacement_xy", "m", in.mean_displacement);
   row.term("max_cube_displacement_xy", "m", in.max_displacement);
   row.term("cube_displacement_penalty", "", terms.displacement_penalty);
   row.term("strong_cube_displacement", "", in.displaced);
 }
+
+// --- the RL tasks ---
+
+inline constexpr double kColorTouchSuccessReward = 100;
+
+// The dense reward; terms: of color_touch_terms.
+double color_touch_reward(const ColorTouchRewardInputs& in, const ColorTouchRewardTerms& terms);
 
 }  // namespace engram::tasks

@@ -122,6 +122,41 @@ constexpr ParaphraseSet kSets[] = {
       "they did, and press the center button.",
       "Touch all colored cubes that appeared during the cue, in the same order, once you have "
       "waited; then press the center button."}},
+    {"Observe which colored cubes appear during the cue, wait, then touch all of them in any "
+     "order.",
+     {"Look which colored cubes appear in the cue, wait, then touch each of them, in any order.",
+      "Remember the colors of the cubes in the cue. After waiting, touch these cubes in any order.",
+      "Watch the colored cubes of the cue, wait, and touch all of them in whatever order.",
+      "Note the cubes that appear during the cue, wait, then touch every one of them; the order "
+      "does not matter.",
+      "First see which colored cubes the cue has; then wait; then touch all of these in any order.",
+      "Keep the colored cubes of the cue in mind, wait, and touch them all; the order is free.",
+      "Colored cubes appear during the cue. Wait, and touch all of them in any order.",
+      "Memorize which colored cubes the cue shows, wait, then touch them in any order.",
+      "After the cue and the wait, touch all colored cubes that appeared, in any order.",
+      "Touch, in any order, all colored cubes that appeared during the cue, once you have "
+      "waited."}},
+    {"Observe which colored cubes appear during the cue, wait, then touch all of them in the same "
+     "order as the cubes were shown.",
+     {"Look which colored cubes appear in the cue, wait, then touch each of them in the order in "
+      "which they were shown.",
+      "Remember the colors of the cubes in the cue and their order. After waiting, touch these "
+      "cubes in that order.",
+      "Watch the colored cubes of the cue, wait, and touch all of them in the same order.",
+      "Note the cubes that appear during the cue, wait, then touch every one of them in the order "
+      "shown.",
+      "First see which colored cubes the cue has; then wait; then touch all of these in the cue's "
+      "order.",
+      "Keep the colored cubes of the cue and their order in mind, wait, and touch them all in this "
+      "order.",
+      "Colored cubes appear during the cue. Wait, and touch all of them in the order of their "
+      "appearance.",
+      "Memorize in which order the cue shows which colored cubes, wait, then touch them in the "
+      "same order.",
+      "After the cue and the wait, touch all colored cubes that appeared, in the order in which "
+      "they did.",
+      "Touch all colored cubes that appeared during the cue, in the same order, once you have "
+      "waited."}},
     {"Count how many times the blue lamp blinks, press the red button exactly that many times when "
      "the red lamp turns green, then press the black button to submit your answer.",
      {"Count the blinks of the blue lamp. When the red lamp turns green, press the red button as "

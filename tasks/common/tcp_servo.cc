@@ -12,6 +12,7 @@ namespace engram::tasks {
 namespace {
 
 constexpr double kRotationScale = 0.1;  // rad, full scale of the action
+constexpr double kJointScale = 0.1;     // rad, full scale of a joint action
 // Gain above 1, since one step covers only part of a command. Below
 // 1 / kStepResponse, so that the tool does not overshoot.
 constexpr double kGain = 1.6;
@@ -23,17 +24,28 @@ constexpr double kDescentRadius = 0.01;  // m
 
 using Eigen::Vector3d;
 
+// command: displacement, m.
+void write_translation(const Vector3d& command, float* action) {
+  for (int i = 0; i < 3; ++i) {
+    action[i] = static_cast<float>(std::clamp(command[i] / kTranslationScale, -1.0, 1.0));
+  }
+}
+
+// rotation: rotation vector, 1 being full scale, with the original benchmark's sign.
+void write_rotation(const Vector3d& rotation, float* action) {
+  for (int i = 0; i < 3; ++i) {
+    action[3 + i] = static_cast<float>(rotation[i] / std::max(1.0, rotation.norm()));
+  }
+}
+
 // Turns the tool towards an orientation; leaves the translation alone.
 void turn_tool(const State& state, int env, const Eigen::Quaterniond& orientation, double gripper,
                float* action) {
   const double* quat = state.tcp_quat.row(env);
   const Eigen::Quaterniond measured(quat[0], quat[1], quat[2], quat[3]);
   // The original benchmark negates rotation actions.
-  const Vector3d rotation =
-      -kGain / kRotationScale * rotation_vector(orientation * measured.conjugate());
-  for (int i = 0; i < 3; ++i) {
-    action[3 + i] = static_cast<float>(rotation[i] / std::max(1.0, rotation.norm()));
-  }
+  write_rotation(-kGain / kRotationScale * rotation_vector(orientation * measured.conjugate()),
+                 action);
   action[6] = static_cast<float>(gripper);
 }
 
@@ -48,10 +60,25 @@ void servo_tcp(const State& state, int env, const Eigen::Vector3d& goal,
 
 void displace_tcp(const State& state, int env, const Eigen::Vector3d& command,
                   const Eigen::Quaterniond& orientation, double gripper, float* action) {
-  for (int i = 0; i < 3; ++i) {
-    action[i] = static_cast<float>(std::clamp(command[i] / kTranslationScale, -1.0, 1.0));
-  }
+  write_translation(command, action);
   turn_tool(state, env, orientation, gripper, action);
+}
+
+void reach_point(const State& state, const Arm& arm, int env, const Eigen::Vector3d& goal,
+                 double gripper, float* action) {
+  constexpr double kReachGain = 2.2;      // little overshoot does no harm to a touch
+  constexpr double kUpright = 0.2;        // of the tilt is taken back in one action
+  constexpr double kMostUpright = 0.005;  // rad: slow enough to count as rest
+  ArmJacobian jacobian;
+  const auto pose = arm.forward(state.qpos.row(env), jacobian);
+  const Vector3d way = kReachGain * (goal - tcp_pos(state, env));
+  ArmVector step = Arm::pseudo_inverse_step(jacobian, way);
+  step /= std::max(1.0, step.cwiseAbs().maxCoeff() / kJointScale);
+  Vector3d upright = kUpright * rotation_vector(kToolDown * pose.quat.conjugate());
+  upright /= std::max(1.0, upright.norm() / kMostUpright);
+  write_translation(jacobian.topRows<3>() * step, action);
+  write_rotation(-(jacobian.bottomRows<3>() * step + upright) / kRotationScale, action);
+  action[6] = static_cast<float>(gripper);
 }
 
 void limit_speed_near(const State& state, int env, double height, float* action) {

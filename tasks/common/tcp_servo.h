@@ -5,6 +5,10 @@
 
 #include "core/sim/state.h"
 
+namespace engram {
+class Arm;  // core/robot/arm.h
+}
+
 namespace engram::tasks {
 
 // TCP orientation of the start pose: pointing straight down, fingers open along y.
@@ -31,6 +35,12 @@ void servo_tcp(const State& state, int env, const Eigen::Vector3d& goal,
 // The same with a given translation: `command` is the displacement that the action asks for, m.
 void displace_tcp(const State& state, int env, const Eigen::Vector3d& command,
                   const Eigen::Quaterniond& orientation, double gripper, float* action);
+
+// Writes an action that brings the TCP towards a point as fast as joint steps of 0.1 rad allow. The
+// tool turns and tilts as the arm finds it easiest, which is nearly twice as fast as to keep its
+// orientation.
+void reach_point(const State& state, const Arm& arm, int env, const Eigen::Vector3d& goal,
+                 double gripper, float* action);
 
 // Limits the translation of an action the more, the lower the TCP is, down to a quarter of full
 // speed at `height`: a hand that changes its height fast sways by a centimetre.

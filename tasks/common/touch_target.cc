@@ -6,15 +6,18 @@ namespace engram::tasks {
 namespace {
 
 template <class Row>
-void list_terms(Row& row, const TouchRewardInputs& in, const TouchRewardTerms& terms) {
+void list_terms(Row& row, bool action_cost, const TouchRewardInputs& in,
+                const TouchRewardTerms& terms) {
   row.term("tcp_to_obj_dist", "m", in.distance);
   row.term("reaching_reward", "", terms.reaching);
   row.term("is_robot_static", "", in.robot_static);
   row.term("reached", "", in.distance < in.goal_thresh);
   row.term("success", "", in.success);
   row.term("static_reward", "", terms.stillness);
-  list_smoothness(row, terms.smooth);
-  row.term("smooth_penalty", "", terms.smooth.penalty);
+  if (action_cost) {
+    list_smoothness(row, terms.smooth);
+    row.term("smooth_penalty", "", terms.smooth.penalty);
+  }
   row.term("obj_to_goal_pos_y", "m", in.offset_y);
   row.term("obj_to_goal_pos_x", "m", in.offset_x);
 }
@@ -32,8 +35,8 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& in, const SmoothnessParam
   return terms;
 }
 
-std::vector<Field> TouchTarget::reward_terms() {
-  return reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+std::vector<Field> TouchTarget::reward_terms() const {
+  return reward_terms_of([&](auto& row) { list_terms(row, smoothness_.has_value(), {}, {}); });
 }
 
 void TouchTarget::bind(const Bindings& bindings) {
@@ -77,8 +80,8 @@ double TouchTarget::dense_reward(int env) const {
   in.robot_static = is_robot_static_[env] != 0;
   in.placed = is_obj_placed_[env] != 0;
   in.success = engine_.success[env] != 0;
-  const TouchRewardTerms terms = touch_reward(in, params_);
-  reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
+  const TouchRewardTerms terms = touch_reward(in, smoothness_.value_or(SmoothnessParams{}));
+  reward_dict_.note(env, [&](auto& row) { list_terms(row, smoothness_.has_value(), in, terms); });
   return terms.reward;
 }
 

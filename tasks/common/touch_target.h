@@ -3,6 +3,7 @@
 // (docs/tasks/remember.md).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/env/task.h"
@@ -40,11 +41,12 @@ TouchRewardTerms touch_reward(const TouchRewardInputs& inputs, const SmoothnessP
 
 class TouchTarget {
  public:
-  // The values in info "reward_dict".
-  static std::vector<Field> reward_terms();
+  // smoothness: weights of the action cost; none: rewards know no such cost.
+  TouchTarget(double goal_thresh, const std::optional<SmoothnessParams>& smoothness)
+      : goal_thresh_(goal_thresh), smoothness_(smoothness) {}
 
-  TouchTarget(double goal_thresh, const SmoothnessParams& params)
-      : goal_thresh_(goal_thresh), params_(params) {}
+  // The values in info "reward_dict".
+  std::vector<Field> reward_terms() const;
 
   void bind(const Bindings& bindings);
   // Whether success needs a robot that stands still.
@@ -56,7 +58,7 @@ class TouchTarget {
 
  private:
   double goal_thresh_;  // m
-  SmoothnessParams params_;
+  std::optional<SmoothnessParams> smoothness_;
   bool static_needed_ = true;
   Bindings engine_;
   Column<float> obj_to_goal_pos_;  // (3) m

@@ -18,38 +18,59 @@ constexpr StepRange kShortEmpty{1, 5};
 constexpr StepRange kLongCue{10, 100};
 constexpr StepRange kFixedCue{100, 100};
 constexpr StepRange kLongEmpty{50, 450};
+constexpr StepRange kRlPhase{5, 5};  // TIME_OFFSET, delta_time
 constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
 
 // Control steps from the appearance on in which objects are put back to where they appeared.
 constexpr int APPEAR_SETTLE_STEPS = 3;
 
 struct FindSameParams : ObjectRecallParams {
-  // Cubes are put back in the first step alone.
-  constexpr bool settles() const { return objects.vocabulary != kColor; }
+  constexpr bool is_rl() const { return task.split == Split::kRl; }
+  // Steps in which objects are put back; cubes, and all objects of the RL tasks, in the first
+  // alone.
+  constexpr int settle_steps() const {
+    return is_rl() || objects.vocabulary == kColor ? 1 : APPEAR_SETTLE_STEPS;
+  }
+  // The original sets the poses of cubes, to where they are, in every control step.
+  constexpr bool forgets_contacts() const { return !is_rl() && objects.vocabulary == kColor; }
+  // Three objects are spread and stretched.
+  constexpr bool spreads() const { return !is_rl() && objects.count == 3; }
 
   void declare(ConstantBinder& constants) {
     ObjectRecallParams::declare(constants);
-    if (settles()) constants.fixed({{"APPEAR_SETTLE_STEPS", APPEAR_SETTLE_STEPS}});
+    if (settle_steps() > 1) constants.fixed({{"APPEAR_SETTLE_STEPS", APPEAR_SETTLE_STEPS}});
   }
 };
 
-constexpr std::array<FindSameParams, 6> kColors = {{
+// A row of the RL tasks.
+constexpr FindSameParams rl_row(std::string_view id, const ObjectSetParams& objects,
+                                const ArcParams& arc = {}) {
+  return {{{id, 60, Split::kRl}, objects, kRlPhase, kRlPhase, arc, GOAL_THRESH, std::nullopt}};
+}
+
+constexpr std::array<FindSameParams, 9> kColors = {{
     {{{"RememberColor3-Long-VLA-v0", 600, Split::kMedium}, {kColor, 3}, kLongCue, kLongEmpty}},
     {{{"RememberColor3-VLA-v0", 25, Split::kShort}, {kColor, 3}, kShortCue, kShortEmpty}},
     {{{"RememberColor5-Long-VLA-v0", 600, Split::kMedium}, {kColor, 5}, kFixedCue, kLongEmpty}},
     {{{"RememberColor5-VLA-v0", 25, Split::kShort}, {kColor, 5}, kShortCue, kShortEmpty}},
     {{{"RememberColor9-Long-VLA-v0", 600, Split::kMedium}, {kColor, 9}, kFixedCue, kLongEmpty}},
     {{{"RememberColor9-VLA-v0", 25, Split::kShort}, {kColor, 9}, kShortCue, kShortEmpty}},
+    rl_row("RememberColor3-v0", {kColor, 3}),
+    rl_row("RememberColor5-v0", {kColor, 5}),
+    rl_row("RememberColor9-v0", {kColor, 9}),
 }};
-constexpr std::array<FindSameParams, 6> kShapes = {{
+constexpr std::array<FindSameParams, 9> kShapes = {{
     {{{"RememberShape3-Long-VLA-v0", 600, Split::kMedium}, {kShape, 3}, kLongCue, kLongEmpty}},
     {{{"RememberShape3-VLA-v0", 25, Split::kShort}, {kShape, 3}, kShortCue, kShortEmpty}},
     {{{"RememberShape5-Long-VLA-v0", 600, Split::kMedium}, {kShape, 5}, kLongCue, kLongEmpty}},
     {{{"RememberShape5-VLA-v0", 25, Split::kShort}, {kShape, 5}, kShortCue, kShortEmpty}},
     {{{"RememberShape9-Long-VLA-v0", 600, Split::kMedium}, {kShape, 9}, kLongCue, kLongEmpty}},
     {{{"RememberShape9-VLA-v0", 25, Split::kShort}, {kShape, 9}, kShortCue, kShortEmpty}},
+    rl_row("RememberShape3-v0", {kShape, 3}),
+    rl_row("RememberShape5-v0", {kShape, 5}),
+    rl_row("RememberShape9-v0", {kShape, 9}),
 }};
-constexpr std::array<FindSameParams, 6> kShapesAndColors = {{
+constexpr std::array<FindSameParams, 9> kShapesAndColors = {{
     {{{"RememberShapeAndColor3x2-Long-VLA-v0", 600, Split::kMedium},
       {kShapeAndColor, 6},
       kLongCue,
@@ -78,6 +99,9 @@ constexpr std::array<FindSameParams, 6> kShapesAndColors = {{
       kShortCue,
       kShortEmpty,
       kRound}},
+    rl_row("RememberShapeAndColor3x2-v0", {kShapeAndColor, 6}, kRound),
+    rl_row("RememberShapeAndColor3x3-v0", {kShapeAndColor, 9}),
+    rl_row("RememberShapeAndColor5x3-v0", {kShapeAndColor, 15}, kRound),
 }};
 
 class FindSame final : public ObjectRecall {
@@ -91,8 +115,9 @@ class FindSame final : public ObjectRecall {
                             .on_off("success_in_cue",
                                     "1: to rest at the object of the cue is a success, too",
                                     /*original=*/true)),
-        settles_(params.settles()),
-        spread_(params.objects.count == 3) {}
+        settle_steps_(params.settle_steps()),
+        forgets_contacts_(params.forgets_contacts()),
+        spread_(params.spreads()) {}
 
   void bind(const Bindings& bindings) override {
     ObjectRecall::bind(bindings);
@@ -120,9 +145,9 @@ class FindSame final : public ObjectRecall {
           if (begins) hide_all(env);
           break;
         case Phase::kManipulation:
-          if (elapsed < clock().manipulation_start(env) + settle_steps()) {
+          if (elapsed < clock().manipulation_start(env) + settle_steps_) {
             show_all(env);
-          } else if (!settles_) {
+          } else if (forgets_contacts_) {
             forget_contacts(env);
           }
           break;
@@ -131,8 +156,6 @@ class FindSame final : public ObjectRecall {
   }
 
  private:
-  int settle_steps() const { return settles_ ? APPEAR_SETTLE_STEPS : 1; }
-
   // Only the target, pinned at the origin.
   void show_cue(int env, bool begins) const {
     if (begins) hide_all(env);
@@ -157,13 +180,13 @@ class FindSame final : public ObjectRecall {
     }
   }
 
-  // The original sets the poses of cubes, to where they are, in every control step.
   void forget_contacts(int env) const {
     for (int key = 0; key < count(); ++key) engine_.state->forget_contacts(env, key);
   }
 
   TaskOption success_in_cue_;
-  bool settles_;
+  int settle_steps_;
+  bool forgets_contacts_;
   bool spread_;
 };
 

@@ -7,8 +7,8 @@
 
 namespace engram::tasks {
 
-// RememberColor{3,5,9}, RememberShape{3,5,9}, RememberShapeAndColor{3x2,3x3,5x3}; -VLA-v0 and
-// -Long-VLA-v0.
+// RememberColor{3,5,9}, RememberShape{3,5,9}, RememberShapeAndColor{3x2,3x3,5x3}; -VLA-v0,
+// -Long-VLA-v0 and -v0.
 extern const Family kRememberColor;
 extern const Family kRememberShape;
 extern const Family kRememberShapeAndColor;

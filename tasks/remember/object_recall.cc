@@ -56,16 +56,28 @@ void check_layouts(const ObjectRecallParams& params) {
 
 void ObjectRecallParams::declare(ConstantBinder& constants) {
   objects.declare(constants);
-  constants.steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
-                  {"cue_steps", "length of the cue phase"});
-  constants.steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps,
-                  "how long the table is empty then", {"empty_steps", "length of the empty phase"});
+  // The original's RL tasks have one length of each phase, by other names.
+  const bool rl = task.split == Split::kRl;
+  constants
+      .steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
+             {"cue_steps", "length of the cue phase"})
+      .published = !rl;
+  constants
+      .steps("EMPTY_PHASE_STEPS", EMPTY_PHASE_STEPS, kPhaseSteps,
+             "how long the table is empty then", {"empty_steps", "length of the empty phase"})
+      .published = !rl;
+  if (rl) {
+    constants.fixed(
+        {{"TIME_OFFSET", CUE_PHASE_STEPS.high}, {"delta_time", EMPTY_PHASE_STEPS.high}});
+  }
   constants.real("GOAL_THRESH", GOAL_THRESH, {0.005, 0.2}, "m",
                  "how near its object's origin the tool has to come");
-  constants.fixed({{"MANIP_WIDTH_AXIS", kSpread.MANIP_WIDTH_AXIS},
-                   {"MANIP_WIDTH_SCALE", kSpread.MANIP_WIDTH_SCALE},
-                   {"MANIP_WIDTH_CLAMP", kSpread.MANIP_WIDTH_CLAMP}});
-  smoothness.declare(constants);
+  if (!rl) {
+    constants.fixed({{"MANIP_WIDTH_AXIS", kSpread.MANIP_WIDTH_AXIS},
+                     {"MANIP_WIDTH_SCALE", kSpread.MANIP_WIDTH_SCALE},
+                     {"MANIP_WIDTH_CLAMP", kSpread.MANIP_WIDTH_CLAMP}});
+  }
+  if (smoothness) smoothness->declare(constants);
 }
 
 void ObjectRecallParams::check(int horizon) const {
@@ -100,11 +112,11 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
                   .goal_thresh = params.GOAL_THRESH,
                   .imposter = wording.imposter}) {
   info_.candidates = count();
-  info_.termination = Termination::kNever;
+  info_.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
   // The canonical chain freezes the short ids only.
   info_.frozen_cue = entry.split == Split::kShort;
   info_.success_reward = kTouchSuccessReward;
-  info_.reward_terms = TouchTarget::reward_terms();
+  info_.reward_terms = touch_.reward_terms();
   info_.phases = cue_empty_manipulation_phases();
   info_.answer =
       "the first object within GOAL_THRESH of which the robot rests in the manipulation phase, the "

@@ -2,6 +2,7 @@
 // table, then all objects, of which one has to be touched (docs/tasks/remember.md).
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,7 +35,8 @@ struct ObjectRecallParams {
   StepRange EMPTY_PHASE_STEPS;
   ArcParams arc = {};  // of the slots
   double GOAL_THRESH = tasks::GOAL_THRESH;
-  SmoothnessParams smoothness = default_smoothness(objects.vocabulary);
+  // None: rewards know no action cost.
+  std::optional<SmoothnessParams> smoothness = default_smoothness(objects.vocabulary);
 
   void declare(ConstantBinder& constants);
   void check(int horizon) const;

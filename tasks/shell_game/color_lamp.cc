@@ -21,7 +21,7 @@ class ColorLamp final : public ShellGame {
   ColorLamp(const RegistryEntry& entry, const ColorLampParams& params)
       : ShellGame(entry, params,
                   {.target = LampCue::kTarget, .target_description = LampCue::kTargetDescription}),
-        rule_(params, /*shoving=*/false),
+        rule_(params, {}),
         cue_(scene_, params.BALL_RADIUS, RandomVariables(info_.random_variables)),
         expert_(*this, params, params.CUE_PHASE_STEPS.high),
         annotator_({.game = *this, .lamp = &cue_}) {

@@ -22,12 +22,12 @@ ShellGame::Variables::Variables(RandomVariables list, const ShellGameParams& par
 
 ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup)
     : FamilyBase(entry),
-      mugs_(scene_, params, *setup.stance),
+      mugs_(scene_, params, setup.stances),
       params_(params),
       setup_(setup),
       variables_(RandomVariables(info_.random_variables), params, setup) {
   info_.candidates = kCups;
-  info_.frozen_cue = setup.frozen;
+  info_.frozen_cue = setup.frozen && !params.is_rl();
   info_.success_reward = setup.success_reward;
   info_.oracle_dim = 1;
   declare_sampled_values(*this);
@@ -124,7 +124,9 @@ void ShellGame::conclude(int env, const Verdict& verdict) const {
   }
   is_obj_placed_[env] = verdict.placed ? 1 : 0;
   is_robot_static_[env] = verdict.still ? 1 : 0;
-  const bool success = verdict.placed && verdict.still && verdict.fair && is_manipulation(env);
+  const bool counts =
+      engine_.state->elapsed[env] >= manipulation_start_[env] + params_.first_success;
+  const bool success = verdict.placed && verdict.still && verdict.fair && counts;
   engine_.success[env] = success ? 1 : 0;
   reward_dict_.publish(env);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -79,9 +80,10 @@ class ShellGame : public FamilyBase {
     // Random variable of the hidden cup or colour.
     const char* target = "cup_with_ball_number";
     const char* target_description = "slot of the mug that hides the ball";
-    bool frozen = true;  // the canonical wrapper zeroes actions before the manipulation phase
+    // The canonical wrapper of VLA tasks zeroes actions before the manipulation phase.
+    bool frozen = true;
     double success_reward = 3;
-    const MugStance* stance = &kUpsideDown;
+    std::span<const MugStance> stances{&kUpsideDown, 1};
     bool shuffles = false;  // between cue and manipulation
   };
   ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup);
@@ -111,7 +113,7 @@ class ShellGame : public FamilyBase {
 
   // --- success and info ---
 
-  // Success in the manipulation phase, and the info fields that all games have.
+  // Success, as far as the phase allows it, and the info fields that all games have.
   void conclude(int env, const Verdict& verdict) const;
   // Free mug that was moved or lifted farthest in the manipulation phase, if that is
   // farther than `least`, m; otherwise -1.

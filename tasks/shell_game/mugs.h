@@ -3,7 +3,10 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <span>
+#include <vector>
 
+#include "core/base/index.h"
 #include "core/env/task.h"
 #include "mjcf/scene.h"
 #include "tasks/common/random_variables.h"
@@ -15,9 +18,12 @@ namespace engram::tasks {
 struct MugStance {
   double handle_yaw = 0;  // rad, in the mug's frame
   std::array<double, 4> quat{};
+  // Direction of the handle in the world, from that of kHandleTowardsRobot, rad.
+  double handle_turn = 0;
 };
 extern const MugStance kUpsideDown;
-extern const MugStance kHandleTowardsRobot;  // where ShellGamePick expects it
+extern const MugStance kHandleTowardsRobot;          // where ShellGamePick-VLA-v0 expects it
+extern const std::array<MugStance, 3> kHandleTurns;  // one of which ShellGamePick-v0 draws
 
 // Throws Error unless mugs that stand like that have so much room in between, m, and hide the balls
 // under them.
@@ -32,12 +38,16 @@ class Mugs {
   static VariableHandle declare_base(RandomVariables list);
 
   // Appends the mugs to the scene. They are its props 0, 1, 2, named after the slots in which they
-  // start.
-  Mugs(mjcf::Scene& scene, const ShellGameParams& params, const MugStance& stance);
+  // start. `stances`: of which an episode has one; the scans are the same in all.
+  Mugs(mjcf::Scene& scene, const ShellGameParams& params, std::span<const MugStance> stances);
 
   void bind(const Bindings& bindings);
   // Draws the place of the row from its variable, and hides the mugs above it.
   void reset(const Episode& episode, const VariableHandle& base) const;
+  // The stance of this episode, by index, where there are several; to be called after reset.
+  void choose_stance(int env, int index) const;
+  // Direction of the handles, from that of kHandleTowardsRobot, rad.
+  double handle_turn(int env) const { return stance(env).handle_turn; }
 
   // The center slot, on the table.
   Eigen::Vector3d base(int env) const { return {base_.row(env)[0], base_.row(env)[1], 0}; }
@@ -66,15 +76,19 @@ class Mugs {
   Eigen::Vector3d pos_inside(int env, int mug, double radius) const;
 
  private:
+  const MugStance& stance(int env) const {
+    return stances_[stances_.size() > 1 ? at(stance_of_[env]) : 0];
+  }
   // Height of the tip of a mug's axis, from foot to rim, as a unit vector: -1 upside down.
   double axis_height(int env, int mug) const;
 
-  MugStance stance_;
+  std::vector<MugStance> stances_;
   double slot_distance_;   // m
   double resting_height_;  // m
   double hiding_radius_;   // m
   Bindings engine_;
   Column<double> base_;  // (2) m: the center slot
+  Column<std::int32_t> stance_of_;
 };
 
 }  // namespace engram::tasks

@@ -4,12 +4,19 @@
 
 namespace engram::tasks {
 
-TaskOption add_mug_at_goal(TaskInfo& info) {
-  return TaskOptions(info.options)
-      .on_off("mug_at_goal",
-              "1: the mug has to come within 1.6 GOAL_THRESH of the goal, not the ball within "
-              "GOAL_THRESH",
-              /*original=*/true);
+GoalChoice::GoalChoice(TaskInfo& info, const ShellGameParams& params) {
+  if (params.is_rl()) return;
+  mug_at_goal_ =
+      TaskOptions(info.options)
+          .on_off("mug_at_goal",
+                  "1: the mug has to come within 1.6 GOAL_THRESH of the goal, not the ball within "
+                  "GOAL_THRESH",
+                  /*original=*/true);
+}
+
+GoalItem GoalChoice::item(const Bindings& bindings) const {
+  const bool mug = !mug_at_goal_ || mug_at_goal_->is_on(bindings);
+  return mug ? GoalItem::kMug : GoalItem::kBall;
 }
 
 void ShellGameParams::declare(ConstantBinder& constants) {

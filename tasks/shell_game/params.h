@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "core/base/error.h"
@@ -19,11 +20,6 @@ inline constexpr double HEIGHT_OFFSET = 1000;  // m, added to the height of what
 
 // What has to come into the goal region of ShellGamePush and ShellGamePick.
 enum class GoalItem { kBall, kMug };
-// The option of both that says so.
-TaskOption add_mug_at_goal(TaskInfo& info);
-inline GoalItem goal_item(const TaskOption& mug_at_goal, const Bindings& bindings) {
-  return mug_at_goal.is_on(bindings) ? GoalItem::kMug : GoalItem::kBall;
-}
 
 // One row of a family's table.
 struct ShellGameParams {
@@ -33,7 +29,9 @@ struct ShellGameParams {
   double MIN_DIST = 0.2;      // m, from slot to slot along y
   double BALL_RADIUS = 0.02;  // m
   double MUG_SCALE = mjcf::kMugScale;
+  int first_success = 0;  // control steps of the manipulation phase in which nothing succeeds
 
+  bool is_rl() const { return task.split == Split::kRl; }
   // Size of the mugs, as a multiple of the benchmark's.
   double mug_ratio() const { return MUG_SCALE / mjcf::kMugScale; }
   // Height of the origin of a mug that stands, m.
@@ -48,17 +46,28 @@ struct ShellGameParams {
   void declare(ConstantBinder& constants);
 };
 
+// Decides which one counts: in the VLA tasks a user, by the option mug_at_goal; in the RL tasks it
+// is the mug.
+class GoalChoice {
+ public:
+  GoalChoice(TaskInfo& info, const ShellGameParams& params);
+  GoalItem item(const Bindings& bindings) const;
+
+ private:
+  std::optional<TaskOption> mug_at_goal_;
+};
+
 // Throws Error if `params` contradict themselves with that item.
 template <class Params>
 void require_goal(const Params& params, GoalItem item) {
   const std::string contradiction = params.contradiction(item);
   if (!contradiction.empty()) throw Error(Error::kInvalidArgument, contradiction);
 }
-// Throws Error if they do with either: which one is up to the option.
+// Throws Error if they do with every item that may count.
 template <class Params>
-void require_goal(const Params& params) {
-  if (params.contradiction(GoalItem::kMug).empty()) return;
-  require_goal(params, GoalItem::kBall);
+void require_possible_goal(const Params& params) {
+  const bool either = !params.is_rl() && !params.contradiction(GoalItem::kMug).empty();
+  require_goal(params, either ? GoalItem::kBall : GoalItem::kMug);
 }
 
 }  // namespace engram::tasks

@@ -1,73 +1,21 @@
 #include "tasks/shell_game/pick.h"
 
-#include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "core/math/real_functions.h"
-#include "tasks/common/phase_budget.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/annotator.h"
 #include "tasks/shell_game/game.h"
 #include "tasks/shell_game/pick_expert.h"
+#include "tasks/shell_game/pick_params.h"
+#include "tasks/shell_game/pick_rl.h"
 
 namespace engram::tasks {
 namespace {
 
-// --- parameters ---
-
-constexpr double HANDLE_OFFSET_X = 0.045;  // m
-constexpr double HANDLE_OFFSET_Y = 0.043;  // m
-constexpr double kReachedDistance = 0.04;  // m
-constexpr double kGripperOpening = 0.08;   // m
-constexpr double kSuccessReward = 75;
-const Eigen::Vector3d kGoalFromBall(0, 0, 0.125);                            // m
+constexpr double kGripperOpening = 0.08;  // m
+constexpr double kLeastRise = 0.01;       // m, of the ball where its slot is in the goal region
 const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // m, world axes
-
-// Least requirements of a lift.
-constexpr double kFingerRoom = 0.028;  // m, between two mugs
-constexpr double kLeastLift = 0.001;   // m
-constexpr double kLeastRise = 0.01;    // m, of the ball where its slot is in the goal region
-constexpr double kLiftPerStep = 0.01;  // m
-constexpr double kUsualLift = 0.02;    // m, in kTimeToPick
-constexpr int kTimeToPick = 19;        // control steps
-
-struct PickParams : ShellGameParams {
-  // Height of the goal's centre above a mug in its slot, m.
-  double height() const { return BALL_RADIUS + kGoalFromBall.z() - resting_height(); }
-  // Height to which a mug has to be lifted, m.
-  double lift() const { return height() - placed_distance(GoalItem::kMug); }
-  // A mug that is moved farther is the robot's answer, m.
-  double answer_distance(GoalItem item) const {
-    return item == GoalItem::kMug ? lift() / 2 : kLiftThatShows;
-  }
-
-  // Why everybody would succeed; empty if that is not so.
-  std::string contradiction(GoalItem item) const;
-  void declare(ConstantBinder& constants) {
-    ShellGameParams::declare(constants);
-    constants.fixed({{"HANDLE_OFFSET_X", HANDLE_OFFSET_X}, {"HANDLE_OFFSET_Y", HANDLE_OFFSET_Y}});
-  }
-  void check(int horizon) const;
-};
-
-constexpr std::array<PickParams, 1> kVariants = {{
-    {{.task = {"ShellGamePick-VLA-v0", 30, Split::kExtended}, .GOAL_THRESH = 0.05}},
-}};
-
-std::string PickParams::contradiction(GoalItem item) const {
-  if (item == GoalItem::kBall || lift() >= kLeastLift) return {};
-  return "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
-         in_millimetres(placed_distance(item)) + ", and its centre is " + in_millimetres(height()) +
-         " above a cup that nobody has moved";
-}
-
-void PickParams::check(int horizon) const {
-  check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
-  require_goal(*this);
-  const int more = static_cast<int>(std::max(0.0, lift() - kUsualLift) / kLiftPerStep);
-  check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPick + more);
-}
 
 template <class Row>
 void list_terms(Row& row, const PickInputs& in, const PickTerms& terms) {
@@ -91,11 +39,12 @@ void list_terms(Row& row, const PickInputs& in, const PickTerms& terms) {
 class Pick final : public ShellGame {
  public:
   Pick(const RegistryEntry& entry, const PickParams& params)
-      : ShellGame(
-            entry, params,
-            {.frozen = false, .success_reward = kSuccessReward, .stance = &kHandleTowardsRobot}),
+      : ShellGame(entry, params,
+                  {.frozen = false,
+                   .success_reward = kPickSuccessReward,
+                   .stances = {&kHandleTowardsRobot, 1}}),
         pick_(params),
-        mug_at_goal_(add_mug_at_goal(info_)),
+        choice_(info_, params),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
         expert_(*this, params),
@@ -112,13 +61,13 @@ class Pick final : public ShellGame {
   void bind(const Bindings& bindings) override {
     ShellGame::bind(bindings);
     is_grasped_ = bindings.outputs->add_privileged<std::uint8_t>("is_grasped");
-    item_ = goal_item(mug_at_goal_, bindings);
+    item_ = choice_.item(bindings);
     require_goal(pick_, item_);
     answer_distance_ = pick_.answer_distance(item_);
     if (item_ == GoalItem::kMug) {
       expert_.lift_mug(pick_.lift());
     } else {
-      expert_.lift_ball(kGoalFromBall.z(), pick_.GOAL_THRESH);
+      expert_.lift_ball(pick_.goal_height, pick_.GOAL_THRESH);
     }
   }
 
@@ -186,7 +135,7 @@ class Pick final : public ShellGame {
 
  private:
   Eigen::Vector3d goal_pos(int env) const {
-    return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
+    return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + pick_.goal_from_ball();
   }
   Eigen::Vector3d handle_pos(int env) const {
     return mugs_.pos(env, target_[env]) + kHandleFromMug;
@@ -206,7 +155,7 @@ class Pick final : public ShellGame {
   }
 
   PickParams pick_;
-  TaskOption mug_at_goal_;
+  GoalChoice choice_;
   GoalItem item_ = GoalItem::kBall;
   double answer_distance_ = 0;  // m
   int ball_;
@@ -223,12 +172,12 @@ PickTerms pick_reward(const PickInputs& in) {
   terms.reaching = 1 - real::tanh(10 * in.to_handle);
   terms.place = 1 - real::tanh(5 * in.to_goal);
   terms.stillness = 1 - real::tanh(5 * in.arm_speed);
-  terms.reached = in.to_handle <= kReachedDistance;
+  terms.reached = in.to_handle <= kPickReach;
   terms.open = terms.reached ? 0 : in.gripper_width / kGripperOpening;
   terms.grasp = terms.reached && in.grasped ? 1 : 0;
   if (!in.manipulation) return terms;
   if (in.success) {
-    terms.reward = kSuccessReward;
+    terms.reward = kPickSuccessReward;
     return terms;
   }
   terms.reward = 3 * terms.reaching + 1.5 * terms.open + (terms.reached ? 2 : 0) + 10 * terms.grasp;
@@ -238,14 +187,24 @@ PickTerms pick_reward(const PickInputs& in) {
   return terms;
 }
 
-constexpr auto kRows = rows_of(kVariants);
+namespace {
+
+constexpr auto kRows = rows_of(kPickVariants);
+
+// The RL task has other rules.
+std::unique_ptr<Task> make_pick(const RegistryEntry& entry, const ConstantTable& constants) {
+  const bool rl = find_variant(kPickVariants, entry.base).is_rl();
+  return rl ? make_mug_pick(entry, constants) : make_variant<Pick, kPickVariants>(entry, constants);
+}
+
+}  // namespace
 
 const Family kShellGamePick = {
     .name = "ShellGamePick",
     .memory_type = "Spatial",
     .instruction = "Observe which cup hides the ball, wait, then pick up that cup and lift it.",
     .tasks = kRows,
-    .make = make_variant<Pick, kVariants>,
+    .make = make_pick,
     .expectations = {.least_reward = 0,
                      .most_reward = 0.6667,
                      .goal_for_people = true,

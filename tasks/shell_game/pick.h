@@ -37,7 +37,7 @@ struct PickTerms {
 // The dense reward: 0 outside the manipulation phase, 75 at success.
 PickTerms pick_reward(const PickInputs& inputs);
 
-// ShellGamePick-VLA-v0.
+// ShellGamePick-VLA-v0 and ShellGamePick-v0.
 extern const Family kShellGamePick;
 
 }  // namespace engram::tasks

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/math/real_functions.h"
 #include "core/math/rotations.h"
 #include "tasks/common/tcp_servo.h"
 
@@ -29,17 +30,23 @@ constexpr double kBallIntoGoal = 0.012;  // m
 constexpr double kMostLead = 0.045;      // m: faster, and the mug slips
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
+Eigen::Vector3d turned(const Eigen::Vector3d& v, double angle) {
+  const double c = real::cos(angle);
+  const double s = real::sin(angle);
+  return {c * v.x() - s * v.y(), s * v.x() + c * v.y(), v.z()};
+}
+
 }  // namespace
 
 PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params)
     : ShellGameExpert(game),
+      waits_(params.is_rl()),
       grip_from_mug_(params.mug_ratio() * kGripFromMug +
                      std::max(0.0, 1 - params.mug_ratio()) * kFartherOut),
       grip_height_(std::max(params.resting_height(), kGripHeight + params.extra_height())),
       hover_height_(kHoverHeight + std::max(0.0, params.extra_height())),
       grip_radius_(kGripRadius * std::min(1.0, params.mug_ratio())),
-      holding_width_(kHoldingWidth * params.mug_ratio()),
-      grip_tool_(tool_down(kGripYaw)) {}
+      holding_width_(kHoldingWidth * params.mug_ratio()) {}
 
 void PickExpert::lift_mug(double lift) {
   ball_ = false;
@@ -60,14 +67,19 @@ void PickExpert::act(Range envs, Script script, FloatRows actions) const {
   }
 }
 
-// The cue is not frozen here, and turning the hand takes twenty steps: it hovers over the slot
-// while the cue still shows.
+// Turning the hand takes twenty steps. In the VLA task, whose cue is not frozen, it hovers over the
+// slot while the cue still shows.
 void PickExpert::pick(int env, int slot, float* action) const {
+  if (waits_ && !game_.is_manipulation(env)) {
+    hold_tcp(kGripperOpen, action);
+    return;
+  }
   const Mugs& mugs = game_.mugs();
   const State& state = game_.state();
   const Eigen::Vector3d tcp = game_.tcp_pos(env);
   const double* fingers = state.qpos.row(env) + kArmJoints;
-  const Eigen::Vector3d grip = mugs.slot_pos(env, slot, grip_height_) + grip_from_mug_;
+  const Eigen::Vector3d grip =
+      mugs.slot_pos(env, slot, grip_height_) + turned(grip_from_mug_, mugs.handle_turn(env));
   const double lifted = mugs.pos(env, slot).z() - mugs.standing_pos(env, slot).z();
   const bool closing = (tcp - grip).norm() < grip_radius_;
   const bool holding = closing && fingers[0] + fingers[1] < holding_width_;
@@ -81,7 +93,7 @@ void PickExpert::pick(int env, int slot, float* action) const {
   } else if (closing) {
     gripper = kSqueeze;
   }
-  servo_tcp(state, env, goal, grip_tool_, gripper, action);
+  servo_tcp(state, env, goal, grip_tool(env), gripper, action);
 }
 
 // Where the tool brings what is inside the mug to its goal.
@@ -94,10 +106,14 @@ Eigen::Vector3d PickExpert::raised(int env, int slot) const {
   return game_.tcp_pos(env) + way;
 }
 
+Eigen::Quaterniond PickExpert::grip_tool(int env) const {
+  return tool_down(kGripYaw + game_.mugs().handle_turn(env));
+}
+
 // Angle by which the tool still has to turn.
 double PickExpert::remaining_turn(int env) const {
   const double* quat = game_.state().tcp_quat.row(env);
-  return angle_between(grip_tool_, Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
+  return angle_between(grip_tool(env), Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
 }
 
 }  // namespace engram::tasks

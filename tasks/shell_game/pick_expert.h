@@ -19,17 +19,19 @@ class PickExpert final : public ShellGameExpert {
  private:
   void pick(int env, int slot, float* action) const;
   Eigen::Vector3d raised(int env, int slot) const;
+  // Orientation of the tool that straddles the bar.
+  Eigen::Quaterniond grip_tool(int env) const;
   double remaining_turn(int env) const;
 
-  Eigen::Vector3d grip_from_mug_;  // m
+  bool waits_;                     // for the mugs to appear
+  Eigen::Vector3d grip_from_mug_;  // m, of a handle that is not turned
   double grip_height_;             // m
   double hover_height_;            // m
   double grip_radius_;             // m
   double holding_width_;           // m
-  Eigen::Quaterniond grip_tool_;
-  double lift_ = 0;         // of a mug, m
-  bool ball_ = false;       // it counts where the ball comes
-  double ball_height_ = 0;  // of its goal above its slot, m
+  double lift_ = 0;                // of a mug, m
+  bool ball_ = false;              // it counts where the ball comes
+  double ball_height_ = 0;         // of its goal above its slot, m
 };
 
 }  // namespace engram::tasks

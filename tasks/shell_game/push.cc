@@ -16,10 +16,9 @@ namespace {
 
 // --- parameters ---
 
-constexpr double kStaticSpeed = 0.3;       // rad/s
 constexpr double kReachedDistance = 0.08;  // m
 constexpr double kSuccessReward = 4;
-const Eigen::Vector3d kGoalFromBall(0.1, 0, 0.03);  // m
+constexpr double kGoalAhead = 0.1;  // m, of the ball
 
 // Least requirements of a push.
 constexpr double kLeastTravel = 0.001;  // m
@@ -27,10 +26,14 @@ constexpr double kLeastPush = 0.01;     // m, where the ball's slot is in the go
 constexpr int kTimeToPush = 19;         // control steps
 
 struct PushParams : ShellGameParams {
+  double goal_height = 0.03;  // m, of the goal's centre above the ball's
+  double static_speed = 0.3;  // rad/s
+
+  Eigen::Vector3d goal_from_ball() const { return {kGoalAhead, 0, goal_height}; }
   // Vector to the goal's centre from the mug or the ball in its slot, m.
   Eigen::Vector3d offset(GoalItem item) const {
-    if (item == GoalItem::kBall) return kGoalFromBall;
-    return kGoalFromBall + Eigen::Vector3d(0, 0, BALL_RADIUS - resting_height());
+    if (item == GoalItem::kBall) return goal_from_ball();
+    return goal_from_ball() + Eigen::Vector3d(0, 0, BALL_RADIUS - resting_height());
   }
   // Distance by which the mug has to be pushed, m.
   double travel(GoalItem item) const {
@@ -50,8 +53,16 @@ struct PushParams : ShellGameParams {
   void check(int horizon) const;
 };
 
-constexpr std::array<PushParams, 1> kVariants = {{
+constexpr std::array<PushParams, 2> kVariants = {{
     {{.task = {"ShellGamePush-VLA-v0", 30, Split::kShort}, .GOAL_THRESH = 0.06}},
+    {{.task =
+          {.id = "ShellGamePush-v0", .horizon = 90, .split = Split::kRl, .memory_type = "Object"},
+      .GOAL_THRESH = 0.05,
+      .CUE_PHASE_STEPS = {5, 5},
+      .MUG_SCALE = 1,
+      .first_success = 1},
+     0.0242722,
+     0.2},
 }};
 
 std::string PushParams::contradiction(GoalItem item) const {
@@ -74,15 +85,15 @@ std::string PushParams::contradiction(GoalItem item) const {
 
 void PushParams::check(int horizon) const {
   check_mugs(*this, kUpsideDown);
-  require_goal(*this);
+  require_possible_goal(*this);
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
 }
 
 template <class Row>
-void list_terms(Row& row, const PushInputs& in, const PushTerms& terms) {
+void list_terms(Row& row, bool rl, const PushInputs& in, const PushTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("static_reward", "", terms.stillness);
-  row.term("is_robot_static", "", in.robot_static);
+  if (!rl) row.term("is_robot_static", "", in.robot_static);
   row.term("place_reward", "", terms.place);
   row.term("tcp_to_obj_dist", "m", in.distance);
   row.term("obj_to_goal_dist", "m", in.to_goal);
@@ -95,27 +106,30 @@ class Push final : public ShellGame {
   Push(const RegistryEntry& entry, const PushParams& params)
       : ShellGame(entry, params, {.success_reward = kSuccessReward}),
         push_(params),
-        mug_at_goal_(add_mug_at_goal(info_)),
+        choice_(info_, params),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
         expert_(*this, params),
         annotator_({.game = *this, .deed = ShellGameAnnotator::Deed::kPush, .ball = ball_}) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
-    info_.answer =
-        "the first cup that is moved by more than 4 mm, with mug_at_goal by more than half the "
-        "least way to the goal region; its slot";
-    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    info_.answer = params.is_rl()
+                       ? "the first cup that is moved by more than half the least way to the goal "
+                         "region; its slot"
+                       : "the first cup that is moved by more than 4 mm, with mug_at_goal by more "
+                         "than half the least way to the goal region; its slot";
+    info_.reward_terms =
+        reward_terms_of([&](auto& row) { list_terms(row, params.is_rl(), {}, {}); });
     declare_state(*this);
   }
 
   void bind(const Bindings& bindings) override {
     ShellGame::bind(bindings);
-    item_ = goal_item(mug_at_goal_, bindings);
+    item_ = choice_.item(bindings);
     require_goal(push_, item_);
     answer_distance_ = push_.answer_distance(item_);
     const double travel = push_.travel(item_);
-    expert_.set_goal(item_, travel, push_.placed_distance(item_), kGoalFromBall.x() - travel);
+    expert_.set_goal(item_, travel, push_.placed_distance(item_), kGoalAhead - travel);
   }
 
   // --- phases ---
@@ -135,7 +149,7 @@ class Push final : public ShellGame {
       const Eigen::Vector3d offset = goal_pos(env) - item_pos(env);
       conclude(env, {.obj_to_goal = offset,
                      .placed = offset.norm() <= push_.placed_distance(item_) && is_pushed(env),
-                     .still = robot_is_static(*engine_.state, env, kStaticSpeed)});
+                     .still = robot_is_static(*engine_.state, env, push_.static_speed)});
       note_answer(env, moved_mug(env, answer_distance_));
     }
   }
@@ -149,7 +163,7 @@ class Push final : public ShellGame {
       in.to_goal = obj_to_goal(env).norm();
       fill_in(env, in);
       const PushTerms terms = push_reward(in);
-      reward_dict().note(env, [&](auto& row) { list_terms(row, in, terms); });
+      reward_dict().note(env, [&](auto& row) { list_terms(row, push_.is_rl(), in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
   }
@@ -175,7 +189,7 @@ class Push final : public ShellGame {
 
  private:
   Eigen::Vector3d goal_pos(int env) const {
-    return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + kGoalFromBall;
+    return mugs_.slot_pos(env, target_[env], params().BALL_RADIUS) + push_.goal_from_ball();
   }
   // Position of what has to come to the goal.
   Eigen::Vector3d item_pos(int env) const {
@@ -188,7 +202,7 @@ class Push final : public ShellGame {
   }
 
   PushParams push_;
-  TaskOption mug_at_goal_;
+  GoalChoice choice_;
   GoalItem item_ = GoalItem::kBall;
   double answer_distance_ = 0;  // m
   int ball_;

@@ -27,7 +27,7 @@ struct PushTerms {
 // The dense reward: 0 outside the manipulation phase, 4 at success.
 PushTerms push_reward(const PushInputs& inputs);
 
-// ShellGamePush-VLA-v0.
+// ShellGamePush-VLA-v0 and ShellGamePush-v0.
 extern const Family kShellGamePush;
 
 }  // namespace engram::tasks

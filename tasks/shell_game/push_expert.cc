@@ -40,7 +40,7 @@ void PushExpert::set_goal(GoalItem item, double travel, double reach, double lee
   travel_ = std::max(kTravel, travel + std::min(kIntoGoal, 0.2 * reach));
   lead_ = std::min(kPushLead, mug ? reach : leeway);
   first_lead_ = mug ? lead_ : kPushLead;
-  sweep_travel_ = mug ? kSweepTravel : travel + kSweepIntoGoal;
+  sweep_travel_ = std::max(mug ? kSweepTravel : 0.0, travel + kSweepIntoGoal);
   sweep_lead_ = mug ? lead_ : kSweepLead;
 }
 

@@ -12,10 +12,11 @@ namespace {
 
 constexpr double kMovedMug = 0.01;  // m: a mug moved further is an answer
 
+// In the RL task nobody asks how far mugs are shoved.
 struct ShovingParams : TouchParams {
   void declare(ConstantBinder& constants) {
     TouchParams::declare(constants);
-    TouchRule::declare(constants);
+    if (!is_rl()) TouchRule::declare(constants);
   }
 };
 
@@ -23,7 +24,7 @@ class Touch final : public ShellGame {
  public:
   Touch(const RegistryEntry& entry, const ShovingParams& params)
       : ShellGame(entry, params, {}),
-        rule_(params, /*shoving=*/true),
+        rule_(params, {.shoving = !params.is_rl(), .placed_term = TouchRule::kPlacedInfo}),
         ball_(add_red_ball()),
         expert_(*this, params, params.CUE_PHASE_STEPS.high),
         annotator_({.game = *this, .ball = ball_}) {
@@ -93,7 +94,7 @@ class Touch final : public ShellGame {
   }
 
   double max_displacement(int env) const {
-    if (!is_manipulation(env)) return 0;
+    if (!rule_.is_shoving() || !is_manipulation(env)) return 0;
     double farthest = 0;
     for (int mug = 0; mug < kCups; ++mug) {
       const Eigen::Map<const Eigen::Vector2d> before(reference_.row(env) + 2 * mug);
@@ -111,8 +112,12 @@ class Touch final : public ShellGame {
 
 }  // namespace
 
-constexpr std::array<ShovingParams, 1> kVariants = {{
+constexpr std::array<ShovingParams, 2> kVariants = {{
     {{{{"ShellGameTouch-VLA-v0", 30, Split::kShort}}}},
+    {{{.task =
+           {.id = "ShellGameTouch-v0", .horizon = 90, .split = Split::kRl, .memory_type = "Object"},
+       .CUE_PHASE_STEPS = {5, 5},
+       .MUG_SCALE = 1}}},
 }};
 constexpr auto kRows = rows_of(kVariants);
 

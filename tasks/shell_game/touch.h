@@ -5,7 +5,7 @@
 
 namespace engram::tasks {
 
-// ShellGameTouch-VLA-v0.
+// ShellGameTouch-VLA-v0 and ShellGameTouch-v0.
 extern const Family kShellGameTouch;
 
 }  // namespace engram::tasks

@@ -34,7 +34,8 @@ Eigen::Quaterniond tool_over(const Eigen::Vector3d& goal) {
 
 void TouchExpert::act(Range envs, Script script, FloatRows actions) const {
   // Demonstrations of the Long ids keep the fingers open all the time.
-  const double gripper = game_.info().frozen_cue ? kGripperClosed : kGripperOpen;
+  const bool open = !game_.info().frozen_cue && !game_.params().is_rl();
+  const double gripper = open ? kGripperOpen : kGripperClosed;
   for (int env = envs.begin; env < envs.end; ++env) {
     float* action = actions.row(env);
     if (!game_.is_manipulation(env)) {

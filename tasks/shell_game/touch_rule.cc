@@ -13,17 +13,17 @@ constexpr double kSuccessReward = 3;
 bool is_fair(double displacement) { return displacement <= MUG_DISPLACEMENT_SUCCESS_THRESH; }
 
 template <class Row>
-void list_terms(Row& row, bool shoving, const TouchRule::RewardInputs& in,
+void list_terms(Row& row, const TouchRule::Form& form, const TouchRule::RewardInputs& in,
                 const TouchRule::RewardTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("static_reward", "", terms.stillness);
   row.term("tcp_to_obj_dist", "m", in.distance);
-  if (shoving) {
+  if (form.shoving) {
     row.term("mug_max_displacement", "m", in.displacement);
     row.term("mug_shift_penalty", "", terms.shift);
     row.term("is_mug_displacement_ok", "", is_fair(in.displacement));
   }
-  row.term(shoving ? "info[\"is_obj_placed\"]" : "is_obj_placed", "", in.placed);
+  row.term(form.placed_term, "", in.placed);
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ void TouchRule::declare(ConstantBinder& constants) {
 }
 
 void TouchRule::describe(TaskInfo& info) const {
-  info.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, shoving_, {}, {}); });
+  info.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, form_, {}, {}); });
   info.answer =
       "the first cup within GOAL_THRESH of which the robot rests in the manipulation phase, the "
       "nearest one if there are several; its slot";
@@ -42,7 +42,7 @@ void TouchRule::describe(TaskInfo& info) const {
 
 void TouchRule::bind(const Bindings& bindings) {
   displacement_ = bindings.memory->add<double>("mug_max_displacement", 1, "m");
-  if (!shoving_) return;
+  if (!form_.shoving) return;
   mug_max_displacement_ = bindings.outputs->add<float>(
       "mug_max_displacement", 1, "m", "farthest that a mug was shoved since it appeared");
   is_mug_displacement_ok_ = bindings.outputs->add<std::uint8_t>("is_mug_displacement_ok");
@@ -54,7 +54,7 @@ ShellGame::Verdict TouchRule::judge(const ShellGame& game, int env, const Eigen:
                                     double displacement) const {
   const Eigen::Vector3d offset = goal - game.tcp_pos(env);
   displacement_[env] = displacement;
-  if (shoving_) {
+  if (form_.shoving) {
     mug_max_displacement_[env] = static_cast<float>(displacement);
     is_mug_displacement_ok_[env] = is_fair(displacement) ? 1 : 0;
   }
@@ -93,7 +93,7 @@ void TouchRule::dense_reward(const ShellGame& game, Range envs, FloatRows out) c
     in.displacement = displacement_[env];
     game.fill_in(env, in);
     const RewardTerms terms = reward(in);
-    game.reward_dict().note(env, [&](auto& row) { list_terms(row, shoving_, in, terms); });
+    game.reward_dict().note(env, [&](auto& row) { list_terms(row, form_, in, terms); });
     *out.row(env) = static_cast<float>(terms.reward);
   }
 }

@@ -30,9 +30,16 @@ class TouchRule {
   // Class constants of the games in which mugs may be shoved.
   static void declare(ConstantBinder& constants);
 
-  // `shoving`: info shows how far mugs were shoved, and success depends on it.
-  TouchRule(const TouchParams& params, bool shoving)
-      : goal_thresh_(params.GOAL_THRESH), shoving_(shoving) {}
+  // Name of a term of reward_dict in some games.
+  static constexpr const char* kPlacedInfo = "info[\"is_obj_placed\"]";
+  struct Form {
+    bool shoving = false;  // info shows how far mugs were shoved, and success depends on it
+    const char* placed_term = "is_obj_placed";  // in reward_dict
+  };
+  TouchRule(const TouchParams& params, const Form& form)
+      : goal_thresh_(params.GOAL_THRESH), form_(form) {}
+
+  bool is_shoving() const { return form_.shoving; }
 
   // Adds reward terms and the meaning of an answer.
   void describe(TaskInfo& info) const;
@@ -48,7 +55,7 @@ class TouchRule {
 
  private:
   double goal_thresh_;  // m
-  bool shoving_;
+  Form form_;
   Column<double> displacement_;  // m
   Column<float> mug_max_displacement_;
   Column<std::uint8_t> is_mug_displacement_ok_;

@@ -21,8 +21,9 @@ TEST_CASE("list: the whole registry, in order", "[apps]") {
                                                     "action_dim", "state_dim", "candidates"});
     CHECK(task["id"] == entry.id);
     CHECK(task["horizon"] == entry.horizon);
-    CHECK(task["action_dim"] == 7);
     const auto env = make(entry.id);
+    CHECK(task["action_dim"] == env->action_dim());
+    CHECK(task["action_dim"] == (entry.split == Split::kRl ? 8 : 7));
     CHECK(task["state_dim"] == env->state_dim());
     CHECK(task["candidates"] == env->info().candidates);
   }

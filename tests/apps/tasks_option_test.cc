@@ -30,7 +30,7 @@ double success(const std::string& policy) {
 
 TEST_CASE("A library's tasks work in every command", "[apps][task_library]") {
   CHECK_THAT(engram_command("list" + tasks()).out,
-             Catch::Contains(kId) && Catch::Contains("98 tasks"));
+             Catch::Contains(kId) && Catch::Contains("130 tasks"));
   CHECK_THAT(engram_command(tasks() + " info " + kId).out, Catch::Contains("horizon 30"));
   require_refusal(std::string("info ") + kId, 2, "no task");
   const Json checked =

@@ -59,7 +59,9 @@ bool rests(const float* action) {
 void check_habit(const Habit& habit, const std::string& id) {
   INFO(id);
   const bool is_long = id.find("-Long-") != std::string::npos;
-  const auto env = make_env(id);
+  BatchOptions options;
+  options.control_mode = ControlMode::kPdEeDeltaPose;
+  const auto env = make_env(id, options);
   env->reset();
   const bool frozen = env->info().frozen_cue;
   int waited = 0;

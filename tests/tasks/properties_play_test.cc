@@ -92,7 +92,8 @@ struct Watch {
 std::map<std::string, int> solved;
 
 struct SuccessWatch : Watch {
-  SuccessWatch(const TaskInfo& info) : judge(test::make_judge(info.family, timing_of(info))) {
+  SuccessWatch(const TaskInfo& info)
+      : judge(test::make_judge(info.family, timing_of(info), info.split == "rl")) {
     // A task of a user's own has its conditions of success in its own test.
     if (judge == nullptr && test::is_benchmark_id(info.id)) {
       FAIL("no success condition for " << info.family);

@@ -33,6 +33,7 @@ constexpr Family family_of(std::string_view name, std::span<const TaskRow> rows)
 }
 
 TEST_CASE("A registered family's tasks are tasks like any other", "[registry][families]") {
+  const std::size_t listed = registry().size();
   static constexpr std::array kRows = {
       TaskRow{"OwnA-VLA-v0", 25, Split::kExtended},
       TaskRow{"OwnB-VLA-v1", 25, Split::kExtended, 0.9, "Touch that."}};
@@ -59,7 +60,7 @@ TEST_CASE("A registered family's tasks are tasks like any other", "[registry][fa
   env->reset();
   test::step(*env, Policy::kOracle);
   // The benchmark's list is as before.
-  CHECK(registry().size() == 97);
+  CHECK(registry().size() == listed);
 }
 
 TEST_CASE("A registered family's tasks have variants", "[registry][families]") {

@@ -61,7 +61,7 @@ TEST_CASE("The registry has the published number of tasks per split and memory t
     if (test::is_benchmark_id(entry.id)) {
       ++counts[std::string(split_name(entry.split)) + ' ' + std::string(entry.memory_type)];
     }
-    CHECK(entry.canonical == (entry.split != Split::kExtended));
+    CHECK(entry.canonical == (entry.split != Split::kExtended && entry.split != Split::kRl));
     if (entry.canonical) {
       CHECK(entry.split == (entry.horizon <= 200   ? Split::kShort
                             : entry.horizon <= 601 ? Split::kMedium
@@ -84,6 +84,65 @@ TEST_CASE("The registry has the published number of tasks per split and memory t
                      "short Tracking: 2"});
 }
 
+TEST_CASE("The RL tasks stand behind the VLA tasks, with horizon and memory type as published",
+          "[registry][rl]") {
+  struct Row {
+    const char* id;
+    int horizon;
+    const char* memory_type;
+  };
+  constexpr Row kRows[] = {
+      {"ShellGameTouch-v0", 90, "Object"},
+      {"ShellGamePush-v0", 90, "Object"},
+      {"ShellGamePick-v0", 90, "Object"},
+      {"RememberColor3-v0", 60, "Object"},
+      {"RememberColor5-v0", 60, "Object"},
+      {"RememberColor9-v0", 60, "Object"},
+      {"RememberShape3-v0", 60, "Object"},
+      {"RememberShape5-v0", 60, "Object"},
+      {"RememberShape9-v0", 60, "Object"},
+      {"RememberShapeAndColor3x2-v0", 60, "Object"},
+      {"RememberShapeAndColor3x3-v0", 60, "Object"},
+      {"RememberShapeAndColor5x3-v0", 60, "Object"},
+      {"SeqOfColors3-v0", 120, "Capacity"},
+      {"SeqOfColors5-v0", 120, "Capacity"},
+      {"SeqOfColors7-v0", 120, "Capacity"},
+      {"ChainOfColors3-v0", 120, "Sequential"},
+      {"ChainOfColors5-v0", 120, "Sequential"},
+      {"ChainOfColors7-v0", 120, "Sequential"},
+      {"BunchOfColors3-v0", 120, "Capacity"},
+      {"BunchOfColors5-v0", 120, "Capacity"},
+      {"BunchOfColors7-v0", 120, "Capacity"},
+      {"InterceptSlow-v0", 90, "Spatial"},
+      {"InterceptMedium-v0", 90, "Spatial"},
+      {"InterceptFast-v0", 90, "Spatial"},
+      {"InterceptGrabSlow-v0", 90, "Spatial"},
+      {"InterceptGrabMedium-v0", 90, "Spatial"},
+      {"InterceptGrabFast-v0", 90, "Spatial"},
+      {"RotateLenientPos-v0", 90, "Spatial"},
+      {"RotateLenientPosNeg-v0", 90, "Spatial"},
+      {"RotateStrictPos-v0", 90, "Object"},
+      {"RotateStrictPosNeg-v0", 90, "Object"},
+      {"TakeItBack-v0", 180, "Spatial"},
+  };
+  std::size_t first = 0;
+  while (first < registry().size() && registry()[first].split != Split::kRl) ++first;
+  CHECK(first == benchmark().size());
+  const auto rl = registry().subspan(first);
+  CHECK(rl.size() == std::size(kRows));
+  for (const Row& row : kRows) {
+    INFO(row.id);
+    const RegistryEntry* entry = find_entry(row.id);
+    REQUIRE(entry != nullptr);
+    CHECK(entry->split == Split::kRl);
+    CHECK(entry->horizon == row.horizon);
+    CHECK(entry->memory_type == row.memory_type);
+    CHECK(entry->control_mode == ControlMode::kPdJointDeltaPos);
+    CHECK(entry->index >= static_cast<int>(first));
+    CHECK_FALSE(entry->instruction.empty());
+  }
+}
+
 TEST_CASE("Tasks are found by their exact id", "[registry]") {
   for (const RegistryEntry& entry : registry()) CHECK(find_entry(entry.id) == &entry);
   CHECK(find_entry("") == nullptr);
@@ -95,9 +154,9 @@ TEST_CASE("A misspelt id leads to the one that was meant", "[registry]") {
   for (const RegistryEntry& entry : registry()) CHECK(nearest_id(entry.id) == entry.id);
   CHECK(nearest_id("RememberColour9-VLA-v0") == "RememberColor9-VLA-v0");
   CHECK(nearest_id("remembercolor9-vla-v0") == "RememberColor9-VLA-v0");
-  CHECK(nearest_id("RememberColor9") == "RememberColor9-VLA-v0");
-  CHECK(nearest_id("RememberColor9-v0") == "RememberColor9-VLA-v0");
-  CHECK(nearest_id("TakeItBak") == "TakeItBack-VLA-v0");
+  CHECK(nearest_id("RememberColor9") == "RememberColor9-v0");
+  CHECK(nearest_id("RememberColor9-v1") == "RememberColor9-v0");
+  CHECK(nearest_id("TakeItBak") == "TakeItBack-v0");
   CHECK(nearest_id("SeqOfColor5-Long-VLA-v0") == "SeqOfColors5-Long-VLA-v0");
 }
 

@@ -108,10 +108,11 @@ inline int mug_in_slot(const Spectator& scene, int slot) {
   return mugs[static_cast<std::size_t>(slot)];
 }
 
-// The tool stands still at the right mug, and no mug was shoved away.
+// The tool stands still at the right mug, and no mug was shoved farther than that.
 class TouchedMug : public Judge {
  public:
-  explicit TouchedMug(Timing timing) : timing_(timing) {}
+  explicit TouchedMug(Timing timing, double farthest = 0.05)
+      : timing_(timing), farthest_(farthest) {}
   bool holds(const Spectator& scene) override {
     if (scene.elapsed() < timing_.begin) return false;
     double displacement = 0;
@@ -123,11 +124,12 @@ class TouchedMug : public Judge {
       displacement = std::max(displacement, horizontal(scene.pos(kMugs[i]), start_[i]));
     }
     return (scene.pos(slot_mug_) - scene.tcp()).norm() <= 0.08 && scene.still() &&
-           displacement <= 0.05;
+           displacement <= farthest_;
   }
 
  private:
   Timing timing_;
+  double farthest_;  // m
   std::array<Point, 3> start_;
   int slot_mug_ = 0;
 };
@@ -149,6 +151,21 @@ class MovedBall : public Judge {
   double reach_;
   double slowness_;
   Point goal_;
+};
+
+// The mug over the ball has been brought to the goal, and the robot is slow; not in the first step
+// with mugs.
+class MovedMug : public Judge {
+ public:
+  explicit MovedMug(Timing timing) : timing_(timing) {}
+  bool holds(const Spectator& scene) override {
+    const Point mug = scene.pos(scene.info_int("oracle_info"));
+    return (scene.pos("goal_site") - mug).norm() <= 0.08 && scene.still() &&
+           scene.elapsed() > timing_.begin;
+  }
+
+ private:
+  Timing timing_;
 };
 
 // --- colours, blinks ---
@@ -420,8 +437,18 @@ class BatteriesFound : public Judge {
   int count_ = 0;
 };
 
+// The judge of a family's RL tasks, where they have other conditions; nullptr otherwise.
+inline std::unique_ptr<Judge> make_rl_judge(std::string_view family, Timing timing) {
+  if (family == "ShellGameTouch") return std::make_unique<TouchedMug>(timing, 1e3);
+  if (family.starts_with("ShellGame")) return std::make_unique<MovedMug>(timing);
+  return nullptr;
+}
+
 // The judge of a family of the benchmark; nullptr for others.
-inline std::unique_ptr<Judge> make_judge(std::string_view family, Timing timing) {
+inline std::unique_ptr<Judge> make_judge(std::string_view family, Timing timing, bool rl = false) {
+  if (rl) {
+    if (auto judge = make_rl_judge(family, timing)) return judge;
+  }
   const auto is = [family](std::string_view prefix) { return family.starts_with(prefix); };
   if (is("Remember")) return std::make_unique<TouchedObject>(timing, true);
   if (is("FindImposter")) return std::make_unique<TouchedObject>(timing, false);

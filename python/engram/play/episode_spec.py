@@ -61,6 +61,7 @@ class EpisodeSpec:
             "task_options": dict(self.options) or None,
             "rules": self.rules,
             "perturb": dict(self.perturb) or None,
+            "control_mode": "pd_ee_delta_pose",  # keys and sliders move the tool
             "autoreset_mode": "DISABLED",
             "after_end": "hold",
             "threads": 1,

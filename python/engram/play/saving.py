@@ -36,9 +36,11 @@ def save(
 
 
 def _replay(id: str, seed: int, actions: Sequence[npt.NDArray[np.float32]]) -> Episode:
-    """The episode in a default environment, as `python -m engram.datasets replay` makes it."""
+    """The episode as played, in an environment as `python -m engram.datasets replay` makes it."""
     rows: dict[str, list[Any]] = {name: [] for name in _STEPS}
-    with contextlib.closing(engram.make(id, obs_mode="rgb")) as env:
+    with contextlib.closing(
+        engram.make(id, obs_mode="rgb", control_mode="pd_ee_delta_pose")
+    ) as env:
         observation, _ = env.reset(seed=seed)
         instruction = env.language_instruction
         for action in actions:

@@ -52,7 +52,7 @@ class PolicyRunner:
 
     @torch.no_grad()
     def __call__(self, observation):
-        """Observation of `engram.evaluate` -> actions (N, 7)."""
+        """Observation of `engram.evaluate` -> actions (N, A)."""
         rows = self.rows(observation)
         if not self.policy.memory:
             return self.policy(rows[None])[0].best()[0].numpy()

@@ -31,6 +31,7 @@ class ObservationLayout:
 
     def __init__(self, description, tasks=0):
         fields = description["state_fields"]
+        self.actions = description["action_dim"]
         self.agent = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN)) + tasks
         first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
         kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
@@ -141,7 +142,6 @@ class Policy(nn.Module):
         width=64,
         token=32,
         slot=32,
-        actions=7,
     ):
         super().__init__()
         self.appearances = appearances
@@ -175,7 +175,7 @@ class Policy(nn.Module):
         self.key = nn.Linear(object_width, token)
         self.context_proj = nn.Linear(seen + kept, width)
         self.offset_proj = nn.Linear(3 + len(layout.body), width, bias=False)
-        self.act = mlp(width, width, 2 * actions, gain=0.01)
+        self.act = mlp(width, width, 2 * layout.actions, gain=0.01)
 
     def fit(self, rows):
         """Sets normalization and vocabulary of appearances from these rows."""

@@ -81,7 +81,7 @@ class ObjectsEnv:
         return self.truth
 
     def step(self, actions):
-        """Actions (N, 7) -> observations of the student, rewards (N,)."""
+        """Actions (N, A) -> observations of the student, rewards (N,)."""
         rows, rewards, _, _, self.infos = self.batch.step(actions.numpy())
         self.truth = self.student_rows(rows)
         return self.truth, torch.from_numpy(np.array(rewards))

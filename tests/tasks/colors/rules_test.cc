@@ -93,13 +93,13 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
   const auto reward = [](int length, double goal, double speed, int correct, int wrong,
                          double displacement) {
     ColorRewardInputs in;
-    in.length = length;
-    in.goal_distance = goal;
-    in.action_cost.arm_speed = speed;
-    in.tally.correct = correct;
-    in.tally.wrong = wrong;
+    in.touches.length = length;
+    in.touches.goal_distance = goal;
+    in.touches.arm_speed = speed;
+    in.touches.tally.correct = correct;
+    in.touches.tally.wrong = wrong;
+    in.touches.acting = true;
     in.mean_displacement = displacement;
-    in.acting = true;
     return in;
   };
   const auto value = [](const ColorRewardInputs& in) { return color_reward(in, {}).reward; };
@@ -112,11 +112,31 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
   CHECK(value(reward(5, 0, 0.02, 5, 0, 0.004)) / kColorSuccessReward ==
         Approx(0.2284254).margin(6e-8));
   ColorRewardInputs early = reward(3, 0, 0, 3, 0, 0);
-  early.acting = false;
+  early.touches.acting = false;
   CHECK(value(early) == 0);
   ColorRewardInputs done = reward(3, 0.3, 1, 3, 0, 0.02);
-  done.success = true;
+  done.touches.success = true;
   CHECK(value(done) == 400);
+}
+
+TEST_CASE("The RL tasks' colour reward has the worked values", "[reward][rl]") {
+  const auto value = [](int length, double goal, double speed, int correct, int wrong) {
+    ColorTouchRewardInputs in;
+    in.length = length;
+    in.goal_distance = goal;
+    in.arm_speed = speed;
+    in.tally.correct = correct;
+    in.tally.wrong = wrong;
+    in.acting = true;
+    return color_touch_reward(in, color_touch_terms(in));
+  };
+  CHECK(value(3, 0.1, 0.1, 1, 1) == Approx(20.507347).margin(6e-7));
+  CHECK(value(3, 0.25, 0.4, 0, 0) == Approx(0.031372).margin(6e-7));
+  CHECK(value(5, 0, 0.02, 5, 0) == Approx(91.450166).margin(6e-7));
+  ColorTouchRewardInputs in;
+  CHECK(color_touch_reward(in, color_touch_terms(in)) == 0);  // too early
+  in.success = true;
+  CHECK(color_touch_reward(in, color_touch_terms(in)) == 100);
 }
 
 TEST_CASE("A touch is a mistake where it can no longer be corrected", "[touch][answer]") {

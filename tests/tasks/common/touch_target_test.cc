@@ -93,6 +93,22 @@ double expected_reward(const Batch& env, const std::vector<float>& action,
   return touch_reward(in, params).reward;
 }
 
+TEST_CASE("Without action cost, the touch reward equals its published values", "[reward]") {
+  const auto reward = [](double distance, double speed, bool still) {
+    TouchRewardInputs in;
+    in.distance = distance;
+    in.arm_speed = speed;
+    in.action_norm = 1;
+    in.action_delta_norm = 1;
+    in.robot_static = still;
+    in.placed = distance <= 0.05;
+    return touch_reward(in, {}).reward;
+  };
+  CHECK(reward(0.12, 0.6, false) == Approx(0.168818).margin(6e-7));
+  CHECK(reward(0.06, 0.05, true) == Approx(0.840491).margin(6e-7));
+  CHECK(reward(0.03, 0.5, false) == Approx(0.715380).margin(6e-7));
+}
+
 TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
   struct Row {
     const char* id;

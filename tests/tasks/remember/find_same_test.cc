@@ -14,10 +14,10 @@ namespace engram {
 namespace {
 
 using test::count_of;
-using test::Lengths;
 using test::make_env;
 using test::memory_int;
 using test::object_pos;
+using test::Part;
 using test::row;
 using test::stored_pos;
 
@@ -50,7 +50,7 @@ void check_phase(const Batch& env) {
 TEST_CASE("Remember runs through the phases of the worked example", "[remember]") {
   BatchOptions options;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
-  for (const std::string& id : test::ids_of("Remember", Lengths::kShort)) {
+  for (const std::string& id : test::ids_of("Remember", Part::kShort)) {
     const auto env = make_env(id, options);
     env->reset();
     check_phase(*env);
@@ -113,7 +113,7 @@ TEST_CASE("Objects stay where they appear for the steps in which they settle", "
 }
 
 TEST_CASE("Only the short Remember variants freeze the cue", "[remember]") {
-  for (const std::string& id : test::ids_of("Remember")) {
+  for (const std::string& id : test::ids_of("Remember", Part::kVla)) {
     const bool lengthy = id.find("Long") != std::string::npos;
     const auto env = make_env(id);
     CHECK(env->info().frozen_cue == !lengthy);
@@ -123,7 +123,7 @@ TEST_CASE("Only the short Remember variants freeze the cue", "[remember]") {
 }
 
 TEST_CASE("Remember draws targets and phase lengths uniformly over their ranges", "[remember]") {
-  for (const std::string& id : test::ids_of("Remember")) {
+  for (const std::string& id : test::ids_of("Remember", Part::kVla)) {
     const bool lengthy = id.find("Long") != std::string::npos;
     const bool fixed = id == "RememberColor5-Long-VLA-v0" || id == "RememberColor9-Long-VLA-v0";
     BatchOptions options;

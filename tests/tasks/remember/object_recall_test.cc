@@ -16,9 +16,9 @@ namespace {
 
 using tasks::Layout;
 using test::count_of;
-using test::Lengths;
 using test::make_env;
 using test::memory_int;
+using test::Part;
 using test::row;
 using test::stored_pos;
 
@@ -56,7 +56,7 @@ double least_clearance(const tasks::ObjectSet& objects, const Layout& layout) {
 }
 
 TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]") {
-  for (const std::string& id : test::recall_ids(Lengths::kShort)) {
+  for (const std::string& id : test::recall_ids(Part::kBrief)) {
     BatchOptions options;
     options.num_envs = 1000;
     options.threads = 2;
@@ -102,7 +102,7 @@ double overlap(const mjModel& model, mjData& data, const Batch& env, int index) 
 }
 
 TEST_CASE("No prop is inside another when all have appeared", "[object_recall]") {
-  for (const std::string& id : test::recall_ids(Lengths::kShort)) {
+  for (const std::string& id : test::recall_ids(Part::kBrief)) {
     BatchOptions options;
     options.num_envs = 40;
     options.threads = 2;
@@ -160,7 +160,7 @@ TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall]
 }
 
 TEST_CASE("Episodes differ in nothing else if only what is hidden differs", "[object_recall]") {
-  for (const std::string& id : test::recall_ids(Lengths::kShort)) {
+  for (const std::string& id : test::recall_ids(Part::kBrief)) {
     BatchOptions options;
     options.seed = 5;
     const auto play = [&](double hidden) {

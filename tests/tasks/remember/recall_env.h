@@ -14,24 +14,41 @@
 
 namespace engram::test {
 
-// The ids of all families whose names begin like that, short or long or both.
-enum class Lengths { kShort, kLong, kAll };
+// Parts of the families' ids. kBrief: those that begin at once, short VLA tasks and RL tasks.
+enum class Part { kShort, kLong, kVla, kRl, kBrief, kAll };
 
-inline std::vector<std::string> ids_of(std::string_view prefix, Lengths lengths = Lengths::kAll) {
+inline bool is_in(const RegistryEntry& entry, Part part) {
+  const bool rl = entry.split == Split::kRl;
+  const bool lengthy = entry.id.find("Long") != std::string_view::npos;
+  switch (part) {
+    case Part::kShort:
+      return !lengthy && !rl;
+    case Part::kLong:
+      return lengthy;
+    case Part::kVla:
+      return !rl;
+    case Part::kRl:
+      return rl;
+    case Part::kBrief:
+      return !lengthy;
+    case Part::kAll:
+      break;
+  }
+  return true;
+}
+
+// The ids of all families whose names begin like that.
+inline std::vector<std::string> ids_of(std::string_view prefix, Part part = Part::kAll) {
   std::vector<std::string> ids;
   for (const RegistryEntry& entry : registry()) {
-    const bool lengthy = entry.id.find("Long") != std::string_view::npos;
-    if (!entry.id.starts_with(prefix)) continue;
-    if (lengths == Lengths::kAll || lengthy == (lengths == Lengths::kLong)) {
-      ids.emplace_back(entry.id);
-    }
+    if (entry.id.starts_with(prefix) && is_in(entry, part)) ids.emplace_back(entry.id);
   }
   return ids;
 }
 
-inline std::vector<std::string> recall_ids(Lengths lengths = Lengths::kAll) {
-  std::vector<std::string> ids = ids_of("Remember", lengths);
-  for (std::string& id : ids_of("FindImposter", lengths)) ids.push_back(std::move(id));
+inline std::vector<std::string> recall_ids(Part part = Part::kAll) {
+  std::vector<std::string> ids = ids_of("Remember", part);
+  for (std::string& id : ids_of("FindImposter", part)) ids.push_back(std::move(id));
   return ids;
 }
 

@@ -38,7 +38,9 @@ TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a sw
     BatchOptions options;
     options.num_envs = 2;
     options.freeze_cue = false;
-    options.pins = {{"cue_steps", {static_cast<double>(entry.split == Split::kMedium ? 10 : 3)}}};
+    options.control_mode = ControlMode::kPdEeDeltaPose;
+    const int cue = entry.split == Split::kMedium ? 10 : entry.split == Split::kRl ? 5 : 3;
+    options.pins = {{"cue_steps", {static_cast<double>(cue)}}};
     const auto env = make_env(entry.id, options);
     env->reset();
     // Down to where the mugs pass, so that contacts are saved as well.

@@ -10,7 +10,7 @@ using tasks::kUpsideDown;
 
 TEST_CASE("Mugs are the scene's first props, from left to right", "[shell]") {
   mjcf::Scene scene;
-  const tasks::Mugs mugs(scene, {}, kUpsideDown);
+  const tasks::Mugs mugs(scene, {}, {&kUpsideDown, 1});
   REQUIRE(scene.props.size() == 3);
   CHECK(scene.props[0].name == "mug_left");
   CHECK(scene.props[2].name == "mug_right");

@@ -1,0 +1,62 @@
+#include "tasks/colors/touch_task.h"
+
+namespace engram::tasks {
+
+ColorTouch::ColorTouch(const RegistryEntry& entry, const ColorRecallParams& params)
+    : ColorTouchBase(entry, params),
+      expert_({.engine = engine_,
+               .info = info_,
+               .params = params_,
+               .rule = rule_,
+               .cubes = cubes_,
+               .clock = clock_,
+               .touch = touch_,
+               .sequence = sequence_}),
+      annotator_(expert_) {
+  // Both know no order, and name the lowest colour as the next target.
+  if (rule_ == ColorRule::kSeq) rule_ = ColorRule::kBunch;
+  info_.reward_terms =
+      reward_terms_of([&](auto& row) { list_color_touch_terms(row, params.rule, {}, {}); });
+  declare_state(*this);
+}
+
+void ColorTouch::bind(const Bindings& bindings) {
+  bind_touches(bindings);
+  bind_sequence(bindings);
+  bind_info(*bindings.outputs);
+}
+
+void ColorTouch::advance(Range envs) {
+  for (int env = envs.begin; env < envs.end; ++env) show_phase(env, 1);
+}
+
+void ColorTouch::evaluate(Range envs) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const bool complete = evaluate_touches(env).complete();
+    const bool still = note_static(env);
+    engine_.success[env] = complete && still && is_acting(env) ? 1 : 0;
+    const int next = next_target(env);
+    set_goal(env, next < 0 ? Eigen::Vector3d(0, 0, 0)
+                           : Eigen::Vector3d(touch_.touch_point(env, next) - tcp_pos(env)));
+    reward_dict_.publish(env);
+  }
+}
+
+void ColorTouch::dense_reward(Range envs, FloatRows out) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const ColorTouchRewardInputs in = reward_inputs(env);
+    const ColorTouchRewardTerms terms = color_touch_terms(in);
+    *out.row(env) = static_cast<float>(color_touch_reward(in, terms));
+    reward_dict_.note(env,
+                      [&](auto& row) { list_color_touch_terms(row, params_.rule, in, terms); });
+  }
+}
+
+// The colour to be touched next, -1: none. In Chain the last one of the cue stays the goal.
+int ColorTouch::next_target(int env) const {
+  if (!is_acting(env)) return -1;
+  const int next = count_touches(env).next;
+  return next < 0 && rule_ == ColorRule::kChain ? sequence(env).back() : next;
+}
+
+}  // namespace engram::tasks

@@ -1,0 +1,408 @@
+// The RL tasks of BunchOfColors, SeqOfColors and ChainOfColors in their environments.
+#include "tasks/colors/touch_task.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/env/queries.h"
+#include "tests/env_helpers.h"
+#include "tests/tasks/pose_tool.h"
+#include "tests/tasks/spectator.h"
+
+namespace engram {
+namespace {
+
+using test::make_env;
+using test::Point;
+using test::row;
+using test::Spectator;
+using test::step_at;
+
+constexpr const char* kFamilies[] = {"BunchOfColors", "SeqOfColors", "ChainOfColors"};
+const Point kFarAway(-0.1, 0, 0.4);
+
+bool is_bunch(std::string_view id) { return id.starts_with("Bunch"); }
+bool is_chain(std::string_view id) { return id.starts_with("Chain"); }
+// The first step in which the robot may act.
+int start_of(std::string_view id, int length) { return is_bunch(id) ? 10 : 5 * length + 5; }
+
+Point cube(const Batch& env, int color, int index = 0) {
+  return Point(env.state().prop_pos_of(index, color));
+}
+Eigen::Vector2d slot(const Batch& env, int color, int index = 0) {
+  return Eigen::Map<const Eigen::Vector2d>(row<double>(env.memory().find("positions"), index) +
+                                           2 * color);
+}
+bool shown(const Batch& env, int color) {
+  return env.state().status_of(0, color) != PropStatus::kHidden;
+}
+bool touched(const Batch& env, int color) {
+  return row<std::uint8_t>(env.memory().find("touched"), 0)[color] != 0;
+}
+
+// An environment without physics whose cue shows colours 4, 1 and 7.
+std::unique_ptr<Batch> still_env(const std::string& id, BatchOptions options = {}) {
+  options.substeps = 0;
+  options.reward_mode = RewardMode::kDense;
+  options.auto_reset = AutoReset::kOff;
+  options.pins = {{"sequence", {4, 1, 7}}};
+  auto env = make_env(id, options);
+  env->reset();
+  return env;
+}
+
+// The same in the first step of its action phase.
+std::unique_ptr<Batch> acting(const std::string& id, const BatchOptions& options = {}) {
+  auto env = still_env(id, options);
+  while (env->state().elapsed[0] < start_of(id, 3)) step_at(*env, kFarAway);
+  return env;
+}
+
+void touch(Batch& env, int color) {
+  step_at(env, cube(env, color) + Point(0, 0, 0.035));
+  if (env.state().finished[0] == 0) step_at(env, kFarAway);
+}
+
+std::string three(const char* family) { return std::string(family) + "3-v0"; }
+
+TEST_CASE("RL colours: cue, empty and action phase have fixed lengths", "[color_recall][rl]") {
+  const std::vector<int> cue = {4, 1, 7};
+  for (const char* family : kFamilies) {
+    const auto env = still_env(three(family));
+    const int start = start_of(family, 3);
+    CHECK(Queries(*env).cue_end(0) == start - 5);
+    for (int t = 0; t <= start + 5; ++t) {
+      INFO(family << ", elapsed " << t);
+      for (int color = 0; color < 9; ++color) {
+        const auto item = std::find(cue.begin(), cue.end(), color) - cue.begin();
+        const bool in_cue = t < start - 5 && (is_bunch(family) ? item < 3 : item == t / 5);
+        CHECK(shown(*env, color) == (in_cue || t >= start));
+        const Eigen::Vector2d at = slot(*env, color);
+        if (t >= start) {
+          CHECK(cube(*env, color) == Point(at.x(), at.y(), 0.02));
+        } else if (!in_cue) {
+          const Point hidden = is_bunch(family) ? Point(0, 0, 1000) : Point(at.x(), at.y(), 1000);
+          CHECK(cube(*env, color) == hidden);
+        } else if (!is_bunch(family)) {
+          CHECK(cube(*env, color) == Point(0, 0, 0.02));
+        } else {
+          const double angle = std::numbers::pi * (color - 4) / 9;
+          const Point place(0.22 * std::cos(angle), 0.22 * std::sin(angle) - 0.015 * (color - 4),
+                            0.02);
+          CHECK((cube(*env, color) - place).norm() < 1e-9);
+        }
+      }
+      step_at(*env, kFarAway);
+    }
+  }
+}
+
+TEST_CASE("RL colours: cubes are placed once, when they appear", "[color_recall][rl]") {
+  const std::string id = three("SeqOfColors");
+  const auto env = still_env(id);
+  for (int t = 1; t < start_of(id, 3) + 3; ++t) {
+    env->state().prop_pos_of(0, 2)[0] += 0.03;
+    step_at(*env, kFarAway);
+    const bool placed = env->state().elapsed[0] == start_of(id, 3);
+    INFO("elapsed " << env->state().elapsed[0]);
+    CHECK((cube(*env, 2) == Point(slot(*env, 2).x(), slot(*env, 2).y(), 0.02)) == placed);
+  }
+}
+
+TEST_CASE("RL colours: places are the nine slots of the narrow arc, jittered and shuffled",
+          "[color_recall][rl]") {
+  BatchOptions options;
+  options.num_envs = 1000;
+  const auto env = make_env("ChainOfColors7-v0", options);
+  env->reset();
+  Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
+  std::array<int, 9> of_red{};
+  for (int i = 0; i < options.num_envs; ++i) {
+    std::set<int> taken;
+    for (int color = 0; color < 9; ++color) {
+      int nearest = 0;
+      Eigen::Vector2d offset(1, 1);
+      for (int k = 0; k < 9; ++k) {
+        const double angle = std::numbers::pi * (k - 4) / 9;
+        const Eigen::Vector2d nominal(0.3 * std::cos(angle) - 0.25,
+                                      0.3 * std::sin(angle) - 0.025 * (k - 4));
+        if ((slot(*env, color, i) - nominal).norm() >= offset.norm()) continue;
+        offset = slot(*env, color, i) - nominal;
+        nearest = k;
+      }
+      taken.insert(nearest);
+      deviation += offset.cwiseProduct(offset);
+      if (color == 0) ++of_red[static_cast<std::size_t>(nearest)];
+      for (int other = 0; other < color; ++other) {
+        CHECK((slot(*env, color, i) - slot(*env, other, i)).norm() >= 0.0599);
+      }
+    }
+    CHECK(taken.size() >= 8);  // jitter may lead nearer to a neighbour
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    CHECK(std::sqrt(deviation[axis] / (9 * options.num_envs)) == Approx(0.01).epsilon(0.05));
+  }
+  for (const int count : of_red) CHECK(std::abs(count - 111) < 55);
+}
+
+TEST_CASE("RL colours: a touch asks for 2 cm, stillness and the phase", "[color_recall][rl]") {
+  for (const char* family : kFamilies) {
+    INFO(family);
+    const std::string id = three(family);
+    const auto env = acting(id);
+    const Point point = cube(*env, 4) + Point(0, 0, 0.025);
+    step_at(*env, point + Point(0, 0, 0.02 + 1e-6));
+    CHECK_FALSE(touched(*env, 4));
+    test::pose_tool(*env, point);
+    env->state().qvel.row(0)[2] = 0.21;
+    test::step(*env, Policy::kZero);
+    CHECK_FALSE(touched(*env, 4));
+    step_at(*env, point + Point(0, 0, 0.02 - 1e-6));
+    CHECK(touched(*env, 4));
+    step_at(*env, kFarAway);
+    CHECK(touched(*env, 4));
+
+    // At the very place, too early.
+    const auto early = still_env(id);
+    const Point place(slot(*early, 4).x(), slot(*early, 4).y(), 0.045);
+    while (early->state().elapsed[0] < start_of(id, 3) - 1) {
+      step_at(*early, place);
+      CHECK_FALSE(touched(*early, 4));
+    }
+    step_at(*early, place);
+    CHECK(touched(*early, 4));
+  }
+  BatchOptions wide;
+  wide.task_options = {{"touch_radius", 0.05}};
+  const auto env = acting("BunchOfColors3-v0", wide);
+  step_at(*env, cube(*env, 4) + Point(0, 0, 0.07));
+  CHECK(touched(*env, 4));
+}
+
+TEST_CASE("RL colours: the last touch succeeds and ends the episode", "[color_recall][rl]") {
+  struct Row {
+    std::vector<int> touches;
+    bool set, order;  // whether that is right for Bunch and Seq, and for Chain
+  };
+  const Row rows[] = {{{4, 1, 7}, true, true},      {{7, 4, 1}, true, false},
+                      {{4, 4, 1, 7}, true, true},   {{4, 1, 3}, false, false},
+                      {{4, 3, 1, 7}, false, false}, {{3, 4, 1, 7}, false, false},
+                      {{4, 1}, false, false}};
+  for (const char* family : kFamilies) {
+    for (const auto& [touches, set, order] : rows) {
+      for (const bool ends : {true, false}) {
+        INFO(family << ", row with " << touches.size() << " touches, ends " << ends);
+        BatchOptions options;
+        options.terminate_on_success = ends;
+        const auto env = acting(three(family), options);
+        for (const int color : touches) {
+          CHECK(env->success()[0] == 0);
+          touch(*env, color);
+        }
+        const bool right = is_chain(family) ? order : set;
+        CHECK(env->state().finished[0] == (right && ends ? 1 : 0));
+        CHECK(env->success()[0] == (right ? 1 : 0));
+        if (!right) continue;
+        CHECK(env->terminated()[0] == (ends ? 1 : 0));
+        CHECK(env->reward()[0] == 100);
+        if (ends) continue;
+        // A wrong touch spoils it.
+        touch(*env, 5);
+        CHECK(env->success()[0] == 0);
+        CHECK(env->reward()[0] < 100);
+      }
+    }
+  }
+}
+
+TEST_CASE("RL colours: goals are the lowest colour, in Chain the cue's order",
+          "[color_recall][rl]") {
+  struct Row {
+    std::vector<int> touches;
+    int set, chain;  // the next target, -1: none
+  };
+  const Row rows[] = {{{}, 1, 4},        {{4}, 1, 1},          {{7}, 1, 4},
+                      {{4, 7}, 1, 1},    {{1, 4, 7}, -1, 4},   {{4, 1, 7}, -1, 7},
+                      {{4, 1, 3}, 7, 7}, {{4, 1, 7, 3}, -1, 4}};
+  for (const char* family : kFamilies) {
+    for (const auto& [touches, set, chain] : rows) {
+      BatchOptions options;
+      options.terminate_on_success = false;
+      const auto env = still_env(three(family), options);
+      const float* goal = row<float>(env->output("obj_to_goal_pos"), 0);
+      while (env->state().elapsed[0] < start_of(family, 3)) {
+        for (int i = 0; i < 3; ++i) CHECK(goal[i] == 0);
+        step_at(*env, kFarAway);
+      }
+      for (const int color : touches) touch(*env, color);
+      step_at(*env, kFarAway);
+      const int next = is_chain(family) ? chain : set;
+      INFO(family << ", " << touches.size() << " touches, next " << next);
+      const Point expected =
+          next < 0 ? Point(0, 0, 0) : Point(cube(*env, next) + Point(0, 0, 0.025) - kFarAway);
+      for (int i = 0; i < 3; ++i) CHECK(goal[i] == Approx(expected[i]).margin(1e-6));
+      for (int color = 0; color < 9; ++color) {
+        const auto place = static_cast<std::size_t>(18 + 7 + 3 + 3 + 6 * color);
+        CHECK(env->observation()[place + 3] == (touched(*env, color) ? 1 : 0));
+        CHECK(env->observation()[place + 4] == (color == 4 || color == 1 || color == 7 ? 1 : 0));
+        CHECK(env->observation()[place + 5] == (color == next ? 1 : 0));
+      }
+    }
+  }
+}
+
+TEST_CASE("RL colours have the published sizes", "[color_recall][rl]") {
+  const std::map<int, int> widths = {{3, 85}, {5, 87}, {7, 89}};
+  for (const char* family : kFamilies) {
+    CHECK(test::rl_ids(family).size() == 3);
+    for (const auto& [length, width] : widths) {
+      const std::string id = family + std::to_string(length) + "-v0";
+      INFO(id);
+      const auto env = make_env(id);
+      const TaskInfo& info = env->info();
+      CHECK(env->state_dim() == width);
+      CHECK(info.oracle_dim == length);
+      CHECK(info.horizon == 120);
+      CHECK(info.split == "rl");
+      CHECK(info.memory_type == (is_chain(id) ? "Sequential" : "Capacity"));
+      CHECK(info.success_reward == 100);
+      CHECK(info.termination == Termination::kSuccess);
+      CHECK(info.task_cue_dim == 0);
+      CHECK_FALSE(info.frozen_cue);
+      CHECK(info.instruction.find("button") == std::string::npos);
+      CHECK(info.candidates ==
+            make_task(family + std::to_string(length) + "-VLA-v0")->info().candidates);
+      std::set<std::string> keys;
+      for (const Field& field : info.reward_terms) keys.insert(field.name);
+      CHECK(keys == std::set<std::string>{
+                        "reaching_reward", "wrong_touches", "is_robot_static", "touched_cubes",
+                        is_chain(id) ? "correct_touches_in_order" : "correct_touches",
+                        "sequence_cubes_mask", "all_seq_touched", "no_extra_touched"});
+      CHECK(env->physics_model().props().size() == 9);
+      for (const char* none : {"button_pressed", "strong_cube_displacement", "xy_dist_to_button"}) {
+        CHECK(env->outputs().find(none).field == nullptr);
+      }
+    }
+  }
+}
+
+// The rules and the dense reward, programmed again from their description.
+class Reference {
+ public:
+  Reference(const std::string& id, int length)
+      : chain_(is_chain(id)), start_(start_of(id, length)), order_(length, -1) {}
+
+  double reward(const Spectator& scene) {
+    const int length = static_cast<int>(order_.size());
+    std::vector<int> cue;
+    for (int i = 0; i < length; ++i) cue.push_back(scene.info_int("oracle_info", i));
+    const bool acting = scene.elapsed() >= start_;
+    if (acting && scene.still()) note_touches(scene);
+    const int next = next_target(cue);
+    const double g = next < 0 ? 0 : (touch_point(scene, next) - scene.tcp()).norm();
+    double speed = 0;
+    for (int i = 0; i < 7; ++i) speed += std::pow(scene.state().qvel.row(scene.index())[i], 2);
+    int right = 0;
+    int wrong = 0;
+    for (int i = 0; i < length && chain_; ++i) {
+      (order_[static_cast<std::size_t>(i)] == cue[static_cast<std::size_t>(i)] ? right : wrong) +=
+          order_[static_cast<std::size_t>(i)] < 0 ? 0 : 1;
+    }
+    for (const int color : chain_ ? std::set<int>{} : touched_) {
+      ++(std::count(cue.begin(), cue.end(), color) > 0 ? right : wrong);
+    }
+    success = acting && scene.still() && touched_ == std::set<int>(cue.begin(), cue.end()) &&
+              (!chain_ || order_ == cue);
+    if (success) return 100;
+    return acting ? 1 - std::tanh(10 * g) + 0.5 * (1 - std::tanh(5 * std::sqrt(speed))) +
+                        90.0 * right / length - 10.0 * wrong
+                  : 0;
+  }
+
+  bool success = false;
+  int touches() const { return static_cast<int>(touched_.size()); }
+
+ private:
+  static Point touch_point(const Spectator& scene, int color) {
+    return scene.pos(color) + Point(0, 0, 0.025);
+  }
+  void note_touches(const Spectator& scene) {
+    for (int color = 0; color < 9; ++color) {
+      if ((touch_point(scene, color) - scene.tcp()).norm() >= 0.02) continue;
+      if (!touched_.insert(color).second) continue;
+      auto free = std::find(order_.begin(), order_.end(), -1);
+      *(free == order_.end() ? order_.begin() : free) = color;
+    }
+  }
+  int next_target(const std::vector<int>& cue) const {
+    for (std::size_t i = 0; i < cue.size() && chain_; ++i) {
+      if (order_[i] != cue[i]) return cue[i];
+    }
+    if (chain_) return cue.back();
+    int lowest = -1;
+    for (const int color : cue) {
+      if (!touched_.contains(color) && (lowest < 0 || color < lowest)) lowest = color;
+    }
+    return lowest;
+  }
+
+  bool chain_;
+  int start_;
+  std::vector<int> order_;
+  std::set<int> touched_;
+};
+
+TEST_CASE("RL colours: rewards are those of the formula, whoever plays", "[color_recall][rl]") {
+  constexpr int kEnvs = 5;
+  for (const char* family : kFamilies) {
+    int steps = 0;
+    int successes = 0;
+    int mistakes = 0;
+    for (const int length : {3, 5, 7}) {
+      for (const Policy policy : {Policy::kOracle, Policy::kBlind, Policy::kRandom}) {
+        const std::string id = family + std::to_string(length) + "-v0";
+        INFO(id << ", " << name_of(policy));
+        BatchOptions options;
+        options.num_envs = kEnvs;
+        options.seed = 90'000;
+        options.reward_mode = RewardMode::kDense;
+        options.terminate_on_success = false;
+        options.auto_reset = AutoReset::kOff;
+        const auto env = make_env(id, options);
+        env->reset();
+        std::vector<Reference> references(kEnvs, Reference(id, length));
+        while (env->state().finished[0] == 0) {
+          test::step(*env, policy);
+          for (int i = 0; i < kEnvs; ++i) {
+            Reference& reference = references[static_cast<std::size_t>(i)];
+            const double expected = reference.reward(Spectator(*env, i));
+            const auto index = static_cast<std::size_t>(i);
+            if (std::abs(static_cast<double>(env->reward()[index]) - expected) > 2e-5) {
+              FAIL("environment " << i << ", step " << env->state().elapsed[i] << ": "
+                                  << env->reward()[index] << " instead of " << expected);
+            }
+            REQUIRE((env->success()[index] != 0) == reference.success);
+            ++steps;
+          }
+        }
+        for (const Reference& reference : references) {
+          successes += reference.success ? 1 : 0;
+          mistakes += policy == Policy::kBlind && reference.touches() > 0 && !reference.success;
+        }
+      }
+    }
+    CHECK(steps >= 5000);
+    CHECK(successes >= 12);
+    CHECK(mistakes >= 5);
+  }
+}
+
+}  // namespace
+}  // namespace engram
