@@ -111,6 +111,17 @@ TEST_CASE("The reward of InterceptGrab as an RL task equals its published values
   CHECK(tasks::grab_reward(in).reward == Approx(140));
 }
 
+TEST_CASE("In an RL episode one slow ball in ten drifts into the target by itself",
+          "[intercept][rl]") {
+  constexpr int kEpisodes = 4000;
+  const auto share = [](const char* id) {
+    const ControlMode mode = ControlMode::kPdJointDeltaPos;
+    return test::solved_by(Policy::kZero, id, mode, kEpisodes) / double{kEpisodes};
+  };
+  CHECK(share("InterceptSlow-v0") == Approx(0.095).margin(0.02));
+  CHECK(share("InterceptMedium-v0") < 0.001);
+}
+
 // --- the published formulas, from the state alone ---
 
 Vector ball_of(const Batch& env, int i) {
