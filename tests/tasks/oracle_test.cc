@@ -143,7 +143,15 @@ struct Differences {
 };
 
 Differences compare_sleep(const std::string& id, bool closing) {
-  BatchOptions options;
+  MakeOptions options;
+  const RegistryEntry& entry = require_entry(id);
+  if (entry.split == Split::kRl && entry.family.ends_with("OfColors")) {
+    // Or the cubes would not appear in time.
+    options.constants = {{"EMPTY_PHASE_STEPS", ConstantList{1, 1}}};
+    const bool bunch = entry.family == "BunchOfColors";
+    options.constants.emplace_back(bunch ? "CUE_PHASE_STEPS" : "CUE_STEP_DURATION",
+                                   ConstantList{1, 1});
+  }
   options.num_envs = 40;
   options.auto_reset = AutoReset::kOff;
   options.control_mode = ControlMode::kPdEeDeltaPose;
@@ -155,11 +163,7 @@ Differences compare_sleep(const std::string& id, bool closing) {
   Differences found;
   const State& a = asleep->state();
   const State& b = awake->state();
-  // Cues of up to seven cubes end after 40 steps in RL tasks.
-  const RegistryEntry& entry = require_entry(id);
-  const bool waits = entry.split == Split::kRl && entry.family.ends_with("OfColors");
-  const int steps = waits ? 45 : 25;
-  for (int step = 0; step < steps; ++step) {
+  for (int step = 0; step < 25; ++step) {
     const std::vector<float> actions = raised(*asleep, closing);
     asleep->step(actions);
     awake->step(actions);
