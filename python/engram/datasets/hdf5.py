@@ -31,7 +31,7 @@ from engram.datasets.episodes import (
 )
 from engram.datasets.folders import new_folder
 from engram.datasets.labels import Labels
-from engram.datasets.work import in_order
+from engram.datasets.work import in_order, packed
 
 PICTURES = ("image", "wrist_image")
 _LEVEL = 1  # of gzip: more makes files hardly smaller
@@ -119,7 +119,7 @@ class _Frames:
         made: dict[bytes, bytes] = {}
         self.chunks = []
         for picture in pictures:
-            pixels = picture.tobytes()
+            pixels = packed(picture).tobytes()
             if pixels not in made:
                 made[pixels] = zlib.compress(pixels, _LEVEL)
             self.chunks.append(made[pixels])

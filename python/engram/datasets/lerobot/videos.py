@@ -13,6 +13,7 @@ import av
 import numpy as np
 
 from engram.datasets.checks import DatasetError
+from engram.datasets.work import packed
 
 # Of 128 x 128 pictures: 0.4 ms and 1.9 KB a frame, 32 dB; AV1 takes 1.7 ms and 2.2 KB for that.
 _QUALITY = {
@@ -47,7 +48,7 @@ class VideoFile:
         """Appends frames, (T, H, W, 3) bytes."""
         with _encoding(self.codec):
             for image in images:
-                frame = av.VideoFrame.from_ndarray(_packed(image), format="rgb24")
+                frame = av.VideoFrame.from_ndarray(packed(image), format="rgb24")
                 frame.pts = self.frames
                 frame.time_base = Fraction(1, self.fps)
                 self._mux(self.container, self.stream.encode(frame))
@@ -63,11 +64,6 @@ class VideoFile:
         for packet in packets:
             self.bytes += packet.size
             container.mux(packet)
-
-
-def _packed(image: np.ndarray) -> np.ndarray:
-    """The same picture without gaps. Copies pixel by pixel, in half the time of byte by byte."""
-    return np.ascontiguousarray(image.view("V3")).view(np.uint8).reshape(image.shape)
 
 
 def video_info(path: Path, fps: int, codec: str) -> dict[str, Any]:
