@@ -138,10 +138,11 @@ class _Demonstration:
     """What the file holds of an episode."""
 
     def __init__(self, episode: Episode, added: Collection[str]):
+        self.steps = len(episode)
         self.instruction = episode.language_instruction
         self.segments = episode.segmentation_names
         self.attributes = {
-            "num_samples": len(episode),
+            "num_samples": self.steps,
             "episode_seed": episode.episode_seed,
             "success": episode.success_once,
             "language_instruction": episode.language_instruction,
@@ -194,9 +195,9 @@ class _Writer:
         for name, values in demonstration.arrays.items():
             packed = {"compression": "gzip", "compression_opts": _LEVEL} if values.size else {}
             group.create_dataset(name, data=values, **packed)
-        if additions.SEGMENTATION in self.added and demonstration.segments is not None:
+        if additions.SEGMENTATION in self.added:
             self.segments.add(demonstration.segments)
-        self.steps += demonstration.attributes["num_samples"]
+        self.steps += demonstration.steps
         self.episodes += 1
 
     def finish(self, folder: DemonstrationFolder | CollectedEpisodes) -> None:

@@ -115,7 +115,7 @@ class _Writer:
         numbers = self._label_columns(episode)
         stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
         maps = map_columns.columns(episode.maps(self.options.additions))
-        if self.options.segmentation and episode.segmentation_names is not None:
+        if self.options.segmentation:
             self.segments.add(episode.segmentation_names)
         table = layout.table(columns | numbers, stored | maps)
         if self._has_language and episode.labels is not None:
