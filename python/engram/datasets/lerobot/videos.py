@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 from collections.abc import Iterator
 from fractions import Fraction
@@ -15,6 +16,7 @@ import numpy as np
 from engram.datasets.checks import DatasetError
 from engram.datasets.work import packed
 
+_OF_DISKS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 # Of 128 x 128 pictures: 0.4 ms and 1.9 KB a frame, 32 dB; AV1 takes 1.7 ms and 2.2 KB for that.
 _QUALITY = {
     "libx264": {"crf": "24", "preset": "veryfast"},
@@ -84,8 +86,14 @@ def video_info(path: Path, fps: int, codec: str) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _encoding(codec: str) -> Iterator[None]:
-    """Tells what FFmpeg refuses: an encoder that it lacks, or that takes no such pictures."""
+    """Tells what FFmpeg refuses: an encoder that it lacks, or that takes no such pictures.
+
+    A full disk is an OSError.
+    """
     try:
         yield
     except (av.FFmpegError, ValueError, TypeError, AttributeError) as error:
+        number = getattr(error, "errno", None)
+        if number in _OF_DISKS:
+            raise OSError(number, os.strerror(number)) from error
         raise DatasetError(f"codec: {codec!r} given; FFmpeg says: {error}") from error
