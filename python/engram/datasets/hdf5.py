@@ -73,22 +73,17 @@ def convert(
                 instructions.add(demonstration.instruction)
                 progress(done, len(folder))
             writer.finish(folder)
-        _write_json(path / source.NAME, _source(folder, added))
+        _write_json(path / source.NAME, source.with_additions(folder, added))
         (path / HDF5_METADATA).write_bytes(folder.metadata_bytes)
         (path / "README.md").write_text(_card(folder, sorted(instructions), added))
     return Path(root).joinpath(*place)
 
 
-def _source(
-    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
-) -> dict[str, Any]:
-    return source.document(folder, {name: name in added for name in additions.ADDITIONS})
-
-
 def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
     """True if the folder was written from the same collection; refuses another one."""
     path = Path(root) / HDF5_FOLDER / folder.env_id
-    return source.is_same(path, path / source.NAME, _source(folder, additions.chosen(**options)))
+    asked = source.with_additions(folder, additions.chosen(**options))
+    return source.is_same(path, path / source.NAME, asked)
 
 
 # --- episodes ---
