@@ -93,11 +93,11 @@ std::vector<float> joint_steps(const State& state, const Arm& arm,
   return action;
 }
 
-TEST_CASE("A tool whose orientation is free reaches points sooner by joint steps", "[servo]") {
+TEST_CASE("A tool whose orientation is free goes sideways sooner by joint steps", "[servo]") {
   BatchOptions options;
   options.control_mode = ControlMode::kPdJointDeltaPos;
   options.robot_init_qpos_noise = 0;
-  const Eigen::Vector3d goals[] = {{0.05, 0.1, 0.2}, {-0.2, -0.2, 0.2}};
+  const Eigen::Vector3d goals[] = {{0.05, 0.2, 0.3}, {-0.2, -0.25, 0.3}, {0.1, 0, 0.3}};
   for (const Eigen::Vector3d& goal : goals) {
     std::array<int, 2> steps{};  // with the orientation free, and kept
     for (const std::size_t keeps : {0U, 1U}) {
@@ -120,7 +120,7 @@ TEST_CASE("A tool whose orientation is free reaches points sooner by joint steps
       }
       CHECK(away() <= 0.01);
     }
-    CHECK(steps[0] < 0.8 * steps[1]);
+    CHECK(steps[0] < 0.7 * steps[1]);
   }
 }
 
