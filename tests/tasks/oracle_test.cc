@@ -143,6 +143,7 @@ struct Differences {
 Differences compare_sleep(const std::string& id, bool closing) {
   BatchOptions options;
   options.num_envs = 40;
+  options.control_mode = ControlMode::kPdEeDeltaPose;  // that of these actions
   options.auto_reset = AutoReset::kOff;
   const auto asleep = make_env(id, options);
   options.sleep = false;
