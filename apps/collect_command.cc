@@ -20,6 +20,7 @@
 #include "protocol/batch/control_mode_choice.h"
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/collection_report.h"
+#include "protocol/datasets/rl_collection.h"
 #include "protocol/formats/document.h"
 #include "protocol/formats/files.h"
 
@@ -27,9 +28,13 @@ namespace engram::apps {
 namespace {
 
 constexpr const char* kReport = "collect_report.html";
-constexpr const char* kLerobot = "lerobot";
+constexpr std::string_view kNpz = "npz";
+constexpr std::string_view kLerobot = "lerobot";
+constexpr std::string_view kRl = "rl";
+// Formats that Python writes.
+constexpr std::string_view kConverted[] = {kLerobot, "rlds", "hdf5"};
 
-// Options that are passed on to the streams that a LeRobotDataset is made of.
+// Options that are passed on to the streams that sets of these formats are made of.
 constexpr const char* kPassedOn[] = {"--max-attempts", "--seed",     "--renderer", "--set",
                                      "--rules",        "--num-envs", "--threads",  "--perturb"};
 
@@ -52,6 +57,14 @@ DocumentTable task_document(const DemonstrationFolder& folder) {
   return {{"env_id", folder.entry().id},   {"out", folder.path().string()},
           {"episodes", folder.episodes()}, {"steps", folder.steps()},
           {"attempts", folder.attempts()}, {"keep_rate", keep_rate(folder)}};
+}
+
+DocumentTable task_document(const RlFolder& folder) {
+  return {{"env_id", folder.entry().id},
+          {"out", folder.path().string()},
+          {"episodes", folder.episodes()},
+          {"steps", folder.steps()},
+          {"success_once", folder.success_once()}};
 }
 
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
@@ -91,6 +104,17 @@ std::string to_plain_text(const Folders& folders) {
   return table.text();
 }
 
+std::string to_plain_text(const std::vector<std::unique_ptr<RlFolder>>& folders) {
+  Table table(
+      {{"task"}, {"episodes", true}, {"steps each", true}, {"success_once", true}, {"folder"}});
+  for (const auto& folder : folders) {
+    table.add({std::string(folder->entry().id), std::to_string(folder->episodes()),
+               std::to_string(folder->horizon()), fmt::format("{:.3f}", folder->success_once()),
+               folder->path().string()});
+  }
+  return table.text();
+}
+
 // Too few episodes are a failure, although those collected are kept.
 void require_complete(const Folders& folders, const CollectionPlan& plan) {
   for (const auto& folder : folders) {
@@ -122,6 +146,43 @@ Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks
   return folders;
 }
 
+// In the layout of the benchmark's RL data.
+void collect_rl_data(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
+                     const CollectOptions& options) {
+  if (options.stream || options.estimate) {
+    throw Error(Error::kInvalidArgument,
+                "--format rl with --stream or --estimate; neither of them allowed");
+  }
+  Progress progress("collect", "steps");
+  const Interruption interruption;
+  const auto folders =
+      collect_rl(ranks, tasks, options.collection, [&](const CollectionProgress& now) {
+        progress.update(static_cast<double>(now.episodes) / now.wanted,
+                        static_cast<double>(now.env_steps));
+        interruption.check(
+            fmt::format("{} of {} episodes are in '{}'; the same command goes on with the others",
+                        now.episodes, now.wanted, options.collection.out.string()));
+      });
+  if (!ranks.is_root()) return;
+  if (!options.json) {
+    print(to_plain_text(folders));
+    return;
+  }
+  DocumentList documents;
+  int episodes = 0;
+  std::int64_t steps = 0;
+  for (const auto& folder : folders) {
+    documents.emplace_back(task_document(*folder));
+    episodes += folder->episodes();
+    steps += folder->steps();
+  }
+  print(to_text(DocumentTable{{"out", options.collection.out.string()},
+                              {"format", kRl},
+                              {"episodes", episodes},
+                              {"steps", steps},
+                              {"tasks", documents}}));
+}
+
 // A block of a stream: its length, 8 bytes, little-endian, and the bytes.
 void print_block(std::span<const std::byte> bytes) {
   ByteWriter length;
@@ -148,37 +209,51 @@ void stream(Ranks& ranks, std::span<const RegistryEntry* const> tasks, CollectOp
 
 std::string this_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
 
-// The program of Python that collects into a LeRobotDataset, by streams of this one.
-[[noreturn]] void collect_lerobot(const std::vector<const RegistryEntry*>& tasks,
-                                  const CollectOptions& options) {
+// The program of Python that collects into another format, by streams of this one.
+[[noreturn]] void collect_converted(const std::vector<const RegistryEntry*>& tasks,
+                                    const CollectOptions& options) {
+  const std::string given = "--format " + options.format;
   if (options.stream || options.estimate) {
     throw Error(Error::kInvalidArgument,
-                "--format lerobot with --stream or --estimate; one of them allowed");
+                given + " with --stream or --estimate; one of them allowed");
   }
-  // All data sets are written with the same features of actions.
+  // All data sets are written with the same actions.
   const ControlMode mode = common_control_mode(options.collection.plan.control_mode, tasks);
   require_mode_of(Policy::kOracle, mode);
-  std::vector<std::string> words = python_words("engram.datasets", "--format lerobot");
-  words.insert(words.end(), {"collect", "--command", this_program(), "--out", options.out});
+  std::vector<std::string> words = python_words("engram.datasets", given);
+  words.insert(words.end(), {"collect", "--format", options.format, "--command", this_program(),
+                             "--out", options.out});
   words.insert(words.end(), options.lerobot.begin(), options.lerobot.end());
   const CollectionPlan& plan = options.collection.plan;
   words.push_back(fmt::format("--episodes={}", plan.episodes));
   words.push_back(fmt::format("--control-mode={}", name_of(mode)));
   if (plan.joint_proprio) words.emplace_back("--joint-proprio");
   if (plan.keep_failures) words.emplace_back("--keep-failures");
-  if (plan.labels) words.emplace_back("--labels");
+  if (plan.additions.labels) words.emplace_back("--labels");
+  if (plan.additions.depth) words.emplace_back("--depth");
+  if (plan.additions.segmentation) words.emplace_back("--segmentation");
   if (options.json) words.emplace_back("--json");
   for (const std::string& word : options.passed) words.push_back("--word=" + word);
   for (const RegistryEntry* task : tasks) words.emplace_back(task->id);
-  become(std::move(words), "--format lerobot");
+  become(std::move(words), given);
 }
 
 void run(Ranks& ranks, CollectOptions& options) {
   const std::vector<const RegistryEntry*> tasks =
       chosen_tasks(options.ids, options.filter, options.all);
-  if (options.format == kLerobot) collect_lerobot(tasks, options);
+  if (!options.lerobot.empty() && options.format != kLerobot) {
+    throw Error(Error::kInvalidArgument, "--format " + options.format + " with " +
+                                             options.lerobot.front() +
+                                             ", an option of lerobot; --format lerobot needed");
+  }
+  const bool rl = options.format == kRl;
+  if (options.format != kNpz && !rl) collect_converted(tasks, options);
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
+  if (rl) {
+    collect_rl_data(ranks, tasks, options);
+    return;
+  }
   if (options.estimate) {
     if (!ranks.is_root()) return;
     const Interruption interruption;
@@ -210,9 +285,11 @@ namespace {
 
 void add_format(const Command& command, CollectOptions& options) {
   const auto take = [&options](const std::string& name) {
-    if (name != "npz" && name != kLerobot) {
+    const bool known =
+        name == kNpz || name == kRl || std::ranges::find(kConverted, name) != std::end(kConverted);
+    if (!known) {
       throw Error(Error::kInvalidArgument,
-                  "--format: '" + name + "' given, npz or lerobot allowed");
+                  "--format: '" + name + "' given, npz, lerobot, rlds, hdf5 or rl allowed");
     }
     options.format = name;
   };
@@ -220,9 +297,12 @@ void add_format(const Command& command, CollectOptions& options) {
       command
           .add_option(
               "--format", take,
-              "lerobot: DIR/data_lerobot/<ID>, a LeRobotDataset, with no NPZ between; needs "
-              "Python. Tasks that are there already are left alone")
-          .type_name("npz|lerobot")
+              "Of data sets: DIR/data_<format>/<ID>, with no NPZ between. Others than npz and rl "
+              "need Python, and leave tasks alone that are there already. rl: "
+              "DIR/MIKASA-Robo/unbatched/<ID>, the layout of the benchmark's RL data: whole "
+              "episodes of the oracle, failed ones too, 1000 of each task unless --episodes is "
+              "given")
+          .type_name("npz|lerobot|rlds|hdf5|rl")
           .default_str("npz");
   const auto add = [&](const char* name, const char* word, const char* type, const char* help) {
     const auto pass_on = [&options, word](const std::string& value) {
@@ -256,9 +336,12 @@ void add_collect_command(const Command& program,
   add_seed(command, plan.start_seed, "The first episode's; those after it follow one by one");
   add_renderer(command, options->images);
   command.add_flag(
-      "--labels", plan.labels,
+      "--labels", plan.additions.labels,
       "Also subtasks, plan and memory in words, keyframes, progress, and where cameras "
       "see the object that is meant: privileged");
+  command.add_flag("--depth", plan.additions.depth, "Also both cameras' depth pictures, in mm");
+  command.add_flag("--segmentation", plan.additions.segmentation,
+                   "Also both cameras' pictures of which thing is where");
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
   add_perturbations(command, plan.perturbations);
@@ -285,6 +368,8 @@ void add_collect_command(const Command& program,
       "command continues. Files do not depend on --num-envs, --threads or the number of "
       "processes.");
   command.when_parsed([command, options] {
+    const bool unset = command.values("--episodes").empty();
+    if (options->format == kRl && unset) options->collection.plan.episodes = kRlEpisodes;
     for (const char* name : kPassedOn) {
       for (const std::string& value : command.values(name)) {
         options->passed.push_back(fmt::format("{}={}", name, value));

@@ -14,13 +14,13 @@ old=$env-0.29
 data=$env-data
 
 run_time=nanobind-backend  # of engram's own
-readers=(pyarrow av pandas pillow protobuf google-crc32c)  # data sets
+readers=(pyarrow av pandas pillow protobuf google-crc32c h5py)  # data sets
 shared=(
   "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   statsmodels scipy  # what intervals and tests of results are checked against
-  tyro tqdm rich  # of the original's scripts, which engram.mikasa runs
+  tyro tqdm rich colorama  # of the original's scripts, which engram.mikasa runs
   aiohttp playwright websockets  # play, and what its tests talk to it with
   msgpack pyzmq json-numpy==2.1.1  # policy servers
 )

@@ -34,7 +34,7 @@ class AliasModule(ModuleType):
             return list(source.offered())
         if name.startswith("__"):
             raise AttributeError(f"{self.__name__}, of engram.mikasa, has no {name}")
-        module = source.modules.get(name, f"{self.__name__}.{name}")
+        module = f"{self.__name__}.{name}"
         if module in SOURCES:
             return importlib.import_module(module)
         if source.module and name in (source.names or (name,)):

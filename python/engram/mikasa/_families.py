@@ -202,7 +202,15 @@ _CAPACITY_TERMS = {
     ),
 }
 _ROTATE_TERMS = dict.fromkeys(
-    ("agent_is_static", "correct_angle", "position_ok", "reached_status", "success"), torch.bool
+    (
+        "agent_is_static",
+        "correct_angle",
+        "self.correct_angle",
+        "position_ok",
+        "reached_status",
+        "success",
+    ),
+    torch.bool,
 )
 _REWARD_TYPES: Mapping[str, Mapping[str, torch.dtype]] = {
     **dict.fromkeys(REMEMBER, _TARGET_TERMS),

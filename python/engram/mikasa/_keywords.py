@@ -73,6 +73,7 @@ class Settings:
         return tuple(self.obs_mode.replace("rgbd", "rgb+depth").split("+"))
 
 
+_NONE: Mapping[str, str] = {}
 _warned: set[str] = set()
 
 
@@ -89,12 +90,16 @@ def _name(what: str, value: Any, default: str | None, allowed: tuple[str, ...]) 
     return value
 
 
-def read(given: Mapping[str, Any], *, takes: tuple[str, ...]) -> Settings:
+def read(
+    given: Mapping[str, Any], *, takes: tuple[str, ...], constants: Mapping[str, str] = _NONE
+) -> Settings:
     """Settings from keywords.
 
     Args:
         given: Keywords of gym.make, without the id.
         takes: Keywords of the task.
+        constants: Those of them that are numbers of control steps, and the constants of engram that
+            they set; "": none.
 
     Raises:
         TypeError: A keyword is unknown.
@@ -124,7 +129,7 @@ def read(given: Mapping[str, Any], *, takes: tuple[str, ...]) -> Settings:
     for name, keyword in (("enable_shadow", "shadows"), ("threads", "threads")):
         if name in left:
             options[keyword] = left.pop(name)
-    options["constants"] = _task_constants(own)
+    options["constants"] = _task_constants(own, constants)
     if settings.robot_uids != "panda_wristcam":
         options["constants"]["robot_uids"] = settings.robot_uids
     _check_backend(left.pop("sim_backend", "auto"), num_envs)
@@ -197,9 +202,14 @@ def _check_backend(value: Any, num_envs: int) -> None:
         raise InvalidArgumentError(f"sim_backend: {value!r} given; allowed: auto, cpu, gpu, cuda:N")
 
 
-def _task_constants(own: Mapping[str, Any]) -> dict[str, Any]:
+def _task_constants(own: Mapping[str, Any], steps: Mapping[str, str]) -> dict[str, Any]:
     """Constants from keywords of some tasks."""
     constants: dict[str, Any] = {}
+    for name, constant in steps.items():
+        if name in own:
+            value = integer(name, own[name], 1)
+            if constant:
+                constants[constant] = value
     if "angle_threshold" in own:
         constants["angle_threshold"] = real("angle_threshold", own["angle_threshold"])
     if own.get("blink_color") is not None:
@@ -242,6 +252,20 @@ def _sensor_size(configs: Any) -> tuple[int, int]:
 
 def _render_size(configs: Any) -> tuple[int, int]:
     return _size("human_render_camera_configs", configs, ("render_camera",), 512)
+
+
+def drawn_seeds(seed: int, count: int) -> list[int]:
+    """Seeds of a batch: the first is given, the others are drawn from it, the same for any count.
+
+    Args:
+        seed: From 0 to 2^64 - 1; others are left to who uses it.
+        count: How many.
+    """
+    if not 0 <= seed < 2**64:
+        return [seed] * count
+    words = [seed & 0xFFFFFFFF, seed >> 32]
+    others = np.random.RandomState(words).randint(0, 2**31, count - 1)
+    return [seed, *map(int, others)]
 
 
 def seeds(value: Any) -> Any:

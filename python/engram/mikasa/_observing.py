@@ -14,7 +14,7 @@ from engram.envs.copies import Copier
 from engram.envs.queries import CAMERA_MATRICES
 from engram.envs.spaces import FIRST_EXTRA_FIELD, ImageBox
 from engram.envs.vector_env import VectorEnv
-from engram.mikasa import _families
+from engram.mikasa import _families, _rl_families
 from engram.mikasa._torch import torch
 from engram.typing import TaskDescription
 
@@ -209,10 +209,15 @@ class Evaluation:
         batch: The batch.
         description: Of the batch.
         instruction: In place of the batch's.
+        rl: True: infos are those of the RL half, without an instruction.
     """
 
     def __init__(
-        self, batch: VectorEnv[Any], description: TaskDescription, instruction: str | None
+        self,
+        batch: VectorEnv[Any],
+        description: TaskDescription,
+        instruction: str | None,
+        rl: bool,
     ) -> None:
         family = description["family"]
         self._instruction = instruction
@@ -230,13 +235,17 @@ class Evaluation:
         )
         cue = _families.cue_type(family)
         self._cue = None if cue is None else _column(views["task_cue"], cue)
-        keys = ("success", *_families.INFO_KEYS[family])
+        self._rl = rl
+        own = (_rl_families if rl else _families).INFO_KEYS[family]
+        keys = ("success", *own)
         self._columns = [(key, _column(views[key], _shared_type(views[key]))) for key in keys]
         self._rewards = views["reward_dict"]
         self._texts: Any = None
 
     def restart(self) -> None:
         """Updates instructions after episodes have begun."""
+        if self._rl:
+            return
         if self._by_episode:
             self._texts = [self._own_text(text) for text in self._batch.instructions]
         elif self._instruction is not None:
@@ -276,9 +285,9 @@ class Evaluation:
     def __call__(self) -> dict[str, Any]:
         """The infos but for elapsed_steps."""
         info: dict[str, Any] = {key: column() for key, column in self._columns}
-        info["language_instruction"] = (
-            list(self._texts) if isinstance(self._texts, list) else self._texts
-        )
+        if not self._rl:
+            texts = self._texts
+            info["language_instruction"] = list(texts) if isinstance(texts, list) else texts
         info["task_cue"] = self.task_cue()
         info["oracle_info"] = self.oracle_info()
         info["reward_dict"] = self.reward_dict()

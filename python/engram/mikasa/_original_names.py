@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
-from engram.mikasa import _families
 from engram.mikasa.dataset_naming import env_id_to_dataset_name
 
 # The packages that the original's distribution brings, and the simulator that it is built on.
 PACKAGES = ("mikasa_robo_suite", "baselines", "mani_skill")
 
 _VLA = "mikasa_robo_suite.vla"
+_RL = "mikasa_robo_suite.rl"
 _OURS = "engram.mikasa"
 # Names that `import *` of a family's module brings along with the classes.
 _ALONGSIDE = ("BaseEnv", "Pose", "register_env", "torch")
@@ -25,36 +26,47 @@ class Source:
     Attributes:
         module: Module of engram that has its names; "": there are none.
         names: Those of them that it has; empty: all.
-        modules: Names that are other modules.
     """
 
     module: str = ""
     names: tuple[str, ...] = ()
-    modules: Mapping[str, str] = field(default_factory=dict)
 
     def offered(self) -> tuple[str, ...]:
         """Names for ``import *``."""
         if self.names or not self.module:
-            return (*self.names, *self.modules)
+            return self.names
         return tuple(importlib.import_module(self.module).__all__)
 
 
 def _families_of_classes() -> dict[str, Source]:
     """The modules of ``memory_envs``, one per family, from the classes that engram has."""
+    classes = importlib.import_module(f"{_OURS}.classes")
+    return {
+        **_modules(classes.CLASSES, f"{_OURS}.memory_envs", f"{_VLA}.memory_envs.{{}}_vla"),
+        **_modules(classes.RL_CLASSES, f"{_OURS}.rl.memory_envs", f"{_RL}.memory_envs.{{}}"),
+    }
+
+
+def _modules(classes: Mapping[str, Any], module: str, form: str) -> dict[str, Source]:
     names: dict[str, list[str]] = {}
-    for name, cls in importlib.import_module(f"{_OURS}.classes").CLASSES.items():
+    for name, cls in classes.items():
         names.setdefault(cls._family, []).append(name)
     return {
-        f"{_VLA}.memory_envs.{env_id_to_dataset_name(family)}_vla": Source(
-            f"{_OURS}.memory_envs", (*names[family], *_ALONGSIDE)
-        )
-        for family in _families.INFO_KEYS
-        if family in names
+        form.format(env_id_to_dataset_name(family)): Source(module, (*own, *_ALONGSIDE))
+        for family, own in names.items()
     }
 
 
 SOURCES: dict[str, Source] = {
-    "mikasa_robo_suite": Source(modules={"memory_envs": f"{_VLA}.memory_envs"}),
+    "mikasa_robo_suite": Source(),
+    # Names of the first release, by which programs of the RL half still import.
+    "mikasa_robo_suite.memory_envs": Source(f"{_OURS}.all_envs"),
+    "mikasa_robo_suite.utils": Source(f"{_OURS}.rl.wrappers"),
+    "mikasa_robo_suite.utils.wrappers": Source(f"{_OURS}.rl.wrappers"),
+    _RL: Source(),
+    f"{_RL}.memory_envs": Source(f"{_OURS}.rl.memory_envs"),
+    f"{_RL}.utils": Source(f"{_OURS}.rl.wrappers"),
+    f"{_RL}.utils.wrappers": Source(f"{_OURS}.rl.wrappers"),
     _VLA: Source(),
     f"{_VLA}.benchmarking": Source(f"{_OURS}.benchmarking"),
     f"{_VLA}.memory_envs": Source(f"{_OURS}.memory_envs"),
@@ -87,8 +99,9 @@ SOURCES: dict[str, Source] = {
 
 # Why engram has no such modules, by the beginning of their names.
 REASONS = {
-    "mikasa_robo_suite.rl": "engram has only ids with VLA in their names",
     f"{_VLA}.dataset_collectors": "scripts run from their files, by python -m engram.mikasa FILE",
+    f"{_RL}.dataset_collectors": "scripts run from their files, by python -m engram.mikasa FILE",
+    f"{_RL}.utils.shapes": "scenes are engram's own",
     f"{_VLA}.utils.motion_planning": "`engram collect` writes the files that planners collect",
     f"{_VLA}.utils.shapes": "scenes are engram's own",
     "mani_skill.examples": "`engram collect` writes the files that planners collect",

@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium as gym
 
 from engram.errors import InvalidArgumentError, UnknownIdError
-from engram.mikasa import _families, _forms
+from engram.mikasa import _families, _forms, _rl_families
 from engram.tasks import describe
 
 # Methods that the original lets subclasses override and engram does not.
@@ -118,9 +118,28 @@ def task_constants(task: str) -> Mapping[str, Any]:
     return _forms.of_task(_described(task)["constants"])
 
 
+def _phases(cls: Any) -> Mapping[str, str]:
+    """Names of constants: engram's by the original's, where the RL half has others."""
+    return _rl_families.PHASES.get(cls._family, {}) if cls._rl else {}
+
+
+def with_phases(cls: Any, constants: Mapping[str, Any]) -> dict[str, Any]:
+    """Constants, with the original's names of those that the RL half calls otherwise."""
+    result = dict(constants)
+    for name, ours in _phases(cls).items():
+        low, high = constants[ours]
+        result[name] = low if low == high else [low, high]
+    return result
+
+
 def _usual(cls: Any) -> dict[str, Any]:
     """Constants of a class that nobody has set."""
-    return {**task_constants(cls._task), **_forms.of_task(cls._changes)}
+    return with_phases(cls, {**task_constants(cls._task), **_forms.of_task(cls._changes)})
+
+
+def _changeable(cls: Any) -> list[str]:
+    names = [constant["name"] for constant in _described(cls._task)["changeable"]]
+    return [*names, *_phases(cls)]
 
 
 def _constant(cls: Any, name: str) -> Any:
@@ -143,7 +162,9 @@ def _constant(cls: Any, name: str) -> Any:
 
 
 def _instruction(cls: Any, name: str) -> str:
-    """The instruction; that of TimedTransfer names the delay."""
+    """The instruction; that of TimedTransfer names the delay. The RL half has none."""
+    if cls._rl:
+        raise _missing(cls, name)
     own = own_instruction(cls)
     if own is not None:
         return own
@@ -157,7 +178,8 @@ def _instruction(cls: Any, name: str) -> str:
 
 
 def _check_set(cls: Any, name: str, value: Any) -> None:
-    if name == _INSTRUCTION or (name == _TEMPLATE and cls._family in _families.ROTATE):
+    texts = (_INSTRUCTION, _TEMPLATE) if cls._family in _families.ROTATE else (_INSTRUCTION,)
+    if name in texts and not cls._rl:
         if not isinstance(value, str):
             raise InvalidArgumentError(f"{cls.__name__}.{name}: {value!r} given, a text needed")
         return
@@ -167,16 +189,14 @@ def _check_set(cls: Any, name: str, value: Any) -> None:
         raise UnknownIdError(
             f"{cls.__name__}.{name} set; the task has no such constant, did you mean {nearest}?"
         )
-    changeable = {constant["name"] for constant in _described(cls._task)["changeable"]}
-    if name not in changeable and not _forms.same(value, usual[name]):
+    if name not in _changeable(cls) and not _forms.same(value, usual[name]):
         raise _fixed(cls, name, value)
 
 
 def _fixed(cls: Any, name: str, value: Any) -> InvalidArgumentError:
-    changeable = [constant["name"] for constant in _described(cls._task)["changeable"]]
     return InvalidArgumentError(
         f"{cls.__name__}.{name}: {value!r} given; engram has it fixed at {_usual(cls)[name]!r}; "
-        f"changeable: {', '.join(changeable)}"
+        f"changeable: {', '.join(_changeable(cls))}"
     )
 
 
@@ -218,14 +238,14 @@ def changed_constants(cls: Any) -> dict[str, Any]:
     wanted = {**cls._changes, **_nearest_values(cls, None)}
     if not wanted:
         return {}
-    changeable = [constant["name"] for constant in _described(cls._task)["changeable"]]
-    usual = task_constants(cls._task)
+    changeable = _changeable(cls)
+    usual = with_phases(cls, task_constants(cls._task))
     result = {}
     for name, value in wanted.items():
         if name in usual and _forms.same(value, usual[name]):
             continue
         if name in changeable:
-            result[name] = value
+            result[_phases(cls).get(name, name)] = value
         elif name in usual:
             raise _fixed(cls, name, value)
         else:

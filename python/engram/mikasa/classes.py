@@ -1,4 +1,7 @@
-"""The classes of tasks: a base per family and one per id, from engram's own list."""
+"""The classes of tasks: a base per family and one per id, from engram's own list.
+
+``__all__`` has those of the VLA half; those of the RL half are ``engram.mikasa.rl.memory_envs``.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from engram.mikasa import _families
+from engram.mikasa import _families, _rl_families
 from engram.mikasa._variants import TaskMeta
 from engram.mikasa.env import BaseEnv
 from engram.mikasa.registration import register_env
@@ -17,6 +20,8 @@ from engram.typing import TaskSummary
 
 __all__: list[str] = []
 
+_RL = "rl"  # the split
+
 
 def _attributes(task: TaskSummary) -> dict[str, Any]:
     return {
@@ -24,8 +29,10 @@ def _attributes(task: TaskSummary) -> dict[str, Any]:
         "_generated": True,
         "_task": task["id"],
         "_family": task["family"],
+        "_rl": task["split"] == _RL,
         "_set": {},
         "_own": (),
+        "_changes": {},
     }
 
 
@@ -50,13 +57,35 @@ def _warn_of_other_package(tasks: Iterable[TaskSummary]) -> None:
         )
 
 
-def _make() -> dict[str, TaskMeta]:
-    classes: dict[str, TaskMeta] = {}
+def _families_of(split_is_rl: bool) -> dict[str, list[TaskSummary]]:
+    """The original's tasks of one half, by family."""
+    known = (_rl_families if split_is_rl else _families).INFO_KEYS
     families: dict[str, list[TaskSummary]] = {}
     for task in list_tasks():
-        if task["family"] in _families.INFO_KEYS and task["id"].endswith("-VLA-v0"):
+        of_half = task["split"] == _RL if split_is_rl else task["id"].endswith("-VLA-v0")
+        if task["family"] in known and of_half:
             families.setdefault(task["family"], []).append(task)
     _warn_of_other_package(task for tasks in families.values() for task in tasks)
+    return families
+
+
+def _add(classes: dict[str, TaskMeta], name: str, base: Any, attributes: dict[str, Any]) -> Any:
+    classes[name] = TaskMeta(name, (base,), attributes)
+    return classes[name]
+
+
+def _add_leaf(
+    classes: dict[str, TaskMeta], name: str, base: Any, task: TaskSummary, own: tuple[str, ...]
+) -> None:
+    doc = f"{task['id']}."
+    leaf = _add(classes, name, base, {**_attributes(task), "_own": own, "__doc__": doc})
+    register_env(task["id"], max_episode_steps=task["horizon"])(leaf)
+
+
+def _make() -> dict[str, TaskMeta]:
+    """The classes of the VLA half."""
+    classes: dict[str, TaskMeta] = {}
+    families = _families_of(split_is_rl=False)
     # The easy batteries are hard ones with another rule.
     for family in sorted(families, key=lambda name: name == "BatteriesCheckerEasy"):
         tasks = families[family]
@@ -65,17 +94,31 @@ def _make() -> dict[str, TaskMeta]:
         attributes = _attributes(_first_of(tasks))
         attributes["_changes"] = _families.BASE_CONSTANTS.get(family, {})
         attributes["__doc__"] = f"Base of the classes of {family}."
-        root = TaskMeta(_families.base_name(family), (base,), attributes)
-        classes[root.__name__] = root
+        root = _add(classes, _families.base_name(family), base, attributes)
         for task in tasks:
-            attributes = {**_attributes(task), "_changes": {}, "__doc__": f"{task['id']}."}
-            attributes["_own"] = _families.LEAF_CONSTANTS[family]
-            leaf = TaskMeta(_families.leaf_name(task["id"]), (root,), attributes)
-            classes[leaf.__name__] = leaf
-            register_env(task["id"], max_episode_steps=task["horizon"])(leaf)
+            name = _families.leaf_name(task["id"])
+            _add_leaf(classes, name, root, task, _families.LEAF_CONSTANTS[family])
+    return classes
+
+
+def _make_rl() -> dict[str, TaskMeta]:
+    """The classes of the RL half."""
+    classes: dict[str, TaskMeta] = {}
+    for family, tasks in _families_of(split_is_rl=True).items():
+        root: Any = BaseEnv
+        name = _rl_families.base_name(family)
+        if name is not None:
+            attributes = _attributes(_first_of(tasks))
+            attributes["__doc__"] = f"Base of the RL classes of {family}."
+            root = _add(classes, name, BaseEnv, attributes)
+        own = _rl_families.LEAF_CONSTANTS.get(family, ())
+        for task in tasks:
+            _add_leaf(classes, _rl_families.leaf_name(task["id"]), root, task, own)
     return classes
 
 
 CLASSES = _make()
+RL_CLASSES = _make_rl()
 globals().update(CLASSES)
+globals().update(RL_CLASSES)
 __all__ += list(CLASSES)

@@ -56,8 +56,9 @@ def put_text(
     place: tuple[int, int],
     scale: float = 1.0,
     color: Color = _WHITE,
+    outlined: bool = True,
 ) -> None:
-    """Writes a line with a dark outline.
+    """Writes a line, with a dark outline or without.
 
     Args:
         image: uint8 (height, width, 3), changed in place.
@@ -65,6 +66,7 @@ def put_text(
         place: x and y of its baseline's beginning.
         scale: Size; at 1 capitals are 21 pixels high.
         color: Of the letters.
+        outlined: Whether they have an outline.
     """
     *_, ascent = _font()
     letters = [_letter(letter, scale) for letter in text]
@@ -77,10 +79,16 @@ def put_text(
         part = mask[2 : 2 + coverage.shape[0], left : left + coverage.shape[1]]
         np.maximum(part, coverage[:, : part.shape[1]], out=part)
         x += step
-    shifted = [np.roll(np.roll(mask, dy, 0), dx, 1) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
     top = place[1] - round(ascent * scale) - 2
-    _blend(image, np.maximum.reduce(shifted), (place[0] - 2, top), _OUTLINE)
+    if outlined:
+        shifted = [np.roll(np.roll(mask, dy, 0), dx, 1) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
+        _blend(image, np.maximum.reduce(shifted), (place[0] - 2, top), _OUTLINE)
     _blend(image, mask, (place[0] - 2, top), color)
+
+
+def text_width(text: str, scale: float = 1.0) -> int:
+    """Pixels from the beginning of a line to where the next letter would be."""
+    return round(sum(_letter(letter, scale)[1] for letter in text))
 
 
 def _blend(image: np.ndarray, mask: np.ndarray, place: tuple[int, int], color: Color) -> None:

@@ -10,19 +10,29 @@ import numpy as np
 
 from engram.envs.vector_env import VectorEnv
 from engram.errors import BadStateError, InvalidArgumentError
-from engram.mikasa import _families, _forms, _keywords, _legacy_attributes, _observing, _rendering
+from engram.mikasa import (
+    _families,
+    _forms,
+    _keywords,
+    _legacy_attributes,
+    _observing,
+    _rendering,
+    _rl_families,
+)
 from engram.mikasa._torch import CPU, torch
 from engram.mikasa._variants import (
     TaskMeta,
     changed_constants,
     own_constants,
     own_instruction,
+    with_phases,
 )
 from engram.mikasa.agent import Agent
 from engram.mikasa.scene import Scene
 
 _NO_LIMIT = 1_000_000  # control steps: the time limit around the environment ends episodes
 _FIRST_SEED = 2022
+_PHASE_LENGTHS = ("cue_steps_per_env", "empty_steps_per_env")
 
 
 class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
@@ -55,6 +65,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
 
     _task: ClassVar[str]
     _family: ClassVar[str]
+    _rl: ClassVar[bool] = False  # of the RL half
 
     def __init__(self, num_envs: int = 1, **keywords: Any) -> None:
         cls = type(self)
@@ -65,8 +76,11 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             **dict.fromkeys(_families.ROTATE, ("angle_threshold",)),
             "BlinkCountButtonPress": ("blink_color",),
         }
+        steps = _rl_families.KEYWORDS.get(cls._family, {}) if cls._rl else {}
         chosen = _keywords.read(
-            {**keywords, "num_envs": num_envs}, takes=takes.get(cls._family, ())
+            {**keywords, "num_envs": num_envs},
+            takes=(*takes.get(cls._family, ()), *steps),
+            constants=steps,
         )
         self._chosen = chosen
         self.num_envs = chosen.num_envs
@@ -88,7 +102,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._env = self._open(options)
         self.task_id = self._env.task_id
         self._description = self._env.description
-        self._constants = _forms.of_task(self._description["constants"])
+        self._constants = with_phases(cls, _forms.of_task(self._description["constants"]))
         for name, value in own_constants(cls).items():  # as they were set: a tuple, not a list
             if name in self._constants and _forms.same(value, self._constants[name]):
                 self._constants[name] = value
@@ -101,7 +115,9 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             chosen.cameras,
             chosen.image_size,
         )
-        self._evaluation = _observing.Evaluation(self._env, self._description, own_instruction(cls))
+        self._evaluation = _observing.Evaluation(
+            self._env, self._description, own_instruction(cls), cls._rl
+        )
         self.agent = Agent(self)
         self.scene = Scene(self)
         self.single_action_space: Any = self._env.single_action_space
@@ -146,8 +162,9 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """Starts new episodes.
 
         Args:
-            seed: An int (environment i has ``seed + i``), a list of one per environment, or None:
-                the next episodes.
+            seed: An int, a list of one per environment, or None: the next episodes. With an int
+                environment i has ``seed + i``; in the RL half all but the first have seeds drawn
+                from it, so that batches of following seeds share no episodes.
             options: {"env_idx": indices of those that are to be reset; "reconfigure": copied
                 to the info}; others are those of ``engram.VectorEnv.reset``.
         """
@@ -162,12 +179,17 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
             mask = np.zeros(self.num_envs, np.bool_)
             mask[np.asarray(torch.as_tensor(indices).cpu())] = True
             given["reset_mask"] = mask
-        self._env.reset(seed=_keywords.seeds(seed), options=given)
+        self._env.reset(seed=self._seeds(seed), options=given)
         self._begun()
         info = self.get_info()
         observation = self.get_obs(info)
         info["reconfigure"] = again
         return observation, info
+
+    def _seeds(self, seed: Any) -> Any:
+        given = _keywords.seeds(seed)
+        whole = isinstance(given, (int, np.integer)) and not isinstance(given, bool)
+        return _keywords.drawn_seeds(int(given), self.num_envs) if self._rl and whole else given
 
     def step(  # type: ignore[override, unused-ignore]
         self, action: Any
@@ -314,6 +336,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         if name.isupper():
             constants = self._constants
             return constants[name] if name in constants else getattr(type(self), name)
+        if self._rl and name in _PHASE_LENGTHS:  # fixed there
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         if name == "shuffle_steps_per_env" and "Shuffle" in self._family:
             name = "empty_steps_per_env"
         computed = _legacy_attributes.attribute(self, name)

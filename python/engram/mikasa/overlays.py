@@ -20,6 +20,7 @@ _RED = (230, 70, 70)
 _YELLOW = (240, 210, 60)
 _YES = ("1", "true", "yes", "y", "on")
 
+_COLOR_NAMES = {(255, 0, 0): "Red", (0, 255, 0): "Green", (0, 0, 255): "Blue"}
 _CUPS = ("Left", "Center", "Right")
 _SHAPES = (
     "cube",
@@ -39,6 +40,7 @@ class OverlayWrapper(Wrapper):
     """Draws values of the last step over each environment's picture."""
 
     _passes_parts = True
+    _outlined = True  # letters, in black
 
     def __init__(self, env: gym.Env[Any, Any]) -> None:
         super().__init__(env)
@@ -71,6 +73,16 @@ class OverlayWrapper(Wrapper):
         """Draws over one environment's picture."""
         raise NotImplementedError
 
+    def _put_text(
+        self,
+        picture: np.ndarray,
+        text: str,
+        place: tuple[int, int],
+        scale: float = 1.0,
+        color: drawing.Color = _WHITE,
+    ) -> None:
+        drawing.put_text(picture, text, place, scale, color, outlined=self._outlined)
+
     def _info_value(self, name: str, index: int) -> Any:
         """A value of the info as a plain number or list; None where there is none."""
         value = self.info.get(name)
@@ -89,9 +101,7 @@ class RenderStepInfoWrapper(OverlayWrapper):
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        drawing.put_text(
-            picture, f"Step: {self._info_value('elapsed_steps', index) or 0}", (10, 30)
-        )
+        self._put_text(picture, f"Step: {self._info_value('elapsed_steps', index) or 0}", (10, 30))
 
 
 class RenderRewardInfoWrapper(OverlayWrapper):
@@ -102,7 +112,7 @@ class RenderRewardInfoWrapper(OverlayWrapper):
         if os.environ.get("MIKASA_DISABLE_REWARD_OVERLAY", "").strip().lower() in _YES:
             return
         reward = 0.0 if self.reward is None else float(self.reward[index])
-        drawing.put_text(picture, f"Reward: {reward:.3f}", (10, 90))
+        self._put_text(picture, f"Reward: {reward:.3f}", (10, 90))
 
 
 class DebugRewardWrapper(OverlayWrapper):
@@ -115,7 +125,7 @@ class DebugRewardWrapper(OverlayWrapper):
         terms = self.info.get("reward_dict") or {}
         for i, (name, values) in enumerate(terms.items()):
             text = f"{name}: {float(values[index]):.3f}"
-            drawing.put_text(picture, text, (10, 170 + 20 * i), 0.5)
+            self._put_text(picture, text, (10, 170 + 20 * i), 0.5)
 
 
 class ShellGameRenderCupInfoWrapper(OverlayWrapper):
@@ -126,10 +136,12 @@ class ShellGameRenderCupInfoWrapper(OverlayWrapper):
         cup = self._info_value("oracle_info", index)
         known = isinstance(cup, int) and 0 <= cup < len(_CUPS)
         text = f"Target: {_CUPS[cup]}" if known else f"Oracle: {cup}"
-        drawing.put_text(picture, text, (10, 60))
+        self._put_text(picture, text, (10, 60))
 
 
-class _ColorWrapper(OverlayWrapper):
+class ColorWrapper(OverlayWrapper):
+    """Knows the colours of the task."""
+
     def _color(self, number: int) -> Any:
         """A colour of the task, 0 to 255."""
         base: Any = self.unwrapped
@@ -138,13 +150,22 @@ class _ColorWrapper(OverlayWrapper):
             return mapping[number][1]
         return 255 * np.asarray(base.COLOR_PALETTE[number])
 
+    def _color_name(self, number: int) -> str:
+        """The name of a colour; of one of a palette that of the usual three, or its number."""
+        base: Any = self.unwrapped
+        mapping = getattr(base, "COLOR_MAPPING", None)
+        if mapping is not None:
+            return str(mapping[number][0])
+        rgb = tuple(np.rint(self._color(number)[:3]).astype(int).tolist())
+        return _COLOR_NAMES.get(rgb, f"Color {number}")
 
-class RememberColorInfoWrapper(_ColorWrapper):
+
+class RememberColorInfoWrapper(ColorWrapper):
     """The colour to touch."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        drawing.put_text(picture, "Target:", (10, 60))
+        self._put_text(picture, "Target:", (10, 60))
         number = self._info_value("oracle_info", index)
         if number is not None:
             drawing.swatch(picture, 130, 38, 22, self._color(number), _WHITE)
@@ -157,30 +178,30 @@ class RememberShapeInfoWrapper(OverlayWrapper):
         """See the class."""
         number = self._info_value("oracle_info", index)
         mapping = getattr(self.unwrapped, "SHAPE_MAPPING", dict(enumerate(_SHAPES)))
-        drawing.put_text(picture, f"Target: {_named(mapping, number)}", (10, 60))
+        self._put_text(picture, f"Target: {named(mapping, number)}", (10, 60))
 
 
-class RememberShapeAndColorInfoWrapper(_ColorWrapper):
+class RememberShapeAndColorInfoWrapper(ColorWrapper):
     """Shape and colour to touch."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        drawing.put_text(picture, "Target:", (10, 60))
+        self._put_text(picture, "Target:", (10, 60))
         answer = self._info_value("oracle_info", index)
         if answer is None:
             return
         shape, color = answer
         drawing.swatch(picture, 130, 38, 22, self._color(color), _WHITE)
         base: Any = self.unwrapped
-        drawing.put_text(picture, _named(base.BASE_SHAPES, shape), (165, 60))
+        self._put_text(picture, named(base.BASE_SHAPES, shape), (165, 60))
 
 
-class MemoryCapacityInfoWrapper(_ColorWrapper):
+class MemoryCapacityInfoWrapper(ColorWrapper):
     """The colours to touch; touched ones have a white border, if infos have them."""
 
     def draw(self, picture: np.ndarray, index: int) -> None:
         """See the class."""
-        drawing.put_text(picture, "Target: ", (10, 60))
+        self._put_text(picture, "Target: ", (10, 60))
         touched = self._attribute("touched_cubes", index)
         for i, number in enumerate(self._info_value("oracle_info", index) or ()):
             border = _WHITE if touched is not None and touched[number] else _BLACK
@@ -197,7 +218,7 @@ class RotateRenderAngleInfoWrapper(OverlayWrapper):
             angle = self._info_value(name, index)
             if angle is not None:
                 degrees = round(math.degrees(angle), 2)
-                drawing.put_text(picture, f"{text} {degrees} deg", (10, height))
+                self._put_text(picture, f"{text} {degrees} deg", (10, height))
 
 
 class RenderPressProgressInfoWrapper(OverlayWrapper):
@@ -207,7 +228,7 @@ class RenderPressProgressInfoWrapper(OverlayWrapper):
         """See the class."""
         names = ("raw_press_count", "press_count", "target_blinks")
         counts = "/".join(str(self._info_value(name, index)) for name in names)
-        drawing.put_text(picture, f"Press raw/conf: {counts}", (10, 120), 0.8)
+        self._put_text(picture, f"Press raw/conf: {counts}", (10, 120), 0.8)
 
 
 class RenderWorkingBatteriesInfoWrapper(OverlayWrapper):
@@ -217,7 +238,7 @@ class RenderWorkingBatteriesInfoWrapper(OverlayWrapper):
         """See the class."""
         names = ("found_working_count", "target_working_count")
         counts = "/".join(str(self._info_value(name, index)) for name in names)
-        drawing.put_text(picture, f"Working found: {counts}", (10, 150), 0.8)
+        self._put_text(picture, f"Working found: {counts}", (10, 150), 0.8)
 
 
 class RenderTimedTransferInfoWrapper(OverlayWrapper):
@@ -242,11 +263,11 @@ class RenderTimedTransferInfoWrapper(OverlayWrapper):
         x = picture.shape[1] - 260
         delay = base.DELAY_STEPS
         on_red = bool(self._info_value("cube_on_red", index))
-        drawing.put_text(picture, f"T-{max(0, signal + delay - elapsed)}", (x, 30), 1.0, color)
-        drawing.put_text(picture, phase, (x, 60), 0.8, color)
-        drawing.put_text(picture, f"[{begin},{end}] d={delay}", (x, 90), 0.6)
+        self._put_text(picture, f"T-{max(0, signal + delay - elapsed)}", (x, 30), 1.0, color)
+        self._put_text(picture, phase, (x, 60), 0.8, color)
+        self._put_text(picture, f"[{begin},{end}] d={delay}", (x, 90), 0.6)
         text, color = ("ON RED", _GREEN) if on_red else ("not on red", _WHITE)
-        drawing.put_text(picture, text, (x, 120), 0.6, color)
+        self._put_text(picture, text, (x, 120), 0.6, color)
 
 
 class RenderTraceShapeDebugWrapper(OverlayWrapper):
@@ -298,18 +319,18 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
             checkpoints = self.unwrapped.NUM_CHECKPOINTS  # type: ignore[attr-defined]
             seen = round((self._info_value("active_visit_fraction", index) or 0) * checkpoints)
             name = f"{name} [{seen}/{checkpoints}]"
-        drawing.put_text(picture, name, (left, below), 0.5)
+        self._put_text(picture, name, (left, below), 0.5)
         masks = (("pre_demo_mask", "PRE-DEMO"), ("demo_mask", "DEMO"), ("action_mask", "ACTION"))
         phase = next((text for mask, text in masks if self._info_value(mask, index)), "")
-        drawing.put_text(picture, phase, (left, below + 18), 0.5)
+        self._put_text(picture, phase, (left, below + 18), 0.5)
         closed = self._info_value("is_contour_closed", index) or self._info_value(
             "is_active_contour_closed", index
         )
-        drawing.put_text(picture, f"Closed: {'YES' if closed else 'NO'}", (left, below + 36), 0.5)
+        self._put_text(picture, f"Closed: {'YES' if closed else 'NO'}", (left, below + 36), 0.5)
         if length is not None:
             done = round((self._info_value("sequence_progress", index) or 0) * length)
             text = f"Seq {active + 1}/{length} Done {done}/{length}"
-            drawing.put_text(picture, text, (left, below + 54), 0.5)
+            self._put_text(picture, text, (left, below + 54), 0.5)
 
     def _active(self, index: int) -> tuple[int, int | None, int | None]:
         """Index of the contour in the sequence, its shape, and the length of the sequence."""
@@ -330,6 +351,7 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
         return value[active] if value is not None and several else value
 
 
-def _named(mapping: Any, number: int | None) -> str:
+def named(mapping: Any, number: int | None) -> str:
+    """A name by its number, of a dict or a list; "?" where there is none."""
     names = list(mapping.values()) if isinstance(mapping, dict) else list(mapping)
     return names[number] if number is not None and number < len(names) else "?"

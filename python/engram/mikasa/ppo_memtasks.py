@@ -33,10 +33,12 @@ nn = torch.nn
 Normal = torch.distributions.Normal
 
 _PRIVATE = ("oracle_info", "task_cue")
+# Features of observations that are no pictures.
+_WIDTHS = {"oracle_info": 64, "task_cue": 64, "joints": 128, "proprio": 128}
 
 
 class FlattenRGBDObservationWrapper(ObservationWrapper):
-    """Flat observations: {state}, or {rgb, proprio, ...}; resets the environment once, unseeded.
+    """Flat observations: {state}, or {rgb, joints, ...}; resets the environment once, unseeded.
 
     Args:
         env: Within StateOnlyTensorToDictWrapper.
@@ -44,7 +46,9 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         depth: Depth, as further channels.
         state: All that is no picture; without pictures, the row of obs_mode "state".
         oracle: The answer, too.
-        joints: With pictures: "proprio", tool pose 7, joint positions 9, velocities 9.
+        joints: With pictures: tool pose 7, joint positions 9, velocities 9.
+        joints_name: Name of these; None: "joints" in the RL half, as in its data and first release,
+            and "proprio" in the VLA half.
     """
 
     _needs = Wanted.NO_MATRICES
@@ -57,6 +61,7 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         state: bool = True,
         oracle: bool = False,
         joints: bool = False,
+        joints_name: str | None = None,
     ) -> None:
         super().__init__(env)
         self.base_env: Any = env.unwrapped
@@ -65,9 +70,11 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         self.include_state = state
         self.include_oracle = oracle
         self.include_joints = joints
+        self.joints_name = joints_name or ("joints" if self.base_env._rl else "proprio")
         self._source = source(env, self._needs) if rgb or depth else None
         # True if ConvertJointsToEEFXyzRpyGripperWrapper makes the observations of policies from it.
-        self._of_policies = rgb and joints and not (depth or state or oracle)
+        flags = rgb and joints and not (depth or state or oracle)
+        self._of_policies = flags and self.joints_name == "proprio"
         observation, _ = self.reset()
         self._update_space(observation)
 
@@ -85,7 +92,7 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         state: dict[str, Any] = {k: observation[k] for k in ("agent", "extra") if k in observation}
         if self.include_joints:
             tool_first: dict[str, Any] = {k: state[k] for k in ("extra", "agent") if k in state}
-            result["proprio"] = flatten_state_dict(tool_first, use_torch=True)
+            result[self.joints_name] = flatten_state_dict(tool_first, use_torch=True)
         if self.include_state:
             result["state"] = flatten_state_dict(state, use_torch=True)
         kinds = [k for k, on in (("rgb", self.include_rgb), ("depth", self.include_depth)) if on]
@@ -133,7 +140,7 @@ class NatureCNN(nn.Module):
                 width = cnn(picture[:1].float().permute(0, 3, 1, 2).cpu()).shape[1]
             parts["rgb"] = nn.Sequential(cnn, nn.Sequential(nn.Linear(width, 256), nn.ReLU()))
             self.out_features += 256
-        for key, features in (("oracle_info", 64), ("task_cue", 64), ("proprio", 128)):
+        for key, features in _WIDTHS.items():
             if key in sample_obs:
                 layer = nn.Linear(sample_obs[key].shape[-1], features)
                 parts[key] = nn.Sequential(layer, nn.ReLU())

@@ -48,21 +48,29 @@ def package(folder, name, text="real = True\n"):
 # --- names ---
 
 
-def test_modules_of_families_are_those_of_the_wheel(wheel):
-    beginning = "mikasa_robo_suite/vla/memory_envs/"
+@pytest.mark.parametrize(
+    ("half", "made"), [("vla", classes.CLASSES), ("rl", classes.RL_CLASSES)], ids=["vla", "rl"]
+)
+def test_modules_of_families_are_those_of_the_wheel(wheel, half, made):
+    beginning = f"mikasa_robo_suite/{half}/memory_envs/"
     files = {
         path: wheel.read(path)
         for path in wheel.namelist()
-        if path.startswith(beginning) and path.endswith("_vla.py")
+        if path.startswith(beginning) and not path.endswith("__init__.py")
     }
     modules = {path.removesuffix(".py").replace("/", "."): text for path, text in files.items()}
     own = {name for name in SOURCES if name.startswith(beginning.replace("/", "."))}
     assert own == set(modules)
     for module, text in modules.items():
-        defined = {node.name for node in ast.parse(text).body if isinstance(node, ast.ClassDef)}
-        offered = set(SOURCES[module].names) & set(classes.CLASSES)
-        assert offered == defined & set(classes.CLASSES), module
-        assert {name for name in defined if name.endswith("VLAEnv")} <= offered, module
+        tree = ast.parse(text).body
+        defined = {node.name for node in tree if isinstance(node, ast.ClassDef)}
+        registered = {
+            node.name for node in tree if isinstance(node, ast.ClassDef) and node.decorator_list
+        }
+        offered = set(SOURCES[module].names) & set(made)
+        assert offered == defined & set(made), module
+        assert registered, module
+        assert registered <= offered, module
 
 
 def test_every_offered_name_can_be_imported(tmp_path):
@@ -74,10 +82,12 @@ def test_every_offered_name_can_be_imported(tmp_path):
 
 def test_names_are_those_of_engram(tmp_path):
     lines = (
-        "import engram.mikasa as m, mikasa_robo_suite, mani_skill.utils",
+        "import engram.mikasa as m, engram.mikasa.rl, mikasa_robo_suite, mani_skill.utils",
         "from mikasa_robo_suite import memory_envs",
         "assert memory_envs.RememberColor3VLAEnv is m.RememberColor3VLAEnv",
-        "assert mikasa_robo_suite.vla.memory_envs is memory_envs",
+        "assert memory_envs.ShellGameTouchEnv is m.rl.ShellGameTouchEnv",
+        "from mikasa_robo_suite.rl.memory_envs.shell_game_push import ShellGamePushEnv",
+        "assert ShellGamePushEnv is m.rl.ShellGamePushEnv",
         "from mikasa_robo_suite.vla.memory_envs.remember_color_vla import RememberColor3VLAEnv",
         "assert RememberColor3VLAEnv is m.RememberColor3VLAEnv",
         "from mani_skill.utils import common, gym_utils",

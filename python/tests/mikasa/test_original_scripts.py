@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("torch")
 
+import torch
 from handmade_agent import write_checkpoint
 from policies import Looking, as_engram
 from released import check_collected
@@ -24,6 +25,7 @@ COLLECTED = "RememberColor3-VLA-v0"
 # The replacements of docs/mikasa.md.
 SED = [
     r"s/mikasa_robo_suite\.vla(\.utils)?\b/engram.mikasa/",
+    r"s/mikasa_robo_suite(\.rl)?(\.utils)?\.(memory_envs|wrappers)\b/engram.mikasa.rl.\3/",
     r"s/^from (mani_skill[a-z_.]*|baselines\.ppo\.ppo_memtasks) import/from engram.mikasa import/",
 ]
 # In the order of engram's list, which its evaluation follows.
@@ -44,7 +46,7 @@ def changed(wheel, path, folder):
     different = [before for before, after in pairs if before != after]
     code = [line for line in different if not line.startswith("#")]
     assert code
-    assert all(line.startswith(("import ", "from ")) for line in code)
+    assert all(line.strip().startswith(("import ", "from ")) for line in code)
     return script
 
 
@@ -99,6 +101,22 @@ def test_data_collection(wheel, tmp_path):
     pytest.importorskip("tqdm")
     write_checkpoint(tmp_path)
     collect(changed(wheel, COLLECTOR, tmp_path), tmp_path)
+
+
+def test_training_of_the_rl_half(wheel, tmp_path):
+    for module in ("tyro", "tqdm", "colorama", "tensorboard"):
+        pytest.importorskip(module)
+    script = changed(wheel, "baselines/ppo/ppo_memtasks.py", tmp_path)
+    done = subprocess.run(
+        [sys.executable, str(script), "--env-id", "ShellGameTouch-v0", "--include-state",
+         "--num-envs", "4", "--num-eval-envs", "2", "--num-steps", "10", "--num-eval-steps", "90",
+         "--total-timesteps", "80", "--num-minibatches", "2", "--no-cuda", "--no-capture-video"],
+        capture_output=True, text=True, timeout=1200, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "success_once" in done.stdout
+    (checkpoint,) = tmp_path.glob("checkpoints/**/final_ckpt.pt")
+    assert torch.load(checkpoint)["actor_mean.0.weight"].shape == (256, 40)
 
 
 @pytest.mark.long

@@ -1,0 +1,130 @@
+#include "protocol/datasets/rl_collection.h"
+
+#include <algorithm>
+
+#include "core/env/scripted_policy.h"
+#include "protocol/batch/episodes.h"
+#include "protocol/work/scheduler.h"
+
+namespace engram {
+namespace {
+
+using Folders = std::vector<std::unique_ptr<RlFolder>>;
+
+// Episodes of an item: their files lie in memory until all are played.
+constexpr int kMostEpisodes = 10;
+
+struct EpisodeRecorder {
+  const Batch& env;
+  std::vector<RlRecorder> recorders;          // one per environment
+  std::vector<std::vector<std::byte>> files;  // one per episode
+
+  void start(int slot, int /*episode*/) { of(slot).start(); }
+  void before_step(int slot, std::span<const float> action) {
+    of(slot).before_step(env, slot, action);
+  }
+  void after_step(int slot) { of(slot).after_step(env, slot); }
+  void finish(int slot, int episode) {
+    files[static_cast<std::size_t>(episode)] = of(slot).file(env);
+  }
+  RlRecorder& of(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
+};
+
+// Source of missing episodes, task by task; passes files to the folders.
+class EpisodeSource : public WorkSource {
+ public:
+  EpisodeSource(Folders& folders, const CollectionOptions& options,
+                const std::function<void(const CollectionProgress&)>& progress)
+      : folders_(folders), options_(options), progress_(progress) {
+    for (const auto& folder : folders) before_ += folder->episodes();
+  }
+
+  std::optional<WorkItem> next() override {
+    const int planned = options_.plan.episodes;
+    for (; task_ < folders_.size(); ++task_, episode_ = 0) {
+      const RlFolder& folder = *folders_[task_];
+      const int first = folder.next_missing(episode_);
+      if (first == planned) continue;
+      int end = first;
+      while (end < planned && end - first < kMostEpisodes && !folder.has(end)) ++end;
+      episode_ = end;
+      return WorkItem{static_cast<int>(task_), folder.seed(first), end - first};
+    }
+    return std::nullopt;
+  }
+
+  void accept(const WorkItem& item, Bytes result) override {
+    RlFolder& folder = *folders_[static_cast<std::size_t>(item.task)];
+    const auto first = static_cast<int>(item.first_seed - folder.seed(0));
+    ByteReader in(result);
+    for (int i = 0; i < item.count; ++i) {
+      const auto size = in.get<std::uint64_t>();
+      folder.write(first + i, in.values<std::byte>(size));
+      env_steps_ += static_cast<std::uint64_t>(folder.horizon());
+    }
+  }
+
+  void tick(const WorkStatus& status) override { report_progress(status.env_steps); }
+  // Reports the final numbers, when all work is done.
+  void finish() const { report_progress(env_steps_); }
+
+ private:
+  void report_progress(std::uint64_t env_steps) const {
+    CollectionProgress now;
+    now.env_steps = env_steps;
+    for (const auto& folder : folders_) now.episodes += folder->episodes();
+    now.wanted = options_.plan.episodes * static_cast<int>(folders_.size());
+    now.added = now.episodes - before_;
+    progress_(now);
+  }
+
+  Folders& folders_;
+  const CollectionOptions& options_;
+  const std::function<void(const CollectionProgress&)>& progress_;
+  std::size_t task_ = 0;
+  int episode_ = 0;              // the next one of that task
+  int before_ = 0;               // episodes that were there already
+  std::uint64_t env_steps_ = 0;  // of all results so far
+};
+
+}  // namespace
+
+std::vector<std::unique_ptr<RlFolder>> collect_rl(
+    Ranks& ranks, std::span<const RegistryEntry* const> tasks, const CollectionOptions& options,
+    const std::function<void(const CollectionProgress&)>& progress) {
+  Folders folders;
+  if (ranks.is_root()) {
+    for (const RegistryEntry* task : tasks) {
+      folders.push_back(std::make_unique<RlFolder>(options.out, *task, options.plan));
+    }
+  }
+  const MakeOptions env_options = rl_recording_options(options.plan);
+  std::vector<EpisodeBatch> batches(
+      static_cast<std::size_t>(worker_threads(options.threads, ranks)));
+  const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {
+    const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
+    EpisodeBatch& batch = batches[static_cast<std::size_t>(context.worker())];
+    Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
+    EpisodeRecorder recorder{
+        env, std::vector<RlRecorder>(static_cast<std::size_t>(env.num_envs())),
+        std::vector<std::vector<std::byte>>(static_cast<std::size_t>(item.count))};
+    const ScriptedPolicy oracle(env, Policy::kOracle);
+    const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
+    if (!play_episodes(env, item.first_seed, item.count, context, act, recorder)) {
+      batch.clear();
+      return {};
+    }
+    ByteWriter out;
+    for (const std::vector<std::byte>& file : recorder.files) {
+      out.put(static_cast<std::uint64_t>(file.size()));
+      out.append(std::span<const std::byte>(file));
+    }
+    return out.take();
+  };
+  EpisodeSource source(folders, options, progress);
+  distribute_work(ranks, options.threads, work, source);
+  if (ranks.is_root()) source.finish();
+  return folders;
+}
+
+}  // namespace engram

@@ -1,0 +1,167 @@
+#include "protocol/datasets/rl_folder.h"
+
+#include <algorithm>
+#include <string>
+
+#include "core/env/scripted_policy.h"
+#include "protocol/batch/rows.h"
+#include "protocol/datasets/npz.h"
+#include "protocol/formats/document_values.h"
+#include "protocol/formats/files.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRoot = "MIKASA-Robo";
+
+template <class T>
+void append(std::vector<T>& to, std::span<const T> values) {
+  to.insert(to.end(), values.begin(), values.end());
+}
+
+void append_as_floats(std::vector<float>& to, const double* values, int count) {
+  std::transform(values, values + count, std::back_inserter(to),
+                 [](double value) { return static_cast<float>(value); });
+}
+
+// The plan, apart from the number of episodes, which may grow.
+Document plan_document(const RegistryEntry& entry, const CollectionPlan& plan) {
+  return DocumentTable{{"env_id", entry.id}, {"engram", provenance(entry, plan)}};
+}
+
+}  // namespace
+
+MakeOptions rl_recording_options(const CollectionPlan& plan) {
+  MakeOptions options;
+  options.obs_mode = ObsMode::kRgb;
+  options.auto_reset = AutoReset::kOff;
+  options.terminate_on_success = false;
+  options.terminate_on_failure = false;
+  options.image_options.renderer = plan.renderer;
+  options.rules = plan.rules;
+  options.control_mode = plan.control_mode;
+  options.constants = plan.constants;
+  options.perturbations = plan.perturbations;
+  return options;
+}
+
+// --- one episode ---
+
+void RlRecorder::start() { *this = RlRecorder(); }
+
+void RlRecorder::before_step(const Batch& env, int index, std::span<const float> action) {
+  const State& state = env.state();
+  append(rgb_, row_of(env.images().rgb, env, index));
+  append_as_floats(joints_, state.tcp_pos.row(index), 3);
+  append_as_floats(joints_, state.tcp_quat.row(index), 4);
+  append_as_floats(joints_, state.qpos.row(index), kRobotJoints);
+  append_as_floats(joints_, state.qvel.row(index), kRobotJoints);
+  append(actions_, action);
+}
+
+void RlRecorder::after_step(const Batch& env, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  rewards_.push_back(env.reward()[i]);
+  successes_.push_back(env.success()[i] != 0 ? 1 : 0);
+  dones_.push_back((env.terminated()[i] | env.truncated()[i]) != 0 ? 1 : 0);
+}
+
+std::vector<std::byte> RlRecorder::file(const Batch& env) const {
+  const auto steps = static_cast<std::int64_t>(rewards_.size());
+  if (steps != env.info().horizon) {
+    throw Error(Error::kUnavailable,
+                env.info().id + ": an episode ended after " + std::to_string(steps) + " of " +
+                    std::to_string(env.info().horizon) + " control steps: its physics diverged");
+  }
+  const auto per_step = [steps](const auto& values) {
+    return static_cast<std::int64_t>(values.size()) / steps;
+  };
+  const std::int64_t height = env.options().images.height;
+  const std::int64_t width = env.options().images.width;
+  const std::vector<NpyArray> arrays = {
+      {"rgb", NpyType::kUint8, {steps, height, width, 6}, bytes_of(rgb_)},
+      {"joints", NpyType::kFloat32, {steps, per_step(joints_)}, bytes_of(joints_)},
+      {"action", NpyType::kFloat32, {steps, per_step(actions_)}, bytes_of(actions_)},
+      {"reward", NpyType::kFloat32, {steps}, bytes_of(rewards_)},
+      {"success", NpyType::kInt64, {steps}, bytes_of(successes_)},
+      {"done", NpyType::kInt64, {steps}, bytes_of(dones_)},
+  };
+  return npz_bytes(arrays, NpzCompression::kStored);
+}
+
+// --- the folder ---
+
+RlFolder::RlFolder(const fs::path& root, const RegistryEntry& entry, const CollectionPlan& plan)
+    : entry_(&entry), plan_(plan), path_(root / kRoot / "unbatched" / entry.id) {
+  if (plan.additions != Additions() || plan.joint_proprio) {
+    throw Error(Error::kInvalidArgument,
+                "labels, depth, segmentation or joint_proprio given; RL data have none of them: "
+                "arrays of pictures, joints, "
+                "actions, rewards, success and done alone");
+  }
+  plan_.keep_failures = true;
+  require_mode_of(Policy::kOracle, plan.control_mode.value_or(entry.control_mode));
+  horizon_ = make_task(entry.id, plan.constants)->info().horizon;
+  require_writable_folder(path_);
+  lock_ = std::make_unique<FolderLock>(path_);
+  const fs::path note = root / kRoot / (std::string(entry.id) + ".json");
+  check_plan(note);
+  write_file(note, to_text(plan_document(entry, plan_)));
+  present_.resize(static_cast<std::size_t>(plan.episodes));
+  for (int i = 0; i < plan.episodes; ++i) {
+    present_[static_cast<std::size_t>(i)] = fs::exists(file(i)) ? 1 : 0;
+  }
+}
+
+void RlFolder::check_plan(const fs::path& note) const {
+  const std::optional<std::string> text = read_file(note);
+  if (!text) return;
+  const Document before = parse_document(*text).value_or(Document());
+  const Document* found = find(before, "engram");
+  if (found == nullptr) {
+    throw Error(Error::kIo, "'" + note.string() + "' is not engram's; without it, the files of '" +
+                                path_.string() + "' are trusted");
+  }
+  for (const auto& [key, value] : provenance(*entry_, plan_)) {
+    const Document other = value_or_null(*found, key);
+    if (other == value) continue;
+    throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
+                                             " " + to_line(other) + ", " + to_line(value) +
+                                             " given; the same, or another folder, allowed");
+  }
+}
+
+fs::path RlFolder::file(int episode) const {
+  return path_ / ("train_data_" + std::to_string(episode) + ".npz");
+}
+
+int RlFolder::episodes() const {
+  return static_cast<int>(std::ranges::count(present_, std::uint8_t{1}));
+}
+
+int RlFolder::next_missing(int from) const {
+  int next = from;
+  while (next < plan_.episodes && has(next)) ++next;
+  return next;
+}
+
+void RlFolder::write(int episode, std::span<const std::byte> content) {
+  lock_->folder().write_file(file(episode).filename().string(), content);
+  present_[static_cast<std::size_t>(episode)] = 1;
+}
+
+double RlFolder::success_once() const {
+  int solved = 0;
+  for (int i = 0; i < plan_.episodes; ++i) {
+    if (!has(i)) continue;
+    const NpzFile npz(file(i));
+    const auto shape = npz.shape("success", NpyType::kInt64);
+    const std::vector<std::byte> values = npz.read("success", NpyType::kInt64, shape);
+    solved += std::ranges::any_of(values, [](std::byte b) { return b != std::byte{}; }) ? 1 : 0;
+  }
+  return episodes() == 0 ? 0 : static_cast<double>(solved) / episodes();
+}
+
+}  // namespace engram
