@@ -143,19 +143,10 @@ struct Differences {
 };
 
 Differences compare_sleep(const std::string& id, bool closing) {
-  MakeOptions options;
-  const RegistryEntry& entry = require_entry(id);
-  if (entry.split == Split::kRl && entry.family.ends_with("OfColors")) {
-    // Or the cubes would not appear in time.
-    options.constants = {{"EMPTY_PHASE_STEPS", ConstantList{1, 1}}};
-    const bool bunch = entry.family == "BunchOfColors";
-    options.constants.emplace_back(bunch ? "CUE_PHASE_STEPS" : "CUE_STEP_DURATION",
-                                   ConstantList{1, 1});
-  }
+  BatchOptions options;
   options.num_envs = 40;
-  options.control_mode = ControlMode::kPdEeDeltaPose;  // of raised()
+  options.control_mode = ControlMode::kPdEeDeltaPose;  // that of these actions
   options.auto_reset = AutoReset::kOff;
-  options.control_mode = ControlMode::kPdEeDeltaPose;
   const auto asleep = make_env(id, options);
   options.sleep = false;
   const auto awake = make_env(id, options);
