@@ -78,7 +78,7 @@ def test_too_few_episodes_leave_nothing(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--format", "hdf5"), "--format: 'hdf5' given, npz or lerobot allowed"),
+        (("--format", "hdf5"), "--format: 'hdf5' given, npz, lerobot or rl allowed"),
         (("--format", "lerobot", "--estimate"), "one of them allowed"),
         (("--format", "lerobot", "--control-mode", "pd_ee_pose"), "oracle with control mode"),
         (("--codec", "libx264"), "--codec requires --format"),
