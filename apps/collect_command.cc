@@ -28,10 +28,13 @@ namespace engram::apps {
 namespace {
 
 constexpr const char* kReport = "collect_report.html";
-constexpr const char* kLerobot = "lerobot";
-constexpr const char* kRl = "rl";
+constexpr std::string_view kNpz = "npz";
+constexpr std::string_view kLerobot = "lerobot";
+constexpr std::string_view kRl = "rl";
+// Formats that Python writes.
+constexpr std::string_view kConverted[] = {kLerobot, "rlds", "hdf5"};
 
-// Options that are passed on to the streams that a LeRobotDataset is made of.
+// Options that are passed on to the streams that sets of these formats are made of.
 constexpr const char* kPassedOn[] = {"--max-attempts", "--seed",     "--renderer", "--set",
                                      "--rules",        "--num-envs", "--threads",  "--perturb"};
 
@@ -206,38 +209,48 @@ void stream(Ranks& ranks, std::span<const RegistryEntry* const> tasks, CollectOp
 
 std::string this_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
 
-// The program of Python that collects into a LeRobotDataset, by streams of this one.
-[[noreturn]] void collect_lerobot(const std::vector<const RegistryEntry*>& tasks,
-                                  const CollectOptions& options) {
+// The program of Python that collects into another format, by streams of this one.
+[[noreturn]] void collect_converted(const std::vector<const RegistryEntry*>& tasks,
+                                    const CollectOptions& options) {
+  const std::string given = "--format " + options.format;
   if (options.stream || options.estimate) {
     throw Error(Error::kInvalidArgument,
-                "--format lerobot with --stream or --estimate; one of them allowed");
+                given + " with --stream or --estimate; one of them allowed");
   }
-  // All data sets are written with the same features of actions.
+  // All data sets are written with the same actions.
   const ControlMode mode = common_control_mode(options.collection.plan.control_mode, tasks);
   require_mode_of(Policy::kOracle, mode);
-  std::vector<std::string> words = python_words("engram.datasets", "--format lerobot");
-  words.insert(words.end(), {"collect", "--command", this_program(), "--out", options.out});
+  std::vector<std::string> words = python_words("engram.datasets", given);
+  words.insert(words.end(), {"collect", "--format", options.format, "--command", this_program(),
+                             "--out", options.out});
   words.insert(words.end(), options.lerobot.begin(), options.lerobot.end());
   const CollectionPlan& plan = options.collection.plan;
   words.push_back(fmt::format("--episodes={}", plan.episodes));
   words.push_back(fmt::format("--control-mode={}", name_of(mode)));
   if (plan.joint_proprio) words.emplace_back("--joint-proprio");
   if (plan.keep_failures) words.emplace_back("--keep-failures");
-  if (plan.labels) words.emplace_back("--labels");
+  if (plan.additions.labels) words.emplace_back("--labels");
+  if (plan.additions.depth) words.emplace_back("--depth");
+  if (plan.additions.segmentation) words.emplace_back("--segmentation");
   if (options.json) words.emplace_back("--json");
   for (const std::string& word : options.passed) words.push_back("--word=" + word);
   for (const RegistryEntry* task : tasks) words.emplace_back(task->id);
-  become(std::move(words), "--format lerobot");
+  become(std::move(words), given);
 }
 
 void run(Ranks& ranks, CollectOptions& options) {
   const std::vector<const RegistryEntry*> tasks =
       chosen_tasks(options.ids, options.filter, options.all);
-  if (options.format == kLerobot) collect_lerobot(tasks, options);
+  if (!options.lerobot.empty() && options.format != kLerobot) {
+    throw Error(Error::kInvalidArgument, "--format " + options.format + " with " +
+                                             options.lerobot.front() +
+                                             ", an option of lerobot; --format lerobot needed");
+  }
+  const bool rl = options.format == kRl;
+  if (options.format != kNpz && !rl) collect_converted(tasks, options);
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
-  if (options.format == kRl) {
+  if (rl) {
     collect_rl_data(ranks, tasks, options);
     return;
   }
@@ -272,9 +285,11 @@ namespace {
 
 void add_format(const Command& command, CollectOptions& options) {
   const auto take = [&options](const std::string& name) {
-    if (name != "npz" && name != kLerobot && name != kRl) {
+    const bool known =
+        name == kNpz || name == kRl || std::ranges::find(kConverted, name) != std::end(kConverted);
+    if (!known) {
       throw Error(Error::kInvalidArgument,
-                  "--format: '" + name + "' given, npz, lerobot or rl allowed");
+                  "--format: '" + name + "' given, npz, lerobot, rlds, hdf5 or rl allowed");
     }
     options.format = name;
   };
@@ -282,12 +297,12 @@ void add_format(const Command& command, CollectOptions& options) {
       command
           .add_option(
               "--format", take,
-              "lerobot: DIR/data_lerobot/<ID>, a LeRobotDataset, with no NPZ between; needs "
-              "Python. Tasks that are there already are left alone. rl: "
+              "Of data sets: DIR/data_<format>/<ID>, with no NPZ between. Others than npz and rl "
+              "need Python, and leave tasks alone that are there already. rl: "
               "DIR/MIKASA-Robo/unbatched/<ID>, the layout of the benchmark's RL data: whole "
               "episodes of the oracle, failed ones too, 1000 of each task unless --episodes is "
               "given")
-          .type_name("npz|lerobot|rl")
+          .type_name("npz|lerobot|rlds|hdf5|rl")
           .default_str("npz");
   const auto add = [&](const char* name, const char* word, const char* type, const char* help) {
     const auto pass_on = [&options, word](const std::string& value) {
@@ -321,9 +336,12 @@ void add_collect_command(const Command& program,
   add_seed(command, plan.start_seed, "The first episode's; those after it follow one by one");
   add_renderer(command, options->images);
   command.add_flag(
-      "--labels", plan.labels,
+      "--labels", plan.additions.labels,
       "Also subtasks, plan and memory in words, keyframes, progress, and where cameras "
       "see the object that is meant: privileged");
+  command.add_flag("--depth", plan.additions.depth, "Also both cameras' depth pictures, in mm");
+  command.add_flag("--segmentation", plan.additions.segmentation,
+                   "Also both cameras' pictures of which thing is where");
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
   add_perturbations(command, plan.perturbations);

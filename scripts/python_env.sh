@@ -14,7 +14,7 @@ old=$env-0.29
 data=$env-data
 
 run_time=nanobind-backend  # of engram's own
-readers=(pyarrow av pandas pillow protobuf google-crc32c)  # data sets
+readers=(pyarrow av pandas pillow protobuf google-crc32c h5py)  # data sets
 shared=(
   "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
   stable-baselines3 sb3-contrib torchrl skrl vla-eval

@@ -126,7 +126,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
                        : std::make_unique<DemonstrationFolder>(options.out, *task, options.plan));
     }
   }
-  MakeOptions env_options = demonstration_options(options.plan.labels);
+  MakeOptions env_options = demonstration_options(options.plan.additions);
   env_options.image_options.renderer = options.plan.renderer;
   env_options.rules = options.plan.rules;
   env_options.control_mode = options.plan.control_mode;
@@ -142,7 +142,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     EpisodeRecorder recorder{
         env,
         std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs()),
-                                           DemonstrationRecorder(options.plan.labels)),
+                                           DemonstrationRecorder(options.plan.additions)),
         std::vector<Demonstration>(static_cast<std::size_t>(item.count)),
         options.sink ? NpzCompression::kStored : NpzCompression::kDeflated,
         options.plan.keep_failures};

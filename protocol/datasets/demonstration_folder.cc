@@ -22,7 +22,10 @@ namespace fs = std::filesystem;
 constexpr std::string_view kFilePrefix = "train_data_";
 constexpr std::string_view kFileSuffix = ".npz";
 constexpr const char* kMetadata = "metadata.json";
-constexpr const char* kLabels = "labels";  // in the metadata of folders that have them
+// In the metadata of folders that have them.
+constexpr const char* kLabels = "labels";
+constexpr const char* kDepth = "depth";
+constexpr const char* kSegmentation = "segmentation";
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
   throw Error(Error::kIo, "'" + path.string() + "' " + what);
@@ -43,19 +46,26 @@ std::string text_of(const Document& document, std::string_view key) {
   return found == nullptr ? std::string() : to_line(*found);
 }
 
-[[noreturn]] void refuse_labels(const fs::path& path, bool asked_for) {
-  const char* const which[] = {"without labels", "with labels"};
+[[noreturn]] void refuse_addition(const fs::path& path, const std::string& what, bool asked_for) {
+  const std::string which[] = {"without " + what, "with " + what};
   throw Error(Error::kInvalidArgument,
               "'" + path.string() + "' was collected " + which[asked_for ? 0 : 1] + ", " +
                   which[asked_for ? 1 : 0] + " given; the same, or another folder, allowed");
 }
 
-// Names of the labels beside the frames, or null.
+// Names of the labels.
 Document label_document(const RegistryEntry& entry, const CollectionPlan& plan) {
-  if (!plan.labels) return {};
   const auto task = make_task(entry.id, plan.constants);
   return DocumentTable{{"privileged", to_list(privileged_labels(task->info()))},
                        {"open", to_list(open_labels())}};
+}
+
+// What is said of additions; null of those that are not asked for.
+DocumentTable addition_documents(const RegistryEntry& entry, const CollectionPlan& plan) {
+  const Additions& asked = plan.additions;
+  return {{kLabels, asked.labels ? label_document(entry, plan) : Document()},
+          {kDepth, asked.depth ? Document(true) : Document()},
+          {kSegmentation, asked.segmentation ? Document(true) : Document()}};
 }
 
 ControlMode control_mode_of(const RegistryEntry& entry, const CollectionPlan& plan) {
@@ -184,15 +194,15 @@ void DemonstrationFolder::check_metadata() const {
          "is damaged or edited, its checksum does not fit; without it, it is made anew from "
          "the data files");
   }
-  DocumentTable agreed = provenance(entry_, plan_);
-  agreed.emplace_back(kLabels, label_document(entry_, plan_));
-  for (const auto& [key, value] : agreed) {
+  for (const auto& [key, value] : provenance(entry_, plan_)) {
     const Document found = value_or_null(*before, key);
     if (found == value) continue;
-    if (key == kLabels) refuse_labels(path_, plan_.labels);
     throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
                                              " " + to_line(found) + ", " + to_line(value) +
                                              " given; the same, or another folder, allowed");
+  }
+  for (const auto& [key, value] : addition_documents(entry_, plan_)) {
+    if (value_or_null(*before, key) != value) refuse_addition(path_, key, value != Document());
   }
 }
 
@@ -214,8 +224,12 @@ DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
   const std::uint64_t beyond =
       plan_.start_seed + static_cast<std::uint64_t>(std::numeric_limits<int>::max()) *
                              static_cast<std::uint64_t>(rule_.batch);
-  const auto frames = npz.shape("rgb", NpyType::kUint8);
-  if (kept.length < 1 || frames.empty() || frames[0] != kept.length) {
+  std::vector<std::vector<std::int64_t>> shapes = {npz.shape("rgb", NpyType::kUint8)};
+  if (plan_.additions.depth) shapes.push_back(npz.shape(kDepth, NpyType::kUint16));
+  if (plan_.additions.segmentation) shapes.push_back(npz.shape(kSegmentation, NpyType::kUint16));
+  const bool same_length = std::ranges::all_of(
+      shapes, [&](const auto& sizes) { return !sizes.empty() && sizes[0] == kept.length; });
+  if (kept.length < 1 || !same_length) {
     fail(file(index), "is damaged: its arrays differ in length");
   }
   if (kept.seed < 0 || seed < least || seed >= beyond) {
@@ -317,7 +331,9 @@ Document DemonstrationFolder::metadata() const {
   }
   DocumentTable made_how = provenance(entry_, plan_);
   made_how.emplace_back("attempts", attempts());
-  if (plan_.labels) made_how.emplace_back(kLabels, label_document(entry_, plan_));
+  for (auto& [key, value] : addition_documents(entry_, plan_)) {
+    if (value != Document()) made_how.emplace_back(key, std::move(value));
+  }
   DocumentTable document{{"env_id", entry_.id},
                          {"num_episodes", episodes()},
                          {"episode_lengths", lengths},

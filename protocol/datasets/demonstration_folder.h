@@ -27,7 +27,7 @@ struct CollectionPlan {
   bool keep_failures = false;    // episodes that fail are demonstrations too
   ConstantTable constants = {};  // of all tasks, instead of their own
   std::vector<PerturbationLevel> perturbations = {};
-  bool labels = false;  // beside the frames: protocol/datasets/labels.h
+  Additions additions = {};
 };
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.

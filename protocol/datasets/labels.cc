@@ -206,24 +206,8 @@ LabelArrays::LabelArrays(const EpisodeLabels& labels) {
   add_texts("paraphrases", labels.paraphrases);
 }
 
-// NumPy's texts are all as long as the longest one, padded with zeros.
 void LabelArrays::add_texts(const char* name, const std::vector<std::string>& texts) {
-  std::vector<std::u32string> points;
-  std::size_t length = 1;
-  for (const std::string& text : texts) {
-    points.push_back(code_points(text));
-    length = std::max(length, points.back().size());
-  }
-  std::u32string& all = storage_.emplace_back();
-  for (std::u32string& text : points) {
-    text.resize(length);
-    all += text;
-  }
-  arrays_.push_back({name,
-                     NpyType::kText,
-                     {size_of(texts)},
-                     std::as_bytes(std::span<const char32_t>(all)),
-                     static_cast<int>(length)});
+  arrays_.push_back(text_array(name, texts, storage_.emplace_back()));
 }
 
 }  // namespace engram

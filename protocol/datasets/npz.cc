@@ -29,6 +29,8 @@ std::string_view type_code(NpyType type) {
       return "|b1";
     case NpyType::kUint8:
       return "|u1";
+    case NpyType::kUint16:
+      return "<u2";
     case NpyType::kInt32:
       return "<i4";
     case NpyType::kInt64:
@@ -46,6 +48,8 @@ std::size_t bytes_per_element(NpyType type) {
     case NpyType::kBool:
     case NpyType::kUint8:
       return 1;
+    case NpyType::kUint16:
+      return 2;
     case NpyType::kInt64:
       return 8;
     case NpyType::kInt32:
@@ -169,6 +173,26 @@ std::u32string code_points(std::string_view text) {
     i += good ? length : 1;
   }
   return out;
+}
+
+// NumPy's texts are all as long as the longest one, padded with zeros.
+NpyArray text_array(std::string name, std::span<const std::string> texts, std::u32string& storage) {
+  std::vector<std::u32string> points;
+  std::size_t length = 1;
+  for (const std::string& text : texts) {
+    points.push_back(code_points(text));
+    length = std::max(length, points.back().size());
+  }
+  storage.clear();
+  for (std::u32string& text : points) {
+    text.resize(length);
+    storage += text;
+  }
+  return {std::move(name),
+          NpyType::kText,
+          {static_cast<std::int64_t>(texts.size())},
+          std::as_bytes(std::span<const char32_t>(storage)),
+          static_cast<int>(length)};
 }
 
 std::vector<std::byte> npz_bytes(std::span<const NpyArray> arrays, NpzCompression compression) {

@@ -12,7 +12,7 @@
 
 namespace engram {
 
-enum class NpyType { kBool, kUint8, kInt32, kInt64, kFloat32, kText };
+enum class NpyType { kBool, kUint8, kUint16, kInt32, kInt64, kFloat32, kText };
 
 // An array to be written; `data` lies row by row and is not owned. No dimensions: a scalar.
 struct NpyArray {
@@ -35,6 +35,9 @@ std::span<const std::byte> bytes_of(const T& value) {
 
 // UTF-8 as code points, which is what kText holds; a malformed byte becomes U+FFFD.
 std::u32string code_points(std::string_view text);
+
+// A row of texts. Its characters are put into `storage`, which outlives it.
+NpyArray text_array(std::string name, std::span<const std::string> texts, std::u32string& storage);
 
 enum class NpzCompression { kStored, kDeflated };
 

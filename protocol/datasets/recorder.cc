@@ -39,9 +39,14 @@ CollectionRule collection_rule(const RegistryEntry& entry, ControlMode mode) {
   return {.batch = alone ? 1 : 10, .min_steps = 10};
 }
 
-MakeOptions demonstration_options(bool labels) {
+MakeOptions demonstration_options(const Additions& additions) {
+  const bool depth = additions.depth || additions.labels;
+  const bool segmentation = additions.segmentation || additions.labels;
   MakeOptions options;
-  options.obs_mode = labels ? ObsMode::kRgbDepthSegmentation : ObsMode::kRgb;
+  options.obs_mode = depth && segmentation ? ObsMode::kRgbDepthSegmentation
+                     : depth               ? ObsMode::kRgbDepth
+                     : segmentation        ? ObsMode::kRgbSegmentation
+                                           : ObsMode::kRgb;
   options.auto_reset = AutoReset::kOff;
   options.terminate_on_success = true;  // where demonstrations end
   return options;
@@ -60,6 +65,10 @@ void DemonstrationRecorder::start(const Batch& env, int index) {
   rewards_.clear();
   successes_.clear();
   dones_.clear();
+  depth_.clear();
+  segmentation_.clear();
+  const auto names = env.images().segmentation_names;
+  segmentation_names_.assign(names.begin(), names.end());
   if (labels_) labels_->start(env, index);
 }
 
@@ -71,6 +80,13 @@ void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<f
   append(rgb_, row_of(env.images().rgb, env, index));
   append(proprio_, row_of(env.proprio(), env, index));
   append(actions_, std::span<const float>(action));
+  // None of their values is negative.
+  const auto add = [&](std::vector<std::uint16_t>& to, std::span<const std::int16_t> values) {
+    const auto row = row_of(values, env, index);
+    to.insert(to.end(), row.begin(), row.end());
+  };
+  if (additions_.depth) add(depth_, env.images().depth);
+  if (additions_.segmentation) add(segmentation_, env.images().segmentation);
   if (labels_) labels_->before_step(env, index);
 }
 
@@ -108,6 +124,15 @@ Demonstration DemonstrationRecorder::finish(NpzCompression compression, bool kee
       {"episode_length", NpyType::kInt32, {}, bytes_of(length)},
       {"episode_seed", NpyType::kInt64, {}, bytes_of(seed_)},
   };
+  const std::vector<std::int64_t> map_shape = {steps, height_, width_, 2};
+  if (additions_.depth) {
+    arrays.push_back({"depth", NpyType::kUint16, map_shape, bytes_of(depth_)});
+  }
+  std::u32string names;
+  if (additions_.segmentation) {
+    arrays.push_back({"segmentation", NpyType::kUint16, map_shape, bytes_of(segmentation_)});
+    arrays.push_back(text_array("segmentation_names", segmentation_names_, names));
+  }
   std::optional<LabelArrays> labels;
   if (labels_) {
     labels.emplace(labels_->labels());

@@ -26,10 +26,16 @@ struct CollectionRule {
 CollectionRule collection_rule(const RegistryEntry& entry,
                                ControlMode mode = ControlMode::kPdEeDeltaPose);
 
-// Options of the environments for recording and replay: the
-// library's defaults with images, episodes ending at success and then left alone. Labels also need
-// depth and segmentation.
-MakeOptions demonstration_options(bool labels = false);
+// What is recorded beside colours, proprio and actions, on request.
+struct Additions {
+  bool labels = false;  // protocol/datasets/labels.h
+  bool depth = false;   // of both cameras, as the next
+  bool segmentation = false;
+};
+
+// Options of the environments for recording and replay: the library's defaults with images,
+// episodes ending at success and then left alone. Labels need depth and segmentation, too.
+MakeOptions demonstration_options(const Additions& additions = {});
 
 // Seeds are stored as int64.
 inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
@@ -51,9 +57,9 @@ struct Demonstration {
 // success.
 class DemonstrationRecorder {
  public:
-  // labels: records them, too. The batch then has the options for that.
-  explicit DemonstrationRecorder(bool labels = false) {
-    if (labels) labels_.emplace();
+  // The batch has the demonstration_options of the additions.
+  explicit DemonstrationRecorder(const Additions& additions = {}) : additions_(additions) {
+    if (additions.labels) labels_.emplace();
   }
 
   // After the environment's reset.
@@ -78,6 +84,10 @@ class DemonstrationRecorder {
   std::vector<float> rewards_;
   std::vector<std::int32_t> successes_;
   std::vector<std::int32_t> dones_;
+  Additions additions_;
+  std::vector<std::uint16_t> depth_;
+  std::vector<std::uint16_t> segmentation_;
+  std::vector<std::string> segmentation_names_;
   std::optional<LabelRecorder> labels_;
 };
 

@@ -19,6 +19,7 @@ LIBRARIES = {  # by extra of pyproject.toml
     "play": ("aiohttp", "pillow"),
     "servers": ("websockets", "msgpack", "pyzmq", "aiohttp", "pillow"),
     "datasets": ("pyarrow", "av", "pandas", "pillow", "protobuf", "google-crc32c"),
+    "hdf5": ("h5py",),
 }
 _OTHER = "engram"  # another project's; this one's before 0.5.0
 _LONGEST = 200  # characters of its metadata, which anybody may have written

@@ -26,7 +26,7 @@ import os
 import statistics
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -71,7 +71,8 @@ def arguments(given: list[str] | None) -> argparse.Namespace:
 
 
 Column = tuple[str, str]  # task, learner
-Runs = dict[tuple[str, str, int], Any]  # results by task, learner and seed
+Run = tuple[str, str, int]  # task, learner, seed
+Runs = dict[Run, Any]  # results
 
 
 # --- results ---
@@ -168,30 +169,44 @@ def play(policy: Any, folder: Path, task: str, seed: int) -> None:
 def run(args: argparse.Namespace, ids: list[str], known: Runs) -> None:
     """Runs everything without a result, the first seed of all columns first."""
     columns = args.only or [*POLICIES, *LEARNERS]
-    plan = [
-        (seed, task, column, folder_of(args.out, task, column, seed))
-        for seed in args.seeds
-        for column in columns
-        for task in ids
-        if (task, column, seed) not in known
-    ]
 
-    def do(job: tuple[int, str, str, Path]) -> None:
-        seed, task, column, folder = job
+    def do(folder: Path, task: str, column: str, seed: int) -> None:
         if column in LEARNERS:
             script, *options = LEARNERS[column]
             command = [sys.executable, str(args.learners / script), *options, *args.more.split()]
             learn(command, folder, task, seed)
         else:
             play(column, folder, task, seed)
+
+    plan = [(task, column, seed) for seed in args.seeds for column in columns for task in ids]
+    complete(plan, do, known, args.out, args.jobs)
+
+
+def complete(
+    plan: list[Run],
+    do: Callable[[Path, str, str, int], None],
+    known: Runs,
+    out: Path,
+    jobs: int = 1,
+) -> None:
+    """Does the runs of a plan that are not known, in its order, and marks each that has ended.
+
+    do: writes RESULT to a folder, for a task, column and seed.
+    """
+
+    def one(run: Run) -> None:
+        folder = folder_of(out, *run)
+        do(folder, *run)
         result = json.loads((folder / RESULT).read_text())
-        stored = {"engram": engram.__version__, "run": [task, column, seed], "result": result}
+        stored = {"engram": engram.__version__, "run": run, "result": result}
         _write(folder / RUN, json.dumps(stored))
+        task, column, seed = run
         print(f"{task} {column} {seed}: {result}", flush=True)
 
-    with ThreadPoolExecutor(args.jobs) as pool:
+    missing = [run for run in plan if run not in known]
+    with ThreadPoolExecutor(jobs) as pool:
         try:
-            for _ in pool.map(do, plan):
+            for _ in pool.map(one, missing):
                 pass
         except BaseException:
             pool.shutdown(cancel_futures=True, wait=False)

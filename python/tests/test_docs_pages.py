@@ -22,6 +22,7 @@ NOT_RUN = {
     "engram eval --all": "takes long",
     "engram eval --split short": "takes long, and needs a policy",
     "python -m engram.scores": "takes long",
+    "python python/examples/memory/zoo_scores.py": "takes long",
     "python python/examples/mikasa_ppo.py": "takes long",
     "mpirun": "needs MPI",
     "openssl rand": "needs a policy, and a host that keeps a secret",

@@ -14,11 +14,22 @@ namespace {
 
 constexpr double kTravelHeight = 0.115;   // m: the TCP between two touches touches nothing
 constexpr double kMostAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
-// Where touches are all, time is short:
-constexpr double kTravelMargin = 0.005;  // m above where a cube can be touched
-constexpr double kMostShort = 0.01;      // m before, and above, the touch point
-constexpr double kRestRadius = 0.9;      // of the touch radius: within that the TCP stops
+// Where touches are all:
+constexpr double kTravelMargin = 0.005;               // m above where a cube can be touched
 const Eigen::Vector3d kWaitingPlace(-0.06, 0, 0.08);  // m: amid the cubes, above them
+
+// Passing touches: the goal is that much above and before the touch point, as far as the touch
+// radius allows, and the TCP stops that near to it. Fingers of a tilted hand stay clear of the
+// cubes, and a cube beside is farther away.
+struct Passing {
+  double above;  // m
+  double before;
+  double rest;
+};
+Passing passing(double touch_radius) {
+  const double scale = std::min(touch_radius, 0.02);
+  return {0.7 * scale, 0.4 * scale, 0.9 * scale};
+}
 
 // Without memory, in control steps:
 constexpr int kMostPerTouch = 20;
@@ -77,40 +88,47 @@ bool ColorRecallExpert::hurries() const {
   return view_.button == nullptr && view_.engine.action.width() > kArmJoints;
 }
 
+// Where touches are all, the tool waits amid the places, so that it need not come down first.
 void ColorRecallExpert::wait(int env, float* action) const {
-  if (hurries()) {
-    reach_point(*view_.engine.state, *view_.engine.arm, env, kWaitingPlace, kGripperOpen, action);
-  } else {
+  if (view_.button != nullptr) {
     hold_tcp(kGripperOpen, action);
+  } else {
+    approach(env, kWaitingPlace, action);
+  }
+}
+
+void ColorRecallExpert::approach(int env, const Eigen::Vector3d& goal, float* action) const {
+  const State& state = *view_.engine.state;
+  if (hurries()) {
+    reach_point(state, *view_.engine.arm, env, goal, kGripperOpen, action);
+  } else {
+    servo_tcp(state, env, goal, kToolDown, kGripperOpen, action);
   }
 }
 
 void ColorRecallExpert::touch(int env, int color, float* action) const {
-  const State& state = *view_.engine.state;
   if (hurries()) {
     touch_in_passing(env, color, action);
     return;
   }
-  const Eigen::Vector3d goal =
-      descend(state, env, touch_waypoint(env, color), travel_height(env, color));
-  servo_tcp(state, env, goal, kToolDown, kGripperOpen, action);
+  const double height = travel_height(env, color);
+  approach(env, descend(*view_.engine.state, env, touch_waypoint(env, color), height), action);
 }
 
 // Moves at one height, just above the cubes, to the near edge of where the cube is touched, and
 // stops there for a step.
 void ColorRecallExpert::touch_in_passing(int env, int color, float* action) const {
-  const State& state = *view_.engine.state;
+  const auto [above, before, rest] = passing(view_.touch.radius());
   const Eigen::Vector3d point = view_.touch.touch_point(env, color);
-  const Eigen::Vector3d way = point - tcp_pos(state, env);
-  if (way.norm() < kRestRadius * view_.touch.radius()) {
+  const Eigen::Vector3d way = point - tcp_pos(*view_.engine.state, env);
+  if (way.norm() < rest) {
     hold_tcp(kGripperOpen, action);
     return;
   }
-  const double margin = std::min(kMostShort, 0.5 * view_.touch.radius());
-  Eigen::Vector3d goal = point;
-  goal.head<2>() -= std::min(1.0, margin / way.head<2>().norm()) * way.head<2>();
-  goal.z() += margin;
-  reach_point(state, *view_.engine.arm, env, goal, kGripperOpen, action);
+  Eigen::Vector3d goal = point + Eigen::Vector3d(0, 0, above);
+  const Vec2 across = way.head<2>();
+  goal.head<2>() -= std::min(before, across.norm()) * across.normalized();
+  approach(env, goal, action);
 }
 
 void ColorRecallExpert::press(int env, float* action) const {
@@ -169,7 +187,7 @@ void ColorRecallExpert::sweep(int env, float* action) const {
   }
   Eigen::Vector3d goal = touch_waypoint(env, color);
   goal.z() = travel_height(env, color);
-  servo_tcp(state, env, descend(state, env, goal, goal.z()), kToolDown, kGripperOpen, action);
+  approach(env, descend(state, env, goal, goal.z()), action);
 }
 
 // since: steps since the last touch.

@@ -50,6 +50,7 @@ class ColorRecallExpert final : public Expert, public Choices {
   Eigen::Vector3d touch_waypoint(int env, int color) const;
   bool hurries() const;
   void wait(int env, float* action) const;
+  void approach(int env, const Eigen::Vector3d& goal, float* action) const;
   void touch(int env, int color, float* action) const;
   void touch_in_passing(int env, int color, float* action) const;
   void press(int env, float* action) const;

@@ -81,6 +81,20 @@ void reach_point(const State& state, const Arm& arm, int env, const Eigen::Vecto
   action[6] = static_cast<float>(gripper);
 }
 
+void swing_tcp(const State& state, const Arm& arm, int env, const Eigen::Vector3d& goal,
+               const Eigen::Quaterniond& orientation, double gripper, float* action) {
+  const double* qpos = state.qpos.row(env);
+  ArmVector joints;
+  arm.inverse({goal, orientation}, qpos, joints);  // as far as it came, on failure
+  ArmVector step = kGain * (joints - Eigen::Map<const ArmVector>(qpos));
+  step /= std::max(1.0, step.cwiseAbs().maxCoeff() / kJointScale);
+  ArmJacobian jacobian;
+  arm.forward(qpos, jacobian);
+  write_translation(jacobian.topRows<3>() * step, action);
+  write_rotation(-jacobian.bottomRows<3>() * step / kRotationScale, action);
+  action[6] = static_cast<float>(gripper);
+}
+
 void limit_speed_near(const State& state, int env, double height, float* action) {
   constexpr double kLeast = 0.25;  // of full speed
   constexpr double kPerMetre = 8;

@@ -42,6 +42,11 @@ void displace_tcp(const State& state, int env, const Eigen::Vector3d& command,
 void reach_point(const State& state, const Arm& arm, int env, const Eigen::Vector3d& goal,
                  double gripper, float* action);
 
+// Writes an action that brings the TCP to a pose by an even motion of all joints, at the speed that
+// pd_joint_delta_pos allows: the way is not straight, but quick.
+void swing_tcp(const State& state, const Arm& arm, int env, const Eigen::Vector3d& goal,
+               const Eigen::Quaterniond& orientation, double gripper, float* action);
+
 // Limits the translation of an action the more, the lower the TCP is, down to a quarter of full
 // speed at `height`: a hand that changes its height fast sways by a centimetre.
 void limit_speed_near(const State& state, int env, double height, float* action);

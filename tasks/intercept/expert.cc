@@ -5,8 +5,6 @@
 #include <limits>
 
 #include "core/math/real_functions.h"
-#include "core/math/rotations.h"
-#include "core/robot/arm.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/tcp_servo.h"
 
@@ -20,7 +18,6 @@ constexpr double kTopSpeed = 0.033;     // m per control step that the hand can 
 constexpr double kReactionSteps = 2;    // until the hand is up to speed
 constexpr double kFarthest = 0.76;      // m from the axis of the robot's base
 constexpr double kStretched = 0.82;     // m, likewise: farther away the arm is out of control
-constexpr double kRotationScale = 0.1;  // rad, full scale of the action
 constexpr double kTrackingGain = 0.45;  // share of the error that a step removes
 
 // Half the size of the closed fingertips along the ball's path, m.
@@ -80,29 +77,6 @@ bool comes_within_reach(const Vector& ball, const Vector& velocity, const Vector
 
 // --- blocking a fast ball ---
 
-// Writes an action that brings the TCP to a pose by an even motion of all joints, at the speed that
-// pd_joint_delta_pos allows: the way is not straight, but quick.
-void swing_tcp(const Bindings& engine, int env, const Vector& goal,
-               const Eigen::Quaterniond& orientation, double gripper, float* action) {
-  constexpr double kGain = 1.6;
-  constexpr double kMostStep = 0.1;  // rad
-  const State& state = *engine.state;
-  const double* qpos = state.qpos.row(env);
-  ArmVector joints;
-  engine.arm->inverse({goal, orientation}, qpos, joints);  // as far as it came, on failure
-  const ArmVector step = kGain * (joints - Eigen::Map<const ArmVector>(qpos));
-  ArmJacobian jacobian;
-  engine.arm->forward(qpos, jacobian);
-  const Vector6 twist = jacobian * step / std::max(1.0, step.cwiseAbs().maxCoeff() / kMostStep);
-  const double largest = std::max({twist.head<3>().cwiseAbs().maxCoeff() / kTranslationScale,
-                                   twist.tail<3>().norm() / kRotationScale, 1.0});
-  for (int i = 0; i < 3; ++i) {
-    action[i] = static_cast<float>(twist[i] / (largest * kTranslationScale));
-    action[3 + i] = static_cast<float>(-twist[3 + i] / (largest * kRotationScale));
-  }
-  action[6] = static_cast<float>(gripper);
-}
-
 // Control steps that joint steps of 0.1 rad take from the start pose to a point on the table: elbow
 // and wrist fold for points that are near, and stretch for those that are far; the wrist turns back
 // what the base turns.
@@ -149,8 +123,8 @@ bool stop_ball(const Bindings& engine, int env, const BallParams& params, const 
   const Vector offset = ball - tcp;
   if (velocity.norm() > params.fastest_followed) {
     if (offset.y() > 0) return false;  // it has passed
-    swing_tcp(engine, env, blocking_point(state, env, ball, velocity, sizes), tool_down(0),
-              kGripperClosed, action);
+    swing_tcp(state, *engine.arm, env, blocking_point(state, env, ball, velocity, sizes),
+              tool_down(0), kGripperClosed, action);
     return true;
   }
   // The fingers go up beside the ball before they open and come down around it.

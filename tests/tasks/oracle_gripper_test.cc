@@ -90,7 +90,11 @@ TEST_CASE("While it waits the oracle holds its gripper as the demonstrations do"
   for (const Habit& habit : kHabits) {
     const std::vector<std::string> ids = test::implemented_ids(habit.family);
     REQUIRE_FALSE(ids.empty());
-    for (const std::string& id : ids) check_habit(habit, id);
+    for (const std::string& id : ids) {
+      // The RL tasks of the colours lower the hand meanwhile (tests/tasks/colors).
+      const bool lowers = require_entry(id).split == Split::kRl && id.find("OfColors") < id.size();
+      if (!lowers) check_habit(habit, id);
+    }
   }
 }
 

@@ -170,20 +170,20 @@ class MovedMug : public Judge {
 
 // --- colours, blinks ---
 
-// The right cubes, and no others, were touched before the button was pressed.
+// The right cubes, and no others, were touched within that of their touch points.
 class TouchedColors : public Judge {
  public:
-  TouchedColors(Timing timing, bool ordered) : timing_(timing), ordered_(ordered) {}
-  bool holds(const Spectator& scene) override {
-    const bool action = scene.elapsed() >= timing_.begin;
-    if (!action) return false;
-    double displacement = 0;
+  TouchedColors(Timing timing, bool ordered, double radius)
+      : timing_(timing), ordered_(ordered), radius_(radius) {}
+  bool holds(const Spectator& scene) override { return touched_right(scene) && scene.still(); }
+
+ protected:
+  // Notes the touches of a step; whether those so far are the right ones.
+  bool touched_right(const Spectator& scene) {
+    if (scene.elapsed() < timing_.begin) return false;
     int near = -1;
-    double nearest = 0.05;
+    double nearest = radius_;
     for (const int cube : scene.props("cube_")) {
-      if (scene.elapsed() == timing_.begin) start_.push_back(scene.pos(cube));
-      displacement = std::max(displacement,
-                              horizontal(scene.pos(cube), start_[static_cast<std::size_t>(cube)]));
       const double distance = (scene.tcp() - scene.pos(cube) - Point(0, 0, 0.025)).norm();
       if (distance < nearest) {
         nearest = distance;
@@ -201,18 +201,38 @@ class TouchedColors : public Judge {
         order_.front() = near;
       }
     }
-    const bool right = touched_ == std::set<int>(wanted.begin(), wanted.end()) &&
-                       (!ordered_ || order_ == wanted) && displacement <= 0.06;
+    return touched_ == std::set<int>(wanted.begin(), wanted.end()) &&
+           (!ordered_ || order_ == wanted);
+  }
+
+  Timing timing_;
+
+ private:
+  bool ordered_;
+  double radius_;  // m
+  std::set<int> touched_;
+  std::vector<int> order_;
+};
+
+// They were, and then the button was pressed, while no cube was far from where it appeared.
+class TouchedColorsAndButton : public TouchedColors {
+ public:
+  using TouchedColors::TouchedColors;
+  bool holds(const Spectator& scene) override {
+    if (scene.elapsed() < timing_.begin) return false;
+    double displacement = 0;
+    for (const int cube : scene.props("cube_")) {
+      if (scene.elapsed() == timing_.begin) start_.push_back(scene.pos(cube));
+      displacement = std::max(displacement,
+                              horizontal(scene.pos(cube), start_[static_cast<std::size_t>(cube)]));
+    }
+    const bool right = touched_right(scene) && displacement <= 0.06;
     presses_.update(scene, "center_button_cap", 0.065, true, right);
     return right && presses_.complete > 0 && scene.still();
   }
 
  private:
-  Timing timing_;
-  bool ordered_;
   std::vector<Point> start_;
-  std::set<int> touched_;
-  std::vector<int> order_;
   LiftedPresses presses_;
 };
 
@@ -439,6 +459,8 @@ class BatteriesFound : public Judge {
 
 // The judge of a family's RL tasks, where they have other conditions; nullptr otherwise.
 inline std::unique_ptr<Judge> make_rl_judge(std::string_view family, Timing timing) {
+  if (family == "ChainOfColors") return std::make_unique<TouchedColors>(timing, true, 0.02);
+  if (family.ends_with("OfColors")) return std::make_unique<TouchedColors>(timing, false, 0.02);
   if (family == "ShellGameTouch") return std::make_unique<TouchedMug>(timing, 1e3);
   if (family.starts_with("ShellGame")) return std::make_unique<MovedMug>(timing);
   return nullptr;
@@ -459,9 +481,9 @@ inline std::unique_ptr<Judge> make_judge(std::string_view family, Timing timing,
     return std::make_unique<MovedBall>(timing, Point(0, 0, 0.125), 0.05, 0.2);
   }
   if (is("ShellGame")) return std::make_unique<TouchedMug>(timing);
-  if (is("ChainOfColors")) return std::make_unique<TouchedColors>(timing, true);
+  if (is("ChainOfColors")) return std::make_unique<TouchedColorsAndButton>(timing, true, 0.05);
   if (is("BunchOfColors") || is("SeqOfColors")) {
-    return std::make_unique<TouchedColors>(timing, false);
+    return std::make_unique<TouchedColorsAndButton>(timing, false, 0.05);
   }
   if (is("BlinkCount")) return std::make_unique<CountedBlinks>();
   if (is("InterceptGrab")) return std::make_unique<BallGrasped>();

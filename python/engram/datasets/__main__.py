@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import importlib
 import json
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from engram import load_tasks
 from engram._distribution import install_command
-from engram.datasets import checks, collected, lerobot_options
+from engram.datasets import additions, checks, collected, lerobot_options
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import find_metadata
 from engram.datasets.spaces import ANGLES
+
+_FORMATS = ("rlds", "lerobot", "hdf5")  # that demonstrations are converted to
+_LEROBOT_OPTIONS = dataclasses.fields(lerobot_options.Options)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -30,8 +35,9 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"engram.datasets: {DatasetError(str(error))}", file=sys.stderr)
         return 1
     except ModuleNotFoundError as error:
+        extra = "hdf5" if error.name == "h5py" else "datasets"
         print(
-            f"engram.datasets: {error}; `{install_command('datasets')}` brings it",
+            f"engram.datasets: {error}; `{install_command(extra)}` brings it",
             file=sys.stderr,
         )
         return 1
@@ -66,21 +72,24 @@ def _parser() -> argparse.ArgumentParser:
         command.set_defaults(run=run, run_all=_run_folders)
         return command
 
-    rlds = add("rlds", "Writes OUT/data_rlds/<id>/1.0.0, for tensorflow_datasets", _rlds)
-    lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset", _lerobot)
-    for command in (rlds, lerobot):
+    rlds = add("rlds", "Writes OUT/data_rlds/<id>/1.0.0, for tensorflow_datasets", _convert("rlds"))
+    lerobot = add("lerobot", "Writes OUT/data_lerobot/<id>, a LeRobotDataset", _convert("lerobot"))
+    hdf5 = add("hdf5", "Writes OUT/data_hdf5/<id>, as robomimic reads it", _convert("hdf5"))
+    for command in (rlds, lerobot, hdf5):
         command.add_argument("--out", type=_folder, help="default: FOLDER")
-        _add_labels(command)
+        _add_additions(command)
     _add_jobs(rlds)
+    _add_jobs(hdf5)
     _add_lerobot_options(lerobot)
 
-    words = "Writes OUT/data_lerobot/<id> while `engram collect` plays, without NPZ between"
+    words = "Writes OUT/data_<format>/<id> while `engram collect` plays, without NPZ between"
     collect = commands.add_parser("collect", help=words, description=words)
+    collect.add_argument("--format", choices=_FORMATS, required=True)
     collect.add_argument("ids", nargs="+", metavar="ID")
     collect.add_argument("--out", type=_folder, required=True)
     collect.add_argument("--json", action="store_true")
     collected.add_arguments(collect)
-    _add_labels(collect)
+    _add_additions(collect)
     _add_lerobot_options(collect)
     collect.set_defaults(run_all=_collect)
 
@@ -95,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="file of tasks of your own that the demonstrations are of (repeatable)",
     )
-    replay.add_argument("--format", choices=("npz", "rlds", "lerobot"), default="npz")
+    replay.add_argument("--format", choices=("npz", *_FORMATS), default="npz")
     replay.add_argument(
         "--episodes",
         type=_whole(1, checks.MAX_EPISODES),
@@ -113,7 +122,11 @@ def _add_jobs(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_labels(command: argparse.ArgumentParser) -> None:
+def _add_additions(command: argparse.ArgumentParser) -> None:
+    for name in additions.MAPS:
+        command.add_argument(
+            f"--{name}", action="store_true", help=f"also the {name} of `engram collect --{name}`"
+        )
     command.add_argument(
         "--labels",
         action="store_true",
@@ -190,44 +203,48 @@ def _run_folders(options) -> list[dict]:
     return [options.run(folder, options) for folder in folders]
 
 
-def _rlds(folder, options) -> dict:
-    from engram.datasets import rlds
-
-    with _Progress(folder) as progress:
-        path = rlds.convert(
-            folder, options.out or options.folder, options.jobs, progress, labels=options.labels
-        )
-    return _result(folder, path, "rlds")
-
-
-def _lerobot_options(given) -> dict:
-    names = [field.name for field in dataclasses.fields(lerobot_options.Options)]
-    return {name: getattr(given, name) for name in names}
+def _format_options(name: str, given) -> dict[str, Any]:
+    """The options of a format among those that are given."""
+    if name == "lerobot":
+        return {field.name: getattr(given, field.name) for field in _LEROBOT_OPTIONS}
+    return {addition: getattr(given, addition) for addition in additions.ADDITIONS}
 
 
 def _collect(given) -> list[dict]:
     """Tasks that are there already, from the same collection, are left as they are."""
-    from engram.datasets import lerobot
-
+    writer = _module(given.format)
+    options = _format_options(given.format, given)
     results = []
     for env_id in given.ids:
         episodes = collected.collect(given, env_id)
-        if lerobot.is_written(episodes, given.out, lerobot.Options(**_lerobot_options(given))):
+        if writer.is_written(episodes, given.out, **options):
             print(f"{env_id}: there already", file=sys.stderr)
             continue
         with episodes, _Progress(episodes) as progress:
-            path = lerobot.convert(episodes, given.out, progress, **_lerobot_options(given))
-        results.append(_result(episodes, path, "lerobot"))
+            path = writer.convert(episodes, given.out, progress=progress, **options)
+        results.append(_result(episodes, path, given.format))
     return results
 
 
-def _lerobot(folder, given) -> dict:
-    from engram.datasets import lerobot
+def _convert(name: str) -> Callable[..., dict]:
+    """The command that converts to a format."""
 
-    chosen = _lerobot_options(given)
-    with _Progress(folder) as progress:
-        path = lerobot.convert(folder, given.out or given.folder, progress, **chosen)
-    return _result(folder, path, "lerobot")
+    def convert(folder, given) -> dict:
+        options = _format_options(name, given)
+        if name != "lerobot":
+            options["jobs"] = given.jobs
+        with _Progress(folder) as progress:
+            path = _module(name).convert(
+                folder, given.out or given.folder, progress=progress, **options
+            )
+        return _result(folder, path, name)
+
+    return convert
+
+
+def _module(name: str) -> Any:
+    """What writes a format; it imports libraries."""
+    return importlib.import_module(f"engram.datasets.{name}")
 
 
 def _replay(folder, options) -> dict:

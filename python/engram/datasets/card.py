@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+from engram.datasets.additions import ADDITIONS, DEPTH, SEGMENTATION
 from engram.datasets.checks import printable
 from engram.datasets.episodes import DemonstrationFolder
 
@@ -143,8 +144,7 @@ def collect_command(folder: DemonstrationFolder) -> str:
             words += [option, str(origin[name])]
     if folder.spaces.joint_proprio:
         words.append("--joint-proprio")
-    if origin.get("labels") is not None:
-        words.append("--labels")
+    words += [f"--{name}" for name in ADDITIONS if name in folder.additions]
     if origin.get("keep_failures"):
         words.append("--keep-failures")
     variant = origin.get("variant")
@@ -155,6 +155,21 @@ def collect_command(folder: DemonstrationFolder) -> str:
     for axis, level in perturbations.items() if isinstance(perturbations, dict) else ():
         words += ["--perturb", f"{axis}={json.dumps(level)}"]
     return printable(shlex.join([*words, "--out", "data"]))
+
+
+def map_notes(
+    added: Collection[str], keys: str, names: str, stored: str = "PNG of 16 bits"
+) -> list[str]:
+    """What is said of depth and segmentation, by the form of their keys and the place of names."""
+    meanings = {
+        DEPTH: "distance along the camera's axis in mm, 0 where nothing is",
+        SEGMENTATION: f"what the camera sees, an index into the names in {names}",
+    }
+    return [
+        f"{keys.replace('{}', name)}: {meaning}; {stored}, lossless."
+        for name, meaning in meanings.items()
+        if name in added
+    ]
 
 
 def _cell(value: str) -> str:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import itertools
 import struct
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
-from engram.datasets import checks
+from engram.datasets import additions, checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import Episode, read_metadata
 from engram.datasets.spaces import Spaces
@@ -26,7 +27,7 @@ class CollectedEpisodes:
         words: Options of ``engram collect``.
         episodes: How many are collected.
         spaces: Those that the options ask for.
-        labelled: Whether they ask for labels.
+        additions: What they ask for beside colours, proprio and actions.
         keeps_failures: Whether they keep episodes that fail.
 
     ``metadata`` and ``metadata_bytes`` are there after the last episode. For use with ``with``: at
@@ -43,13 +44,13 @@ class CollectedEpisodes:
         words: list[str],
         episodes: int,
         spaces: Spaces,
-        labelled: bool = False,
+        additions: frozenset[str] = frozenset(),
         keeps_failures: bool = False,
     ) -> None:
         self.env_id = env_id
         self.spaces = spaces
         self.words = words
-        self.labelled = labelled
+        self.additions = additions
         self.keeps_failures = keeps_failures
         self._episodes = episodes
         self._ahead: list[Episode] = []  # read, but not given out yet
@@ -76,8 +77,8 @@ class CollectedEpisodes:
         self._ahead += itertools.islice(self._unread, max(more, 0))
         return self._ahead[index]
 
-    def require_labels(self) -> None:
-        """Nothing to refuse: they are collected where they are asked for."""
+    def require(self, asked: Collection[str]) -> None:
+        """Nothing to refuse: additions are collected where they are asked for."""
 
     def __iter__(self) -> Iterator[Episode]:
         while self._ahead:
@@ -85,9 +86,21 @@ class CollectedEpisodes:
         yield from self._unread
         self._finish()
 
+    def loaders(self) -> Iterator[Callable[[], Episode]]:
+        """Functions that read the episodes, for threads."""
+        yield from self._read_blocks()
+        self._finish()
+
     def _read_episodes(self) -> Iterator[Episode]:
+        for load in self._read_blocks():
+            yield load()
+
+    def _read_blocks(self) -> Iterator[Callable[[], Episode]]:
         while block := self._block():
-            yield Episode.load(io.BytesIO(block), self.spaces, self.labelled)
+            yield functools.partial(self._load, block)
+
+    def _load(self, block: bytes) -> Episode:
+        return Episode.load(io.BytesIO(block), self.spaces, self.additions)
 
     def _finish(self) -> None:
         self.metadata_bytes = self._block()
@@ -124,7 +137,9 @@ def collect(options: Any, env_id: str) -> CollectedEpisodes:
     checks.env_id("env_id", env_id)
     spaces = Spaces(options.control_mode, options.joint_proprio)
     words = ["--episodes", str(options.episodes), "--control-mode", options.control_mode]
-    words += ["--joint-proprio"] * options.joint_proprio + ["--labels"] * options.labels
+    words += ["--joint-proprio"] * options.joint_proprio
+    asked = [name for name in additions.ADDITIONS if getattr(options, name)]
+    words += [f"--{name}" for name in asked]
     words += ["--keep-failures"] * options.keep_failures + options.words
     return CollectedEpisodes(
         options.command,
@@ -132,6 +147,6 @@ def collect(options: Any, env_id: str) -> CollectedEpisodes:
         words,
         options.episodes,
         spaces,
-        options.labels,
+        frozenset(asked),
         options.keep_failures,
     )

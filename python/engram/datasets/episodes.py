@@ -7,9 +7,10 @@ sizes before memory is allocated, values before they are written.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
@@ -17,10 +18,10 @@ import numpy as np
 
 import engram
 from engram._io import documents
-from engram.datasets import checks, labels
+from engram.datasets import additions, checks, labels
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.labels import Labels
-from engram.datasets.npz_arrays import read_array
+from engram.datasets.npz_arrays import ANY, read_array
 from engram.datasets.spaces import Spaces
 
 _LARGEST_METADATA = 256 << 20  # bytes
@@ -41,7 +42,11 @@ class Episode:
     success_once: bool
     episode_length: int
     episode_seed: int
+    # Additions, of folders that have them:
     labels: Labels | None = None
+    depth: np.ndarray | None = None  # (T, H, W, 2) uint16: mm, of both cameras
+    segmentation: np.ndarray | None = None  # the same: indices into segmentation_names
+    segmentation_names: list[str] | None = None
 
     def __len__(self) -> int:
         return self.episode_length
@@ -56,11 +61,21 @@ class Episode:
         """The wrist camera, (T, H, W, 3)."""
         return self.rgb[..., 3:]
 
+    def maps(self, names: Collection[str]) -> dict[str, np.ndarray]:
+        """Depth and segmentation, those that are among the names."""
+        return {name: getattr(self, name) for name in additions.MAPS if name in names}
+
     @classmethod
     def load(
-        cls, path: Path | str | IO[bytes], spaces: Spaces = BENCHMARK, labelled: bool = False
+        cls,
+        path: Path | str | IO[bytes],
+        spaces: Spaces = BENCHMARK,
+        present: Collection[str] = (),
     ) -> Episode:
-        """Reads one file; raises DatasetError if it is damaged or no demonstration."""
+        """Reads one file; raises DatasetError if it is damaged or no demonstration.
+
+        present: the additions that are in it.
+        """
         with reading(path), zipfile.ZipFile(path) as archive:
             steps = _length(archive)
             values: dict[str, Any] = {
@@ -71,7 +86,7 @@ class Episode:
             }
             for name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
                 values[name] = values[name].item()
-            episode = cls(**values, labels=labels.load(archive, steps) if labelled else None)
+            episode = cls(**values, **_additions(archive, steps, present))
             _check_values(episode, spaces)
             return episode
 
@@ -89,6 +104,21 @@ FIELDS: dict[str, type | None] = {
     "episode_length": np.int32,
     "episode_seed": np.int64,
 }
+
+
+def _additions(archive: zipfile.ZipFile, steps: int, present: Collection[str]) -> dict[str, Any]:
+    values: dict[str, Any] = {
+        name: read_array(archive, name, additions.MAP_TYPE, (steps, *additions.MAPS_SHAPE))
+        for name in additions.MAPS
+        if name in present
+    }
+    if additions.SEGMENTATION in present:
+        names = read_array(archive, additions.SEGMENT_NAMES, None, (ANY,)).tolist()
+        additions.check_segments(names, values[additions.SEGMENTATION])
+        values[additions.SEGMENT_NAMES] = names
+    if additions.LABELS in present:
+        values[additions.LABELS] = labels.load(archive, steps)
+    return values
 
 
 def _shape(name: str, steps: int, spaces: Spaces) -> tuple[int, ...]:
@@ -132,7 +162,7 @@ class Metadata:
             self.metadata = read_metadata(self.metadata_bytes)
             self.spaces = Spaces.of_metadata(self.metadata)
             origin = self.metadata.get("engram", {})
-            self.labelled = origin.get("labels") is not None
+            self.additions = additions.of_metadata(origin)
             self.keeps_failures = origin.get("keep_failures") is True
         self.env_id: str = self.metadata["env_id"]
 
@@ -159,12 +189,13 @@ class DemonstrationFolder(Metadata, Sequence):
                     f"'{self.files[-1]}' is missing; metadata.json has {count} episodes"
                 )
 
-    def require_labels(self) -> None:
-        """Refuses demonstrations without labels."""
-        if not self.labelled:
-            raise DatasetError(
-                f"labels: '{self.path}' has none; `engram collect --labels` writes them"
-            )
+    def require(self, asked: Collection[str]) -> None:
+        """Refuses demonstrations that lack one of these additions."""
+        additions.require(self.path, self.additions, asked)
+
+    def loaders(self) -> Iterator[Callable[[], Episode]]:
+        """Functions that read the episodes, for threads."""
+        return (functools.partial(self._load, index) for index in range(len(self)))
 
     def __getitem__(self, index):
         if isinstance(index, slice):
@@ -175,7 +206,7 @@ class DemonstrationFolder(Metadata, Sequence):
         return map(self._load, range(len(self)))
 
     def _load(self, index: int) -> Episode:
-        episode = Episode.load(self.files[index], self.spaces, self.labelled)
+        episode = Episode.load(self.files[index], self.spaces, self.additions)
         for name, value in (("length", len(episode)), ("seed", episode.episode_seed)):
             listed = self.metadata[f"episode_{name}s"][index]
             if value != listed:
@@ -254,9 +285,11 @@ def find_folders(root: Path | str, ids: Sequence[str] = ()) -> list[Demonstratio
 RLDS_FOLDER, RLDS_VERSION = "data_rlds", "1.0.0"
 LEROBOT_FOLDER = "data_lerobot"
 LEROBOT_METADATA = "source_rlds_metadata.json"
+HDF5_FOLDER, HDF5_FILE, HDF5_METADATA = "data_hdf5", "demonstrations.hdf5", "metadata.json"
 _CONVERTED = {
     "rlds": (RLDS_FOLDER, Path(RLDS_VERSION) / "metadata.json"),
     "lerobot": (LEROBOT_FOLDER, Path(LEROBOT_METADATA)),
+    "hdf5": (HDF5_FOLDER, Path(HDF5_METADATA)),
 }
 
 

@@ -45,11 +45,20 @@ def floored(stats: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def of_images(images: np.ndarray) -> dict[str, np.ndarray]:
     """Statistics of images, (T, H, W, 3) bytes: values of 0 to 1 per channel, shaped (3, 1, 1)."""
+    return _of_channels(images, np.arange(256) / 255)
+
+
+def of_maps(maps: np.ndarray) -> dict[str, np.ndarray]:
+    """The same of depth or segmentation, (T, H, W): the numbers as they are, shaped (1, 1, 1)."""
+    return _of_channels(maps[..., None], np.arange(int(maps.max()) + 1, dtype=np.float64))
+
+
+def _of_channels(images: np.ndarray, levels: np.ndarray) -> dict[str, np.ndarray]:
+    """levels: what the pixels' numbers, from 0 on, stand for."""
     chosen = np.unique(np.linspace(0, len(images) - 1, _MAX_IMAGES).round().astype(int))
-    levels = np.arange(256) / 255
     channels = []
-    for channel in range(3):
-        counts = np.bincount(images[chosen, ..., channel].ravel(), minlength=256)
+    for channel in range(images.shape[-1]):
+        counts = np.bincount(images[chosen, ..., channel].ravel(), minlength=len(levels))
         share = counts / counts.sum()
         present = np.flatnonzero(counts)
         mean = share @ levels
@@ -61,11 +70,11 @@ def of_images(images: np.ndarray) -> dict[str, np.ndarray]:
             "std": np.sqrt(share @ (levels - mean) ** 2),
         }
         stats |= {
-            name: levels[min(255, int(np.searchsorted(cumulated, q)))]
+            name: levels[min(len(levels) - 1, int(np.searchsorted(cumulated, q)))]
             for name, q in _QUANTILES.items()
         }
         channels.append(stats)
-    stats = {name: np.array([s[name] for s in channels]).reshape(3, 1, 1) for name in channels[0]}
+    stats = {name: np.array([s[name] for s in channels]).reshape(-1, 1, 1) for name in channels[0]}
     return stats | {"count": np.array([len(chosen)])}
 
 

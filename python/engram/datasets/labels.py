@@ -89,6 +89,15 @@ class Labels:
         names = [*self.object_names, ""]
         return [names[index] for index in self.steps["object_index"]]
 
+    def step_texts(self) -> dict[str, list[str]]:
+        """What is said at every step."""
+        return {
+            "subtask": self.subtasks(),
+            "plan": self.plans(),
+            "memory": self.memories(),
+            "object": self.objects(),
+        }
+
     def _indices(self) -> list[tuple[int, int]]:
         return list(enumerate(self.steps["subtask_index"].tolist()))
 

@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 from engram.datasets import checks
+from engram.datasets.additions import ADDITIONS
 from engram.datasets.checks import DatasetError
 from engram.datasets.spaces import ANGLES
 
@@ -28,6 +29,8 @@ class Options:
         angles: "continuous", or as the "benchmark" has them.
         modality: "gr00t" adds what Isaac-GR00T reads, to version 2.1.
         labels: Adds the demonstrations' labels, which are privileged.
+        depth: Adds depth, as images whatever ``frames`` is.
+        segmentation: The same for segmentation.
     """
 
     version: str = "3.0"
@@ -37,6 +40,8 @@ class Options:
     angles: str = ANGLES[0]
     modality: str | None = None
     labels: bool = False
+    depth: bool = False
+    segmentation: bool = False
 
     def __post_init__(self) -> None:
         _one_of("version", self.version, VERSIONS)
@@ -52,6 +57,11 @@ class Options:
                 raise DatasetError(
                     f"{name}: {given!r} given with modality {self.modality}; {needed!r} needed"
                 )
+
+    @property
+    def additions(self) -> tuple[str, ...]:
+        """Names of what is added."""
+        return tuple(name for name in ADDITIONS if getattr(self, name))
 
     @property
     def encoder(self) -> str:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from engram.datasets import checks
+from engram.datasets import additions, checks
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.episodes import RLDS_FOLDER, DemonstrationFolder, Metadata
 from engram.datasets.spaces import Spaces
-from engram.datasets.stored import StoredEpisode, pictures
+from engram.datasets.stored import StoredEpisode, maps, pictures
 
 
 def _from_npz(folder: DemonstrationFolder, _: Path) -> Iterator[StoredEpisode]:
@@ -26,6 +26,8 @@ def _from_npz(folder: DemonstrationFolder, _: Path) -> Iterator[StoredEpisode]:
             episode.rgb,
             episode.reward,
             episode.success,
+            episode.depth,
+            episode.segmentation,
         )
 
 
@@ -52,6 +54,13 @@ def _rlds_episode(fields: dict[str, list], spaces: Spaces) -> StoredEpisode:
     if any(len(files) != len(action) for files in cameras):
         raise DatasetError(f"pictures of {[len(c) for c in cameras]} and {len(action)} steps")
     checks.whole_number("steps", len(action), 1, checks.MAX_STEPS)
+    found = {
+        name: np.stack(
+            [maps(fields[f"steps/observation/{key}"]) for key in additions.map_keys(name)], axis=-1
+        )
+        for name in additions.MAPS
+        if f"steps/observation/{name}" in fields
+    }
     return StoredEpisode(
         spaces,
         fields["episode_metadata/episode_seed"][0],
@@ -60,6 +69,7 @@ def _rlds_episode(fields: dict[str, list], spaces: Spaces) -> StoredEpisode:
         fields["steps/language_instruction"][0].decode(),
         np.concatenate([pictures(files) for files in cameras], axis=-1),
         _floats(fields["steps/reward"], -1),
+        **found,
     )
 
 
@@ -69,8 +79,15 @@ def _from_lerobot(folder: DemonstrationFolder, root: Path) -> Iterator[StoredEpi
     return reader.read(folder, root)
 
 
+def _from_hdf5(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
+    from engram.datasets import hdf5_reader
+
+    return hdf5_reader.read(folder, root)
+
+
 READERS: dict[str, Callable[[Any, Path], Iterator[StoredEpisode]]] = {
     "npz": _from_npz,
     "rlds": _from_rlds,
     "lerobot": _from_lerobot,
+    "hdf5": _from_hdf5,
 }

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from engram.datasets import checks
+from engram.datasets import additions, checks
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import Metadata, no_progress
 from engram.datasets.readers import READERS
@@ -26,8 +26,8 @@ from engram.datasets.work import in_order
 def differences(env, episode: StoredEpisode, succeeds: bool = True) -> list[str]:
     """Plays one episode; returns what is not the same bit for bit, the first step of each field.
 
-    env: an `engram.Env` of the episode's task with obs_mode "rgb". succeeds: whether the episode
-    ends with success.
+    env: an `engram.Env` of the episode's task with the obs_mode of what is stored. succeeds:
+    whether the episode ends with success.
     """
     observation, _ = env.reset(seed=episode.seed)
     found: dict[str, str] = {}
@@ -35,6 +35,8 @@ def differences(env, episode: StoredEpisode, succeeds: bool = True) -> list[str]
     def check(field: str, step: int, shown, stored) -> None:
         if stored is None or field in found:
             return
+        if shown is None:
+            raise DatasetError(f"{field}: stored, but not listed in the metadata")
         shown = np.asarray(shown, stored.dtype)
         if shown.tobytes() != np.ascontiguousarray(stored[step]).tobytes():
             found[field] = f"{field} of step {step}"
@@ -43,6 +45,8 @@ def differences(env, episode: StoredEpisode, succeeds: bool = True) -> list[str]
         found["language_instruction"] = "language_instruction"
     for step, action in enumerate(episode.action):
         check("rgb", step, observation["rgb"], episode.rgb)
+        check("depth", step, observation.get("depth"), episode.depth)
+        check("segmentation", step, observation.get("segmentation"), episode.segmentation)
         proprio = episode.spaces.proprio(observation["proprio"], episode.angles)
         check("proprio", step, proprio, episode.proprio)
         observation, reward, _, _, info = env.step(action)
@@ -140,9 +144,10 @@ def _environment(folder: Metadata):
         options["constants"] = variant.get("constants")
     if made_how.get("perturbations"):
         options["perturb"] = made_how["perturbations"]
+    maps = [name for name in additions.MAPS if name in folder.additions]
     return engram.make(
         folder.env_id,
-        obs_mode="rgb",
+        obs_mode="+".join(["rgb", *maps]),
         renderer=made_how.get("renderer", "cpu"),
         rules=made_how.get("rules", "reference"),
         **options,

@@ -6,12 +6,17 @@ steps. Images are PNG, so that nothing is lost.
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import json
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
+from typing import Any, BinaryIO
 
-from engram.datasets import card, checks, tf_example
+import numpy as np
+
+from engram.datasets import additions, card, checks, source, tf_example
+from engram.datasets.collected import CollectedEpisodes
 from engram.datasets.episodes import (
     RLDS_FOLDER,
     RLDS_VERSION,
@@ -26,69 +31,92 @@ from engram.datasets.work import in_order, pngs
 NAME = "mikasa_dataset"
 VERSION = RLDS_VERSION
 SPLIT = "train"
-SHARD_BYTES = 256 << 20  # of .npz files that go into one shard, about
+SHARD_BYTES = 256 << 20  # after which the next shard begins
 
 
 def convert(
-    folder: DemonstrationFolder,
+    folder: DemonstrationFolder | CollectedEpisodes,
     root: Path | str,
     jobs: int = 0,
     progress: Callable[[int, int], None] = no_progress,
     *,
     labels: bool = False,
+    depth: bool = False,
+    segmentation: bool = False,
 ) -> Path:
     """Writes <root>/data_rlds/<id>/1.0.0 and returns its path.
 
     The folder appears when it is complete; one that was written here before is replaced. jobs:
     threads that encode, 0 for one per core; progress is called with the episodes done and all of
-    them; labels: adds those of the demonstrations, which are privileged. Raises DatasetError, and
-    leaves everything as it was, if an episode is damaged.
+    them; labels: adds those of the demonstrations, which are privileged; depth, segmentation: add
+    these pictures. Raises DatasetError, and leaves everything as it was, if an episode is damaged.
     """
     checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)
-    if labels:
-        folder.require_labels()
-    lengths = _shard_lengths(folder)
+    added = additions.chosen(labels=labels, depth=depth, segmentation=segmentation)
+    folder.require(added)
     place = (RLDS_FOLDER, folder.env_id, VERSION)
+    instructions: set[str] = set()
+    segments = additions.SegmentNames()
     with new_folder(root, *place) as path:
-        instructions: set[str] = set()
-
-        def record_of(index: int) -> bytes:
-            episode = folder[index]
-            instructions.add(episode.language_instruction)
-            return serialize(episode, folder.env_id, labels)
-
-        records = in_order(record_of, range(len(folder)), jobs)
-        payload_bytes = 0
-        done = 0
-        for shard, length in enumerate(lengths):
-            name = f"{NAME}-{SPLIT}.tfrecord-{shard:05d}-of-{len(lengths):05d}"
-            with open(path / name, "wb") as file:
-                for _ in range(length):
-                    record = next(records)
-                    tf_example.write_record(file, record)
-                    payload_bytes += len(record)
-                    done += 1
-                    progress(done, len(folder))
-        described = features(folder.spaces, folder[0].labels if labels else None)
+        with (
+            _Shards(path) as shards,
+            contextlib.closing(
+                in_order(lambda load: _record(load(), folder.env_id, added), folder.loaders(), jobs)
+            ) as records,
+        ):
+            for done, (record, episode) in enumerate(records, 1):
+                shards.add(record)
+                instructions.add(episode.language_instruction)
+                if additions.SEGMENTATION in added:
+                    segments.add(episode.segmentation_names)
+                progress(done, len(folder))
+        described = features(folder.spaces, added, episode.labels if labels else None)
         _write_json(path / "features.json", described)
-        _write_json(path / "dataset_info.json", _dataset_info(lengths, payload_bytes))
+        _write_json(path / "dataset_info.json", _dataset_info(shards.lengths, shards.bytes))
+        _write_json(path / source.NAME, _source(folder, added))
         (path / "metadata.json").write_bytes(folder.metadata_bytes)
-        (path / "README.md").write_text(_card(folder, sorted(instructions), labels))
+        (path / "README.md").write_text(_card(folder, sorted(instructions), added))
     return Path(root).joinpath(*place)
 
 
-def _shard_lengths(folder: DemonstrationFolder) -> list[int]:
-    total = sum(file.stat().st_size for file in folder.files)
-    shards = min(len(folder), max(1, math.ceil(total / SHARD_BYTES)))
-    edges = [len(folder) * i // shards for i in range(shards + 1)]
-    return [end - begin for begin, end in zip(edges, edges[1:])]
+class _Shards:
+    """Files of records. Their names say how many there are, which is known at the end."""
+
+    def __init__(self, folder: Path):
+        self.bytes = 0
+        self.lengths: list[int] = []  # in records
+        self._folder = folder
+        self._file: BinaryIO | None = None
+
+    def __enter__(self) -> _Shards:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._file is not None:
+            self._file.close()
+        for shard in range(len(self.lengths)):
+            self._path(shard).rename(self._path(shard, len(self.lengths)))
+
+    def add(self, record: bytes) -> None:
+        if self._file is None or self._file.tell() >= SHARD_BYTES:
+            if self._file is not None:
+                self._file.close()
+            self._file = open(self._path(len(self.lengths)), "wb")  # noqa: SIM115 (__exit__)
+            self.lengths.append(0)
+        tf_example.write_record(self._file, record)
+        self.bytes += len(record)
+        self.lengths[-1] += 1
+
+    def _path(self, shard: int, shards: int | None = None) -> Path:
+        name = f"{NAME}-{SPLIT}.tfrecord-{shard:05d}"
+        return self._folder / (name if shards is None else f"{name}-of-{shards:05d}")
 
 
-def serialize(episode: Episode, env_id: str, labels: bool = False) -> bytes:
-    """One episode as a tf.train.Example."""
+def serialize(episode: Episode, env_id: str, added: Collection[str] = ()) -> bytes:
+    """One episode as a tf.train.Example, with these additions."""
     steps = len(episode)
     last = [0] * (steps - 1) + [1]
-    fields = {
+    fields: dict[str, Sequence[Any]] = {
         "steps/observation/image": pngs(episode.image),
         "steps/observation/wrist_image": pngs(episode.wrist_image),
         "steps/observation/proprio": episode.proprio.ravel().tolist(),
@@ -102,19 +130,47 @@ def serialize(episode: Episode, env_id: str, labels: bool = False) -> bytes:
         "episode_metadata/env_id": [env_id.encode()],
         "episode_metadata/episode_seed": [episode.episode_seed],
     }
-    if labels and episode.labels is not None:
+    for name, values in episode.maps(added).items():
+        for camera, key in enumerate(additions.map_keys(name)):
+            fields[f"steps/observation/{key}"] = pngs(values[..., camera])
+    if additions.SEGMENTATION in added and episode.segmentation_names is not None:
+        names = [name.encode() for name in episode.segmentation_names]
+        fields[f"episode_metadata/{additions.SEGMENT_NAMES}"] = names
+    if additions.LABELS in added and episode.labels is not None:
         fields |= label_values(episode.labels, episode.language_instruction)
     return tf_example.serialize_example(fields)
 
 
-def _card(folder: DemonstrationFolder, instructions: list[str], labels: bool) -> str:
+def _record(episode: Episode, env_id: str, added: Collection[str]) -> tuple[bytes, Episode]:
+    """The record, and the episode without its pictures, of which many would fill the memory."""
+    nothing = np.empty((0, *checks.PICTURE_SHAPE), np.uint8)
+    without = dataclasses.replace(episode, rgb=nothing, depth=None, segmentation=None)
+    return serialize(episode, env_id, added), without
+
+
+def _source(
+    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
+) -> dict[str, Any]:
+    return source.document(folder, {name: name in added for name in additions.ADDITIONS})
+
+
+def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
+    """True if the folder was written from the same collection; refuses another one."""
+    path = Path(root) / RLDS_FOLDER / folder.env_id / VERSION
+    return source.is_same(path, path / source.NAME, _source(folder, additions.chosen(**options)))
+
+
+def _card(
+    folder: DemonstrationFolder | CollectedEpisodes, instructions: list[str], added: Collection[str]
+) -> str:
     spaces = folder.spaces
     notes = [
         f"`steps/observation/proprio`, before the action: {', '.join(spaces.proprio_names)}"
         + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
         f"`steps/action`: {', '.join(spaces.action_names)}.",
     ]
-    if labels:
+    notes += card.map_notes(added, "`steps/observation/{}`, `wrist_{}`", "`episode_metadata`")
+    if additions.LABELS in added:
         notes.append(
             "**Labels are privileged**: `steps/privileged` tells what a policy has to find out. "
             "Train on it as a target, or for a teacher; a policy that is shown it is not to be "
@@ -125,7 +181,7 @@ def _card(folder: DemonstrationFolder, instructions: list[str], labels: bool) ->
         instructions,
         card.Card(
             layout="RLDS",
-            command=["rlds", "data", folder.env_id, *(["--labels"] if labels else [])],
+            command=["rlds", "data", folder.env_id, *(f"--{name}" for name in added)],
             tags=("RLDS", "engram", "mikasa-robo-vla"),
             data_files=None,
             facts={"pictures": "PNG (lossless) of 128 x 128, base and wrist camera"},

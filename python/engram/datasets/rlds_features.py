@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 
-from engram.datasets import checks
+from engram.datasets import additions, checks
 from engram.datasets.labels import STEP_FIELDS, Labels
 from engram.datasets.spaces import Spaces
 
 _DTYPES: dict[type, str] = {np.bool_: "bool", np.int32: "int32", np.float32: "float32"}
 
 
-def features(spaces: Spaces, labels: Labels | None) -> dict[str, Any]:
-    """The document; labels: those of an episode, if they are to be in the set."""
+def features(spaces: Spaces, added: Collection[str], labels: Labels | None) -> dict[str, Any]:
+    """The document; added: additions of the set; labels: those of an episode, if among them."""
+    maps = [name for name in additions.MAPS if name in added]
+    observation = {
+        "image": _image(),
+        "wrist_image": _image(),
+        **{key: _map() for name in maps for key in additions.map_keys(name)},
+        "proprio": _tensor("float32", len(spaces.proprio_names)),
+    }
     steps = {
-        "observation": _dict(
-            image=_image(),
-            wrist_image=_image(),
-            proprio=_tensor("float32", len(spaces.proprio_names)),
-        ),
+        "observation": _dict(**observation),
         "action": _tensor("float32", len(spaces.action_names)),
         "reward": _tensor("float32"),
         "discount": _tensor("float32"),
@@ -31,6 +34,8 @@ def features(spaces: Spaces, labels: Labels | None) -> dict[str, Any]:
         "language_instruction": _text(),
     }
     metadata = {"env_id": _text(), "episode_seed": _tensor("int64")}
+    if additions.SEGMENTATION in added:
+        metadata[additions.SEGMENT_NAMES] = _sequence(_text())
     if labels is not None:
         steps["privileged"] = _dict(**_label_features(labels))
         metadata["paraphrases"] = _sequence(_text())
@@ -48,16 +53,7 @@ def _label_features(labels: Labels) -> dict[str, Any]:
     numbers = {
         name: _tensor(_DTYPES[STEP_FIELDS[name][0]], *STEP_FIELDS[name][1]) for name in labels.steps
     }
-    return numbers | {name: _text() for name in _texts(labels)}
-
-
-def _texts(labels: Labels) -> dict[str, list[str]]:
-    return {
-        "subtask": labels.subtasks(),
-        "plan": labels.plans(),
-        "memory": labels.memories(),
-        "object": labels.objects(),
-    }
+    return numbers | {name: _text() for name in labels.step_texts()}
 
 
 def label_values(labels: Labels, instruction: str) -> dict[str, Sequence[Any]]:
@@ -66,7 +62,7 @@ def label_values(labels: Labels, instruction: str) -> dict[str, Sequence[Any]]:
     for name, array in labels.steps.items():
         numbers = array.astype(np.int64) if array.dtype == np.bool_ else array
         values[f"steps/privileged/{name}"] = numbers.ravel().tolist()
-    for name, texts in _texts(labels).items():
+    for name, texts in labels.step_texts().items():
         values[f"steps/privileged/{name}"] = [text.encode() for text in texts]
     wordings = dict.fromkeys([instruction, *labels.paraphrases])
     values["episode_metadata/paraphrases"] = [wording.encode() for wording in wordings]
@@ -86,14 +82,18 @@ def _tensor(dtype: str, *shape: int) -> dict:
     return _class(kind) | {"tensor": {"dtype": dtype, "encoding": "none", "shape": dimensions}}
 
 
-def _image() -> dict:
+def _image(dtype: str = "uint8", shape: Sequence[int] = checks.CAMERA_SHAPE) -> dict:
     return _class("image_feature.Image") | {
         "image": {
-            "dtype": "uint8",
+            "dtype": dtype,
             "encodingFormat": "png",
-            "shape": {"dimensions": [str(size) for size in checks.CAMERA_SHAPE]},
+            "shape": {"dimensions": [str(size) for size in shape]},
         }
     }
+
+
+def _map() -> dict:
+    return _image("uint16", additions.MAP_SHAPE)
 
 
 def _text() -> dict:

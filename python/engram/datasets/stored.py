@@ -8,6 +8,7 @@ import io
 import numpy as np
 
 from engram.datasets import checks
+from engram.datasets.additions import DEPTH, MAP_TYPE, MAPS_SHAPE, SEGMENTATION
 from engram.datasets.checks import DatasetError
 from engram.datasets.spaces import Spaces
 
@@ -24,6 +25,8 @@ class StoredEpisode:
     rgb: np.ndarray | None = None  # (T, H, W, 6)
     reward: np.ndarray | None = None  # (T,)
     success: np.ndarray | None = None  # (T,)
+    depth: np.ndarray | None = None  # (T, H, W, 2)
+    segmentation: np.ndarray | None = None  # (T, H, W, 2)
     angles: str = "benchmark"  # the form of those in proprio
 
     def __post_init__(self) -> None:
@@ -36,6 +39,8 @@ class StoredEpisode:
             ("rgb", (steps, *checks.PICTURE_SHAPE)),
             ("reward", (steps,)),
             ("success", (steps,)),
+            (DEPTH, (steps, *MAPS_SHAPE)),
+            (SEGMENTATION, (steps, *MAPS_SHAPE)),
         ):
             values = getattr(self, name)
             if values is not None and values.shape != shape:
@@ -45,13 +50,24 @@ class StoredEpisode:
 
 def pictures(encoded: list[bytes]) -> np.ndarray:
     """PNG files as (T, H, W, 3); their size is checked before they are unpacked."""
+    return _unpacked(encoded, checks.CAMERA_SHAPE, np.uint8, ("RGB",))
+
+
+def maps(encoded: list[bytes]) -> np.ndarray:
+    """PNG files of 16 bits, of depth or segmentation, as (T, H, W)."""
+    # Older versions of Pillow give them as 32 bits.
+    return _unpacked(encoded, MAPS_SHAPE[:2], MAP_TYPE, ("I;16", "I"))
+
+
+def _unpacked(
+    encoded: list[bytes], shape: tuple[int, ...], kind: type, modes: tuple[str, ...]
+) -> np.ndarray:
     from PIL import Image
 
-    height, width, channels = checks.CAMERA_SHAPE
-    pictures = np.empty((len(encoded), height, width, channels), np.uint8)
+    pictures = np.empty((len(encoded), *shape), kind)
     for picture, data in zip(pictures, encoded):
         with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
-            if image.size != (width, height) or image.mode != "RGB":
+            if image.size != (shape[1], shape[0]) or image.mode not in modes:
                 raise DatasetError(f"a picture of {image.size}, {image.mode}")
             picture[:] = image
     return pictures

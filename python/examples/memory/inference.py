@@ -20,18 +20,6 @@ def load_runner(path):
     return (StudentRunner if cloned else PolicyRunner).load(path)
 
 
-def join(states):
-    """One state of a batch, from states of batches of one."""
-    return tuple(torch.cat(parts, axis) for parts, axis in zip(zip(*states), (0, 1, 1)))
-
-
-def split(state):
-    """States of batches of one, from that of a batch."""
-    before, known, slots = state
-    tokens = before.shape[1]
-    return zip(before.split(1), known.split(1, 1), slots.split(tokens, 1))
-
-
 class PolicyRunner:
     """Policy with the memory of every running episode, by (worker, slot)."""
 
@@ -59,8 +47,8 @@ class PolicyRunner:
         keys = [(observation["worker"], slot) for slot in observation["slot"]]
         begins = zip(keys, observation["first"])
         states = [self.initial if first else self.states[key] for key, first in begins]
-        choice, _, state, _ = self.policy(rows[None], join(states))
-        self.states.update(zip(keys, split(state)))
+        choice, _, state, _ = self.policy(rows[None], self.policy.join(states))
+        self.states.update(zip(keys, self.policy.split(state)))
         return choice.best()[0].numpy()
 
     def rows(self, observation):

@@ -146,6 +146,7 @@ class Policy(nn.Module):
         super().__init__()
         self.appearances = appearances
         self.layout, self.memory = layout, memory
+        self.predicts = memory  # what has been shown, for the memory's loss
         self.register_buffer("mean", torch.zeros(layout.agent))
         self.register_buffer("std", torch.ones(layout.agent))
         self.register_buffer("vocabulary", torch.full((appearances,), -2))
@@ -290,6 +291,18 @@ class Policy(nn.Module):
             known * retained[None, :, None],
             slots * retained.repeat_interleave(self.layout.tokens)[None, :, None],
         )
+
+    @staticmethod
+    def join(states):
+        """One state of a batch, from states of batches of one."""
+        return tuple(torch.cat(parts, axis) for parts, axis in zip(zip(*states), (0, 1, 1)))
+
+    @staticmethod
+    def split(state):
+        """States of batches of one, from that of a batch."""
+        before, known, slots = state
+        tokens = before.shape[1]
+        return zip(before.split(1), known.split(1, 1), slots.split(tokens, 1))
 
 
 class Choice(NamedTuple):

@@ -56,9 +56,9 @@ def arguments():
 class Agent(nn.Module):
     """Actor and critic."""
 
-    def __init__(self, layout, memory):
+    def __init__(self, policy):
         super().__init__()
-        self.policy = Policy(layout, memory=memory)
+        self.policy = policy
         self.critic = nn.Sequential(nn.LazyLinear(64), nn.Tanh(), nn.Linear(64, 1))
 
     def forward(self, rows, state=None):
@@ -121,7 +121,7 @@ def learn(agent, optimiser, episodes, scale, args):
     target = gain + values
     used = gain[counts > 0]
     gain = (gain - used.mean()) / (used.std() + 1e-8)
-    labels = MemoryLoss.labels(policy, rows) if policy.memory else ()
+    labels = MemoryLoss.labels(policy, rows) if policy.predicts else ()
     for _ in range(args.passes):
         for pick in torch.randperm(rows.shape[1]).chunk(args.minibatches):
             distribution, value, recalled, _ = agent(rows[:, pick])
@@ -132,7 +132,7 @@ def learn(agent, optimiser, episodes, scale, args):
             error = 0.5 * (value - target[:, pick]).square()
             entropy = distribution.entropy().sum(-1)
             loss = ((error - better - args.entropy * entropy) * weight).sum()
-            if policy.memory:
+            if policy.predicts:
                 picked = [label[:, pick] for label in labels]
                 loss = loss + args.recall * MemoryLoss.loss(policy, rows[:, pick], recalled, picked)
             optimiser.zero_grad()
@@ -150,7 +150,7 @@ def main():
     clock, path = Clock(), args.out and args.out / "agent.pt"
     scenes = ObjectsEnv(args.id, args.envs // processes, seed=args.seed + 1000 * rank)
     test = ObjectsEnv(args.id, 200) if rank == 0 else None  # the first process evaluates
-    agent = Agent(scenes.layout, memory=not args.no_memory)
+    agent = Agent(Policy(scenes.layout, memory=not args.no_memory))
     agent(scenes.reset(seed=args.seed + 1000 * rank)[None])  # the critic takes its size from this
     if args.resume and path.exists():
         agent.policy = load_policy(path)[0]

@@ -11,6 +11,7 @@ import torch
 from object_detector import ObjectDetector, detector_layout
 from policy import N_APPEARANCES, ObservationLayout, Policy, arrivals
 from several_tasks import TaskInputs
+from zoo_policy import ZooPolicy
 
 import engram
 
@@ -148,6 +149,18 @@ def evaluate(policy, scenes, seed, forget=False):
     return {**means(tasks), "tasks": tasks}
 
 
+def transfer(policy, ids, episodes=200):
+    """Rates in tasks that the policy was not trained on, by id."""
+    tasks = {}
+    for id in ids:
+        scenes = ObjectsEnv(id, episodes)
+        if scenes.layout.tokens != policy.layout.tokens:
+            given = f"{scenes.layout.tokens} objects in {id}"
+            raise ValueError(f"{given}; {policy.layout.tokens} needed, as in training")
+        tasks[id] = evaluate(policy, scenes, FINAL_SEED)
+    return tasks
+
+
 def rates(infos, part):
     """Of some environments of a batch, all of one task. None: the task has no answer."""
     answers = infos.get("first_answer_correct")
@@ -236,13 +249,17 @@ class Log:
         pyplot.close(figure)
 
 
-def finish(policy, scenes, args, log, cpu_s, learner):
-    """Draws the curve; evaluates the policy in 200 new episodes, with and without its memory."""
+def finish(policy, scenes, args, log, cpu_s, learner, **figures):
+    """Draws the curve; evaluates the policy in 200 new episodes, with and without its memory.
+
+    figures: more of the result.
+    """
     several = not isinstance(args.id, str)
     log.draw(f"{f'{len(args.id)} tasks' if several else args.id}, {learner}, seed {args.seed}")
     result = {"id": args.id, "learner": learner, "seed": args.seed, "cpu_s": round(cpu_s, 1)}
     if getattr(args, "perturb", None):
         result["perturb"] = args.perturb
+    result |= figures
     result |= evaluate(policy, scenes, FINAL_SEED)
     if policy.memory:
         result["wiped"] = evaluate(policy, scenes, FINAL_SEED, forget=True)
@@ -257,7 +274,10 @@ def save_policy(policy, path, task, detector=None):
     """task: an id, or a list of several."""
     path.parent.mkdir(parents=True, exist_ok=True)
     saved = {"task": task, "memory": policy.memory, "weights": policy.state_dict()}
-    saved["appearances"] = policy.appearances
+    if isinstance(policy, ZooPolicy):
+        saved |= {"kind": policy.kind, "size": policy.remember.size}
+    else:
+        saved["appearances"] = policy.appearances
     if detector is not None:
         saved["detector"] = detector.state_dict()
     torch.save(saved, path)
@@ -271,11 +291,14 @@ def load_policy(path):
         detector = ObjectDetector(saved["detector"]["appearances"], saved["detector"]["templates"])
         detector.load_state_dict(saved["detector"])
         layout = detector_layout(layout, detector.appearances)
-    policy = Policy(layout, saved["memory"], saved.get("appearances", N_APPEARANCES))
+    if "kind" in saved:
+        policy = ZooPolicy(layout, saved["kind"], saved["size"])
+    else:
+        policy = Policy(layout, saved["memory"], saved.get("appearances", N_APPEARANCES))
     try:
         policy.load_state_dict(saved["weights"])
     except RuntimeError as error:
-        raise ValueError(f"{path}: weights of another version of policy.py") from error
+        raise ValueError(f"{path}: weights of another version of the policy") from error
     return policy, detector, saved["task"]
 
 

@@ -195,23 +195,31 @@ TEST_CASE("Demonstrations: out of memory leaves a folder unchanged",
 
 TEST_CASE("Demonstrations: a folder has labels in all files or in none",
           "[labels][demonstrations]") {
-  const auto open = [](const TemporaryFolder& root, bool labels) {
+  const auto open = [](const TemporaryFolder& root, const Additions& additions) {
     CollectionPlan plan{.episodes = 1};
-    plan.labels = labels;
+    plan.additions = additions;
     return DemonstrationFolder(root.path(), planned_task, plan).metadata();
   };
-  const TemporaryFolder plain;
-  CHECK(find(part(open(plain, false), "engram"), "labels") == nullptr);
-  CHECK_THROWS_WITH(open(plain, true),
-                    Catch::Contains("was collected without labels, with labels given"));
+  const Additions kinds[] = {{.labels = true}, {.depth = true}, {.segmentation = true}};
+  const std::string names[] = {"labels", "depth", "segmentation"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string& name = names[i];
+    const TemporaryFolder plain;
+    CHECK(find(part(open(plain, {}), "engram"), name) == nullptr);
+    CHECK_THROWS_WITH(open(plain, kinds[i]), Catch::Contains("was collected without " + name +
+                                                             ", with " + name + " given"));
+    const TemporaryFolder with;
+    const Document metadata = open(with, kinds[i]);
+    CHECK_THROWS_WITH(open(with, {}), Catch::Contains("was collected with " + name + ", without " +
+                                                      name + " given"));
+    CHECK(open(with, kinds[i]) == metadata);
+    CHECK(part(part(metadata, "engram"), name) != Document());
+  }
   const TemporaryFolder labelled;
-  const Document metadata = open(labelled, true);
-  CHECK_THROWS_WITH(open(labelled, false),
-                    Catch::Contains("was collected with labels, without labels given"));
-  CHECK(open(labelled, true) == metadata);
-  const Document& names = part(part(metadata, "engram"), "labels");
-  CHECK(list(part(names, "open")) == DocumentList{"paraphrases"});
-  CHECK(list(part(names, "privileged")).size() == 15);
+  const Document metadata = open(labelled, {.labels = true});
+  const Document& labels = part(part(metadata, "engram"), "labels");
+  CHECK(list(part(labels, "open")) == DocumentList{"paraphrases"});
+  CHECK(list(part(labels, "privileged")).size() == 15);
 }
 
 }  // namespace engram::tests

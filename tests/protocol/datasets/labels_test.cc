@@ -19,7 +19,7 @@ namespace {
 
 std::unique_ptr<Batch> labelled(const std::string& id, std::uint64_t seed,
                                 std::vector<Pin> pins = {}, bool labels = true) {
-  MakeOptions options = demonstration_options(labels);
+  MakeOptions options = demonstration_options({.labels = labels});
   options.threads = 1;
   options.seed = seed;
   options.pins = std::move(pins);
@@ -176,7 +176,7 @@ TEST_CASE("Labels: a file has them beside arrays that stay the same", "[labels][
     EpisodeLabels expected;
     const auto file_of = [&](bool labels, const char* name) {
       const auto env = labelled(id, 5, {}, labels);
-      DemonstrationRecorder recorder(labels);
+      DemonstrationRecorder recorder({.labels = labels});
       recorder.start(*env, 0);
       std::optional<LabelRecorder> alone;
       if (labels) alone.emplace().start(*env, 0);

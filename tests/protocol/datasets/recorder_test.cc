@@ -137,4 +137,55 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
   }
 }
 
+TEST_CASE("Demonstrations: depth and segmentation as the cameras give them", "[demonstrations]") {
+  for (const Additions& additions :
+       {Additions{.depth = true}, Additions{.segmentation = true},
+        Additions{.labels = true, .depth = true, .segmentation = true}}) {
+    MakeOptions options = demonstration_options(additions);
+    options.num_envs = 2;
+    options.threads = 1;
+    const auto env = make("RememberColor3-VLA-v0", options);
+    env->reset();
+    DemonstrationRecorder recorder(additions);
+    recorder.start(*env, 1);
+    std::vector<std::int16_t> depth;
+    std::vector<std::int16_t> segmentation;
+    const auto keep = [&](std::vector<std::int16_t>& to, std::span<const std::int16_t> values) {
+      to.insert(to.end(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                values.end());
+    };
+    std::vector<float> actions(14);
+    while ((env->terminated()[1] | env->truncated()[1]) == 0) {
+      keep(depth, env->images().depth);
+      keep(segmentation, env->images().segmentation);
+      ScriptedPolicy(*env, Policy::kOracle).act(actions);
+      recorder.before_step(*env, 1, std::span(actions).subspan(7));
+      env->step(actions);
+      recorder.after_step(*env, 1);
+    }
+    const Demonstration demonstration = recorder.finish();
+    REQUIRE(demonstration.success);
+    const TemporaryFolder folder;
+    write_file(folder.path() / "a.npz", demonstration.file);
+    const NpzFile file(folder.path() / "a.npz");
+    const std::int64_t shape[] = {demonstration.length, 128, 128, 2};
+    const auto same = [&](const char* name, bool there, const std::vector<std::int16_t>& values) {
+      if (!there) {
+        CHECK_THROWS(file.shape(name, NpyType::kUint16));
+        return;
+      }
+      const auto stored = file.read(name, NpyType::kUint16, shape);
+      REQUIRE(stored.size() == 2 * values.size());
+      CHECK(std::memcmp(stored.data(), values.data(), stored.size()) == 0);
+      CHECK(*std::max_element(values.begin(), values.end()) > 3);
+      CHECK(*std::min_element(values.begin(), values.end()) >= 0);
+    };
+    same("depth", additions.depth, depth);
+    same("segmentation", additions.segmentation, segmentation);
+    const std::string bytes(reinterpret_cast<const char*>(demonstration.file.data()),
+                            demonstration.file.size());
+    CHECK((bytes.find("segmentation_names.npy") != std::string::npos) == additions.segmentation);
+  }
+}
+
 }  // namespace engram::tests

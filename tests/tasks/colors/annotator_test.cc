@@ -92,5 +92,25 @@ TEST_CASE("Words of SeqOfColors and BunchOfColors: any order", "[labels][colors]
   }
 }
 
+TEST_CASE("Words of the RL tasks end with the last touch", "[labels][colors][rl]") {
+  for (const char* family : {"BunchOfColors", "SeqOfColors", "ChainOfColors"}) {
+    INFO(family);
+    const AnnotatedEpisode episode =
+        play_annotated(std::string(family) + "3-v0", 1, {{"sequence", {4, 1, 7}}});
+    REQUIRE(episode.success);
+    CHECK(at_frame(episode, 0).subtask == 0);
+    const AnnotatedFrame& last = episode.frames.back();
+    CHECK(last.plan == Texts{last.plan[0], "wait", "touch the magenta cube", "touch the green cube",
+                             "touch the orange cube"});
+    CHECK(episode.end.done == 4);
+    Texts words = episode.subtasks();
+    CHECK(words.size() == 5);
+    if (family[0] == 'C') {
+      CHECK(words.back() == "touch the orange cube");
+      CHECK(last.object == 7);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace engram

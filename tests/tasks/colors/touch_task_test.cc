@@ -404,5 +404,103 @@ TEST_CASE("RL colours: rewards are those of the formula, whoever plays", "[color
   }
 }
 
+TEST_CASE("RL colours: the oracle solves them in both modes and moves no cube",
+          "[color_recall][rl][oracle]") {
+  constexpr int kEpisodes = 40;
+  for (const char* family : kFamilies) {
+    for (const std::string& id : test::rl_ids(family)) {
+      for (const ControlMode mode : {ControlMode::kPdJointDeltaPos, ControlMode::kPdEeDeltaPose}) {
+        INFO(id << ", " << name_of(mode));
+        BatchOptions options;
+        options.num_envs = kEpisodes;
+        options.threads = 2;
+        options.seed = 1000;
+        options.control_mode = mode;
+        options.auto_reset = AutoReset::kOff;
+        const auto env = make_env(id, options);
+        env->reset();
+        for (int t = 0; t < env->info().horizon; ++t) test::step(*env, Policy::kOracle);
+        int solved = 0;
+        double farthest = 0;
+        for (int i = 0; i < kEpisodes; ++i) {
+          solved += *row<std::uint8_t>(env->output("success_once"), i);
+          for (int color = 0; color < 9; ++color) {
+            const Eigen::Vector2d at = cube(*env, color, i).head<2>();
+            farthest = std::max(farthest, (at - slot(*env, color, i)).norm());
+          }
+        }
+        CHECK(solved >= 38);
+        CHECK(farthest < 0.001);
+      }
+    }
+  }
+}
+
+TEST_CASE("RL colours: the oracle waits low with open fingers, wherever the cubes will be",
+          "[color_recall][rl][oracle]") {
+  for (const char* family : kFamilies) {
+    std::vector<std::vector<float>> waiting;
+    for (const double first : {4, 2}) {
+      BatchOptions options;
+      options.pins = {{"sequence", {first, 1, 7}}};
+      const auto env = make_env(three(family), options);
+      env->reset();
+      auto& actions = waiting.emplace_back();
+      while (env->success()[0] == 0 && env->state().elapsed[0] < 119) {
+        const std::vector<float> action = test::act(*env, Policy::kOracle);
+        CHECK(action.back() == 1);
+        const bool waits = env->state().elapsed[0] < start_of(family, 3);
+        if (waits) actions.insert(actions.end(), action.begin(), action.end());
+        env->step(action);
+        if (!waits || env->state().elapsed[0] < start_of(family, 3)) continue;
+        CHECK(env->state().tcp_pos.row(0)[2] < (is_bunch(family) ? 0.2 : 0.11));
+        CHECK(env->state().tcp_pos.row(0)[2] > 0.07);
+      }
+      CHECK(env->success()[0] != 0);
+    }
+    CHECK(waiting[0] == waiting[1]);
+  }
+}
+
+TEST_CASE("RL colours: constants can be changed, but not what has no effect",
+          "[variants][color_recall][rl]") {
+  for (const char* family : kFamilies) {
+    INFO(family);
+    const std::string id = three(family);
+    const char* cue = is_bunch(id) ? "CUE_PHASE_STEPS" : "CUE_STEP_DURATION";
+    MakeOptions options;
+    options.num_envs = 40;
+    options.constants = {{"SEQUENCE_LENGTH", 2},
+                         {"COLORS", 6},
+                         {cue, ConstantList{3, 4}},
+                         {"EMPTY_PHASE_STEPS", 9},
+                         {"CUBE_HALFSIZE", 0.025}};
+    const auto env = make_env(id, options);
+    env->reset();
+    std::set<int> ends;
+    for (int i = 0; i < 40; ++i) ends.insert(Queries(*env).cue_end(i));
+    CHECK(ends == (is_bunch(id) ? std::set<int>{3, 4} : std::set<int>{6, 8}));
+    CHECK(env->info().candidates == (is_chain(id) ? 30 : 15));
+    CHECK(env->info().options[0].value == 0.025);  // touch_radius
+    CHECK(env->state_dim() == 25 + 3 + 2 + 6 * 6);
+
+    const auto published = published_constants(make_task(id)->info().constants);
+    const auto value = [&](const char* name) {
+      const auto found =
+          std::ranges::find(published, name, [](const auto& entry) { return entry.first; });
+      return found == published.end() ? "none" : in_words(found->second);
+    };
+    CHECK(value(is_bunch(id) ? "TIME_OFFSET" : "STEP_DURATION") == "5");
+    CHECK(value("EMPTY_DURATION") == "5");
+    CHECK(value(cue) == "none");
+    CHECK(value("GOAL_THRESH") == "0.05");
+    CHECK_THROWS_WITH(make_task(id, {{"GOAL_THRESH", 0.03}}),
+                      Catch::Contains("nobody can change it"));
+    CHECK_THROWS_WITH(make_task(id, {{"CUBE_HALFSIZE", 0.035}}),
+                      Catch::Contains("larger cubes do not stand apart from one another"));
+    CHECK_THROWS_WITH(make_task(id, {{cue, 200}}), Catch::Contains("120"));
+  }
+}
+
 }  // namespace
 }  // namespace engram

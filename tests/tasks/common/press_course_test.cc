@@ -36,7 +36,7 @@ std::vector<std::string> ids_with_button() {
   std::vector<std::string> ids;
   for (const char* family :
        {"BunchOfColors", "SeqOfColors", "ChainOfColors", "BlinkCountButtonPress"}) {
-    const std::vector<std::string> more = test::implemented_ids(family);
+    const std::vector<std::string> more = test::vla_ids(family);
     ids.insert(ids.end(), more.begin(), more.end());
   }
   return ids;

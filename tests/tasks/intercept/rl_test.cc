@@ -111,6 +111,17 @@ TEST_CASE("The reward of InterceptGrab as an RL task equals its published values
   CHECK(tasks::grab_reward(in).reward == Approx(140));
 }
 
+TEST_CASE("In an RL episode one slow ball in ten drifts into the target by itself",
+          "[intercept][rl]") {
+  constexpr int kEpisodes = 4000;
+  const auto share = [](const char* id) {
+    const ControlMode mode = ControlMode::kPdJointDeltaPos;
+    return test::solved_by(Policy::kZero, id, mode, kEpisodes) / double{kEpisodes};
+  };
+  CHECK(share("InterceptSlow-v0") == Approx(0.095).margin(0.02));
+  CHECK(share("InterceptMedium-v0") < 0.001);
+}
+
 // --- the published formulas, from the state alone ---
 
 Vector ball_of(const Batch& env, int i) {
@@ -186,7 +197,11 @@ TEST_CASE("A hand that was once behind the ball earns by the ball's distance alo
   std::map<int, bool> reached;
   int latched = 0;
   for (int t = 1; t < 90; ++t) {
-    env->step(test::move_to(*env, [&](int i) { return hit_point(*env, i); }));
+    env->step(test::move_to(*env, [&](int i) {
+      const Vector hit = hit_point(*env, i);
+      const bool in_reach = std::hypot(hit.x() + 0.615, hit.y()) < 0.75;
+      return in_reach ? hit : tcp_of(*env, i);
+    }));
     for (int i = 0; i < options.num_envs; ++i) {
       const double expected = published_deflect(*env, i, reached[i]);
       CHECK(static_cast<double>(env->reward()[static_cast<std::size_t>(i)]) ==

@@ -11,11 +11,12 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from engram.datasets import checks
+from engram.datasets.additions import MAPS
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.episodes import Metadata
-from engram.datasets.lerobot import layout, v21, v30
+from engram.datasets.lerobot import layout, map_columns, v21, v30
 from engram.datasets.spaces import ANGLES, Spaces
-from engram.datasets.stored import StoredEpisode, pictures
+from engram.datasets.stored import StoredEpisode, maps, pictures
 
 _MOST_ROWS = 10_000_000  # of a file
 _LARGEST_SOURCE = 1 << 20  # bytes
@@ -126,6 +127,17 @@ def _episode(table: Any, row: dict[str, Any], spaces: Spaces, angles: str) -> St
     if layout.TOP in columns:  # stored as images, not as lossy videos
         cameras = [[one["bytes"] for one in columns[key]] for key in layout.CAMERAS]
         rgb = np.concatenate([pictures(files) for files in cameras], axis=-1)
+    names = [name for name in MAPS if map_columns.key(layout.TOP, name) in columns]
+    found = {
+        name: np.stack(
+            [
+                maps([one["bytes"] for one in columns[map_columns.key(camera, name)]])
+                for camera in layout.CAMERAS
+            ],
+            axis=-1,
+        )
+        for name in names
+    }
     return StoredEpisode(
         spaces,
         row["episode_seed"],
@@ -134,4 +146,5 @@ def _episode(table: Any, row: dict[str, Any], spaces: Spaces, angles: str) -> St
         row["tasks"][0],
         rgb,
         angles=angles,
+        **found,
     )

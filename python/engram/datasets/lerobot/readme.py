@@ -65,6 +65,8 @@ def _notes(spaces: Spaces, options: Options) -> list[str]:
     ]
     if not spaces.joint_proprio:
         notes.insert(1, _ANGLES[options.angles])
+    keys = f"`{layout.TOP}_{{}}`, `{layout.WRIST}_{{}}`"
+    notes += card.map_notes(options.additions, keys, "meta/info.json")
     if options.labels:
         language = "" if options.version == "2.1" else "`language_persistent`, "
         notes.append(

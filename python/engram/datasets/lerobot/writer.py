@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import engram
-from engram.datasets import frame_stats
-from engram.datasets.checks import DatasetError, reading
+from engram.datasets import frame_stats, source
+from engram.datasets.additions import MAPS, SegmentNames
 from engram.datasets.collected import CollectedEpisodes
 from engram.datasets.episodes import (
     LEROBOT_METADATA,
@@ -22,7 +20,7 @@ from engram.datasets.episodes import (
     no_progress,
 )
 from engram.datasets.folders import new_folder
-from engram.datasets.lerobot import gr00t, label_columns, layout, readme, v21, v30
+from engram.datasets.lerobot import gr00t, label_columns, layout, map_columns, readme, v21, v30
 from engram.datasets.lerobot.choice import smaller_frames
 from engram.datasets.lerobot.videos import video_info
 from engram.datasets.lerobot_options import Options
@@ -45,8 +43,7 @@ def convert(
     DatasetError, and leaves everything as it was, if an episode is damaged or the encoder fails.
     """
     asked = chosen = Options(**options)
-    if asked.labels:
-        folder.require_labels()
+    folder.require(asked.additions)
     if asked.frames == "auto":
         chosen = dataclasses.replace(asked, frames=smaller_frames(folder, asked))
     place = (layout.FOLDER, folder.env_id)
@@ -66,31 +63,16 @@ def convert(
 
 
 def _source(folder: DemonstrationFolder | CollectedEpisodes, options: Options) -> dict[str, Any]:
-    """How the folder was written, for engram's own reader and for people."""
-    return {
-        "version": engram.__version__,
-        "env_id": folder.env_id,
-        **dataclasses.asdict(folder.spaces),
-        "options": dataclasses.asdict(options) | {"codec": options.encoder},
-        "collect": getattr(folder, "words", None),  # of episodes that came without NPZ
-    }
+    return source.document(folder, dataclasses.asdict(options) | {"codec": options.encoder})
 
 
-def is_written(folder: CollectedEpisodes, root: Path | str, options: Options) -> bool:
+def is_written(folder: CollectedEpisodes, root: Path | str, **options: Any) -> bool:
     """True if the folder was written from the same collection; refuses another one."""
     path = Path(root) / layout.FOLDER / folder.env_id
-    if not path.exists():
-        return False
-    with reading(path / layout.SOURCE):
-        found = json.loads((path / layout.SOURCE).read_bytes())
-        asked = _source(folder, options)
-        if options.frames == "auto":
-            asked["options"]["frames"] = found["options"]["frames"]
-    if found == asked:
-        return True
-    raise DatasetError(
-        f"'{path}' was collected otherwise; the same options, or another --out, needed"
-    )
+    asked = Options(**options)
+    frames = ("videos", "images") if asked.frames == "auto" else (asked.frames,)
+    allowed = [_source(folder, dataclasses.replace(asked, frames=one)) for one in frames]
+    return source.is_same(path, path / layout.SOURCE, *allowed)
 
 
 class _Writer:
@@ -103,6 +85,7 @@ class _Writer:
         self.options = options
         self.tasks: dict[str, int] = {}
         self.subtasks: dict[str, int] = {}
+        self.segments = SegmentNames()
         self.label_features: dict[str, dict[str, Any]] = {}
         self.rows: list[dict[str, Any]] = []
         self.stats: list[dict[str, dict[str, np.ndarray]]] = []
@@ -131,12 +114,16 @@ class _Writer:
             row["episode_success"] = episode.success_once
         numbers = self._label_columns(episode)
         stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
-        table = layout.table(columns | numbers, stored)
+        maps = map_columns.columns(episode.maps(self.options.additions))
+        if self.options.segmentation and episode.segmentation_names is not None:
+            self.segments.add(episode.segmentation_names)
+        table = layout.table(columns | numbers, stored | maps)
         if self._has_language and episode.labels is not None:
             table = label_columns.with_language(table, episode.labels, episode.language_instruction)
         row |= self.files.add(row | {"first_frame": self.frames}, table, filmed)
         self.rows.append(row)
-        self.stats.append(_stats(columns, images))
+        map_stats = {key: frame_stats.of_maps(values) for key, values in maps.items()}
+        self.stats.append(_stats(columns, images) | map_stats)
         self.frames += len(episode)
 
     def _columns(self, episode: Episode, task: int) -> dict[str, np.ndarray]:
@@ -186,7 +173,9 @@ class _Writer:
                 key: video_info(self.files.video_path(key), self.options.fps, self.options.encoder)
                 for key in layout.CAMERAS
             }
-        features = layout.features(self.spaces, infos) | self.label_features
+        maps = [name for name in MAPS if name in self.options.additions]
+        features = layout.features(self.spaces, infos)
+        features |= map_columns.features(maps, self.segments.names) | self.label_features
         if self.options.modality:
             features[gr00t.ANNOTATION] = {"dtype": "int64", "shape": [1], "names": None}
         return {

@@ -1,0 +1,264 @@
+"""Writes demonstrations as one HDF5 file per task, in the layout that robomimic reads.
+
+`data/demo_<n>` is an episode. Pictures are chunks of one frame, compressed by HDF5's own gzip
+filter, so that any frame is read by itself. Threads compress them; HDF5 only appends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import zlib
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+import engram
+from engram.datasets import additions, card, checks, source
+from engram.datasets.collected import CollectedEpisodes
+from engram.datasets.episodes import (
+    HDF5_FILE,
+    HDF5_FOLDER,
+    HDF5_METADATA,
+    DemonstrationFolder,
+    Episode,
+    no_progress,
+)
+from engram.datasets.folders import new_folder
+from engram.datasets.labels import Labels
+from engram.datasets.work import in_order
+
+PICTURES = ("image", "wrist_image")
+_LEVEL = 1  # of gzip: more makes files hardly smaller
+_GYM = 2  # robomimic's number for environments of Gym
+
+
+def convert(
+    folder: DemonstrationFolder | CollectedEpisodes,
+    root: Path | str,
+    jobs: int = 0,
+    progress: Callable[[int, int], None] = no_progress,
+    *,
+    labels: bool = False,
+    depth: bool = False,
+    segmentation: bool = False,
+) -> Path:
+    """Writes <root>/data_hdf5/<id> and returns its path.
+
+    The folder appears when it is complete; one that was written here before is replaced. jobs:
+    threads that compress, 0 for one per core; progress is called with the episodes done and all of
+    them; labels: adds those of the demonstrations, which are privileged; depth, segmentation: add
+    these pictures. Raises DatasetError, and leaves everything as it was, if an episode is damaged.
+    """
+    checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)
+    added = additions.chosen(labels=labels, depth=depth, segmentation=segmentation)
+    folder.require(added)
+    place = (HDF5_FOLDER, folder.env_id)
+    instructions: set[str] = set()
+    with new_folder(root, *place) as path:
+        with (
+            _new_file(path / HDF5_FILE) as file,
+            contextlib.closing(
+                in_order(lambda load: _Demonstration(load(), added), folder.loaders(), jobs)
+            ) as demonstrations,
+        ):
+            writer = _Writer(file, added)
+            for done, demonstration in enumerate(demonstrations, 1):
+                writer.add(demonstration)
+                instructions.add(demonstration.instruction)
+                progress(done, len(folder))
+            writer.finish(folder)
+        _write_json(path / source.NAME, _source(folder, added))
+        (path / HDF5_METADATA).write_bytes(folder.metadata_bytes)
+        (path / "README.md").write_text(_card(folder, sorted(instructions), added))
+    return Path(root).joinpath(*place)
+
+
+def _source(
+    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
+) -> dict[str, Any]:
+    return source.document(folder, {name: name in added for name in additions.ADDITIONS})
+
+
+def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
+    """True if the folder was written from the same collection; refuses another one."""
+    path = Path(root) / HDF5_FOLDER / folder.env_id
+    return source.is_same(path, path / source.NAME, _source(folder, additions.chosen(**options)))
+
+
+# --- episodes ---
+
+
+@contextlib.contextmanager
+def _new_file(path: Path) -> Iterator[h5py.File]:
+    """A file; what the system says of a failure is an OSError, when it is closed, too."""
+    try:
+        with h5py.File(path, "x") as file:
+            yield file
+    except (OSError, RuntimeError) as error:
+        number = re.search(r"errno = (\d+)", str(error))
+        if number is None:
+            raise
+        raise OSError(int(number[1]), os.strerror(int(number[1]))) from error
+
+
+class _Frames:
+    """Pictures (T, H, W, C), compressed one by one; equal ones, of which waiting makes many, once.
+
+    Compressed as HDF5's gzip filter does it.
+    """
+
+    def __init__(self, pictures: np.ndarray):
+        self.shape = pictures.shape
+        self.dtype = pictures.dtype
+        made: dict[bytes, bytes] = {}
+        self.chunks = []
+        for picture in pictures:
+            pixels = picture.tobytes()
+            if pixels not in made:
+                made[pixels] = zlib.compress(pixels, _LEVEL)
+            self.chunks.append(made[pixels])
+
+    def write(self, group: h5py.Group, name: str) -> None:
+        chunk = (1, *self.shape[1:])
+        dataset = group.create_dataset(
+            name, self.shape, self.dtype, chunks=chunk, compression="gzip", compression_opts=_LEVEL
+        )
+        rest = (0,) * (len(self.shape) - 1)
+        for step, data in enumerate(self.chunks):
+            dataset.id.write_direct_chunk((step, *rest), data)
+
+
+class _Demonstration:
+    """What the file holds of an episode."""
+
+    def __init__(self, episode: Episode, added: Collection[str]):
+        self.instruction = episode.language_instruction
+        self.segments = episode.segmentation_names
+        self.attributes = {
+            "num_samples": len(episode),
+            "episode_seed": episode.episode_seed,
+            "success": episode.success_once,
+            "language_instruction": episode.language_instruction,
+        }
+        self.arrays = {
+            "actions": episode.action,
+            "rewards": episode.reward,
+            "dones": episode.done,
+            "obs/proprio": episode.proprio,
+        }
+        cameras = (episode.image, episode.wrist_image)
+        self.frames = {f"obs/{key}": _Frames(each) for key, each in zip(PICTURES, cameras)}
+        for name, values in episode.maps(added).items():
+            for camera, key in enumerate(additions.map_keys(name)):
+                self.frames[f"obs/{key}"] = _Frames(values[..., camera, None])
+        if additions.LABELS in added and episode.labels is not None:
+            self.arrays |= _labels(episode.labels, episode.language_instruction)
+
+
+def _labels(labels: Labels, instruction: str) -> dict[str, np.ndarray]:
+    texts = {f"privileged/{name}": words for name, words in labels.step_texts().items()}
+    texts["paraphrases"] = list(dict.fromkeys([instruction, *labels.paraphrases]))
+    numbers = {f"privileged/{name}": values for name, values in labels.steps.items()}
+    return numbers | {name: _texts(words) for name, words in texts.items()}
+
+
+def _texts(texts: list[str]) -> np.ndarray:
+    """UTF-8, all as long as the longest."""
+    encoded = [text.encode() for text in texts]
+    length = max(1, *map(len, encoded))
+    return np.array(encoded, h5py.string_dtype("utf-8", length))
+
+
+class _Writer:
+    """A file that grows by episodes."""
+
+    def __init__(self, file: h5py.File, added: Collection[str]):
+        self.data = file.create_group("data")
+        self.added = added
+        self.segments = additions.SegmentNames()
+        self.steps = 0
+        self.episodes = 0
+
+    def add(self, demonstration: _Demonstration) -> None:
+        group = self.data.create_group(f"demo_{self.episodes}")
+        for name, value in demonstration.attributes.items():
+            group.attrs[name] = value
+        for name, frames in demonstration.frames.items():
+            frames.write(group, name)
+        for name, values in demonstration.arrays.items():
+            packed = {"compression": "gzip", "compression_opts": _LEVEL} if values.size else {}
+            group.create_dataset(name, data=values, **packed)
+        if additions.SEGMENTATION in self.added and demonstration.segments is not None:
+            self.segments.add(demonstration.segments)
+        self.steps += demonstration.attributes["num_samples"]
+        self.episodes += 1
+
+    def finish(self, folder: DemonstrationFolder | CollectedEpisodes) -> None:
+        self.data.attrs["total"] = self.steps
+        self.data.attrs["env_args"] = json.dumps(_env_args(folder, self.added))
+        if self.segments.names is not None:
+            self.data.attrs[additions.SEGMENT_NAMES] = self.segments.names
+
+
+def _env_args(
+    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
+) -> dict[str, Any]:
+    """What robomimic says of an environment."""
+    maps = [name for name in additions.MAPS if name in added]
+    return {
+        "env_name": folder.env_id,
+        "type": _GYM,
+        "env_version": engram.__version__,
+        "env_kwargs": {
+            "obs_mode": "+".join(["rgb", *maps]),
+            "control_mode": folder.spaces.control_mode,
+            "joint_proprio": folder.spaces.joint_proprio,
+        },
+    }
+
+
+def _write_json(path: Path, document: dict[str, Any]) -> None:
+    path.write_text(json.dumps(document, indent=2) + "\n")
+
+
+# --- card ---
+
+
+def _card(
+    folder: DemonstrationFolder | CollectedEpisodes, instructions: list[str], added: Collection[str]
+) -> str:
+    spaces = folder.spaces
+    notes = [
+        f"`obs/proprio`, before the action: {', '.join(spaces.proprio_names)}"
+        + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
+        f"`actions`: {', '.join(spaces.action_names)}.",
+        *card.map_notes(added, "`obs/{}`, `wrist_{}`", "the attribute of `data`", "16 bits"),
+    ]
+    if additions.LABELS in added:
+        notes.append(
+            "**Labels are privileged**: `privileged` tells what a policy has to find out. Train on "
+            "it as a target, or for a teacher; a policy that is shown it is not to be scored. "
+            "`paraphrases` is not privileged."
+        )
+    return card.text(
+        folder,
+        instructions,
+        card.Card(
+            layout="HDF5 in robomimic's layout",
+            command=["hdf5", "data", folder.env_id, *(f"--{name}" for name in added)],
+            tags=("HDF5", "robomimic", "engram", "mikasa-robo-vla"),
+            data_files=None,
+            facts={"pictures": "gzip (lossless) of 128 x 128, base and wrist camera"},
+            notes=notes,
+            use="import h5py\n\n"
+            f'with h5py.File("FOLDER/{HDF5_FILE}") as file:\n'
+            '    for demonstration in file["data"].values():\n'
+            '        demonstration["obs/image"], demonstration["actions"]',
+        ),
+    )

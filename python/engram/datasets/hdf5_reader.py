@@ -1,0 +1,82 @@
+"""Reads the episodes of an HDF5 file that was written here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from engram.datasets import additions, checks
+from engram.datasets.checks import DatasetError, reading
+from engram.datasets.episodes import HDF5_FILE, HDF5_FOLDER, Metadata
+from engram.datasets.spaces import Spaces
+from engram.datasets.stored import StoredEpisode
+
+_FILTERS = (None, "gzip")  # none that a plugin would be loaded for
+
+
+def read(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
+    """The episodes of <root>/data_hdf5/<id>, in order."""
+    path = root / HDF5_FOLDER / folder.env_id / HDF5_FILE
+    with reading(path):
+        if not path.is_file():
+            raise DatasetError("missing, or no file")
+        with h5py.File(path, "r") as file:
+            for number in range(len(folder)):
+                group = _child(file, f"data/demo_{number}", h5py.Group)
+                yield _episode(group, folder.spaces)
+
+
+def _episode(group: h5py.Group, spaces: Spaces) -> StoredEpisode:
+    steps = checks.whole_number("num_samples", int(group.attrs["num_samples"]), 1, checks.MAX_STEPS)
+
+    observations = _child(group, "obs", h5py.Group)
+
+    def array(name: str, kind: type, *row: int) -> np.ndarray:
+        return _array(group, name, kind, (steps, *row))
+
+    def cameras(keys: tuple[str, ...], kind: type, shape: tuple[int, ...]) -> np.ndarray:
+        return np.concatenate([array(f"obs/{key}", kind, *shape) for key in keys], axis=-1)
+
+    return StoredEpisode(
+        spaces,
+        int(group.attrs["episode_seed"]),
+        array("actions", np.float32, len(spaces.action_names)),
+        array("obs/proprio", np.float32, len(spaces.proprio_names)),
+        group.attrs["language_instruction"],
+        cameras(("image", "wrist_image"), np.uint8, checks.CAMERA_SHAPE),
+        array("rewards", np.float32),
+        **{
+            name: cameras(additions.map_keys(name), additions.MAP_TYPE, additions.MAP_SHAPE)
+            for name in additions.MAPS
+            if name in observations
+        },
+    )
+
+
+def _array(group: h5py.Group, name: str, kind: type, shape: tuple[int, ...]) -> np.ndarray:
+    found = _child(group, name, h5py.Dataset)
+    if found.dtype != kind or found.shape != shape:
+        raise DatasetError(
+            f"{name} is {found.dtype} of shape {found.shape}, {np.dtype(kind)} of shape {shape} "
+            "expected"
+        )
+    if found.external or found.is_virtual or found.compression not in _FILTERS:
+        raise DatasetError(f"{name} is not in the file itself, or neither plain nor gzip")
+    values: np.ndarray = found[()]
+    return values
+
+
+def _child(parent: h5py.Group, path: str, kind: type) -> h5py.Group | h5py.Dataset:
+    """What is there by hard links, which lead nowhere outside of the file."""
+    for name in path.split("/"):
+        if not isinstance(parent, h5py.Group) or not isinstance(
+            parent.get(name, getlink=True), h5py.HardLink
+        ):
+            raise DatasetError(f"{path} is missing, or a link")
+        parent = parent[name]
+    if not isinstance(parent, kind):
+        raise DatasetError(f"{path} is no {kind.__name__.lower()}")
+    return parent

@@ -1,0 +1,41 @@
+"""How a converted folder was written: for engram's own readers, for people, and for resuming."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import engram
+from engram.datasets.checks import DatasetError, reading
+from engram.datasets.collected import CollectedEpisodes
+from engram.datasets.episodes import DemonstrationFolder
+
+NAME = "engram.json"
+
+
+def document(
+    folder: DemonstrationFolder | CollectedEpisodes, options: dict[str, Any]
+) -> dict[str, Any]:
+    """The content of the file; options: those of the format."""
+    return {
+        "version": engram.__version__,
+        "env_id": folder.env_id,
+        **dataclasses.asdict(folder.spaces),
+        "options": options,
+        "collect": getattr(folder, "words", None),  # of episodes that came without NPZ
+    }
+
+
+def is_same(path: Path, file: Path, *allowed: dict[str, Any]) -> bool:
+    """Whether the folder is there; refuses one whose file says nothing that is allowed."""
+    if not path.exists():
+        return False
+    with reading(file):
+        found = json.loads(file.read_bytes())
+    if found in allowed:
+        return True
+    raise DatasetError(
+        f"'{path}' was collected otherwise; the same options, or another --out, needed"
+    )

@@ -1,0 +1,89 @@
+"""PPO with one of nine memories, from objects: whole episodes in lockstep.
+
+The policy learns from the reward alone. Whatever the memory, encoder, action head, steps, passes
+and learning rate are the same, and the memories have equally many parameters. The algorithm is that
+of ppo_recurrent.py, without its auxiliary loss.
+
+    python zoo_ppo.py --memory gru --out runs/gru
+    python zoo_ppo.py --memory lru --test RememberColor3-Long-VLA-v0 --out runs/lru
+"""
+
+import argparse
+from pathlib import Path
+
+import memories
+import torch
+from ppo_recurrent import Agent, Scale, collect, learn
+from training import (
+    EVALUATION_SEED,
+    Clock,
+    Log,
+    ObjectsEnv,
+    evaluate,
+    finish,
+    load_policy,
+    save_policy,
+    scale_lr,
+    transfer,
+)
+from zoo_policy import ZooPolicy
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    add = parser.add_argument
+    add("--memory", default="gru", choices=list(memories.MEMORIES))
+    add("--id", default="RememberColor3-VLA-v0")
+    add("--test", nargs="+", default=[], metavar="ID", help="tasks to play unchanged at the end")
+    add("--seed", type=int, default=1)
+    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
+    add("--resume", action="store_true", help="continue with the agent.pt of --out")
+    add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
+    add("--envs", type=int, default=64, help="episodes per iteration")
+    add("--steps", type=int, default=200_000, help="environment steps in all")
+    add("--passes", type=int, default=2, help="over an iteration's episodes")
+    add("--minibatches", type=int, default=2, help="per pass")
+    add("--lr", type=float, default=3e-3)
+    add("--gamma", type=float, default=0.9)
+    add("--gae", type=float, default=0.9)
+    add("--clip", type=float, default=0.2)
+    add("--entropy", type=float, default=0.0)
+    add("--evaluate-every", type=int, default=40, help="iterations")
+    return parser.parse_args()
+
+
+def main():
+    args = arguments()
+    torch.manual_seed(args.seed)
+    torch.set_num_threads(1)
+    clock, path = Clock(), args.out and args.out / "agent.pt"
+    scenes, test = ObjectsEnv(args.id, args.envs, args.seed), ObjectsEnv(args.id, 200)
+    if args.resume and path.exists():
+        agent = Agent(load_policy(path)[0])
+    else:
+        size = memories.size_for(args.memory, budget=args.parameters)
+        agent = Agent(ZooPolicy(scenes.layout, args.memory, size))
+    agent(scenes.reset(seed=args.seed)[None])  # the critic takes its size from this
+    if not (args.resume and path.exists()):
+        agent.policy.fit(collect(agent, scenes)[0])
+    optimiser = torch.optim.Adam(agent.parameters(), args.lr)
+    log, scale, policy = Log(args.out), Scale(args.gamma), agent.policy
+    per_iteration = args.envs * scenes.horizon
+    iterations = max(1, args.steps // per_iteration)
+    for iteration in range(iterations):
+        scale_lr(optimiser, 1 - iteration / iterations)
+        learn(agent, optimiser, collect(agent, scenes), scale, args)
+        if (iteration + 1) % args.evaluate_every and iteration + 1 < iterations:
+            continue
+        scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED)
+        steps = (iteration + 1) * per_iteration
+        log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores)
+        if path:
+            save_policy(policy, path, args.id)
+    cpu_s = clock()
+    figures = {**policy.figures(cpu_s, steps), "transfer": transfer(policy, args.test)}
+    finish(policy, test, args, log, cpu_s, f"PPO, {policy.kind}", **figures)
+
+
+if __name__ == "__main__":
+    main()

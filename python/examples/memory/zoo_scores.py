@@ -1,0 +1,130 @@
+"""Compares the nine memories: each learns each task from several seeds, and plays its longer form.
+
+    python zoo_scores.py                                   # runs what is missing, writes the tables
+    python zoo_scores.py --learners imitation --seeds 1 --memories gru lru
+
+Every run is a process of its own; the command can be stopped at any time and continues there. The
+cheapest memories come first. Results are kept as `python -m engram.scores` keeps its own: under
+--out, and beside the page.
+"""
+
+import argparse
+import os
+import statistics
+import sys
+from pathlib import Path
+
+import memories
+
+import engram
+from engram import scores
+
+FOLDER = Path(__file__).resolve().parent
+LEARNERS = {"imitation": "zoo_imitation.py", "ppo": "zoo_ppo.py"}
+LONGER = {
+    "RememberColor3-VLA-v0": "RememberColor3-Long-VLA-v0",
+    "RememberColor9-VLA-v0": "RememberColor9-Long-VLA-v0",
+    "ShellGameShuffleTouch-VLA-v0": "ShellGameShuffleTouch-Long-VLA-v0",
+}
+
+
+def arguments(given):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    add = parser.add_argument
+    add("--ids", nargs="+", default=list(LONGER), choices=list(LONGER), metavar="ID")
+    add("--memories", nargs="+", default=list(memories.MEMORIES), choices=list(memories.MEMORIES))
+    add("--learners", nargs="+", default=list(LEARNERS), choices=list(LEARNERS))
+    add("--seeds", type=int, nargs="+", default=[1, 2, 3])
+    add("--out", type=Path, default=Path("build/memories"), help="folder of the runs")
+    add("--page", type=Path, help="page whose tables are replaced; default: OUT/memories.md")
+    add("--jobs", type=int, default=os.cpu_count() or 1, help="runs at the same time")
+    add("--tables", action="store_true", help="runs nothing; writes the tables of existing runs")
+    add("--pass", dest="more", default="", metavar="'...'", help="further options for learners")
+    return parser.parse_args(given)
+
+
+def column_of(learner, memory):
+    return f"{learner}_{memory}"
+
+
+def run(args, known):
+    def do(folder, task, column, seed):
+        learner, memory = column.split("_")
+        command = [sys.executable, str(FOLDER / LEARNERS[learner]), "--memory", memory]
+        scores.learn([*command, "--test", LONGER[task], *args.more.split()], folder, task, seed)
+
+    plan = [
+        (task, column_of(learner, memory), seed)
+        for learner in args.learners
+        for task in args.ids
+        for seed in args.seeds
+        for memory in args.memories
+    ]
+    scores.complete(plan, do, known, args.out, args.jobs)
+
+
+def table(runs, learner, task):
+    """Markdown: a row for each memory, over its seeds."""
+    rows = []
+    for memory in memories.MEMORIES:
+        run = (task, column_of(learner, memory))
+        own = [result for key, result in sorted(runs.items()) if key[:2] == run]
+        if not own:
+            continue
+        reset = [result["wiped"] for result in own if "wiped" in result]
+        far = [result["transfer"][LONGER[task]] for result in own]
+        cells = [
+            scores.rate_cell(part, figure)
+            for part, figure in (
+                (own, "success_once"),
+                (reset, "success_once"),
+                (far, "success_once"),
+                (far, "first_answer_correct"),
+            )
+        ]
+        cost = statistics.median(result["cpu_s_per_million_steps"] for result in own)
+        rows.append([memory, str(len(own)), *cells, f"{cost:,.0f}"])
+    if not rows:
+        return []
+    head = ["memory", "seeds", "short", "short, reset", "Long", "Long, first answer", "cpu s"]
+    title = f"## {learner}, {task}"
+    chance = f"Chance of an answer: {engram.describe(task)['answer_chance']:.3f}."
+    return [title, "", chance, "", *scores.table(head, rows), ""]
+
+
+def sizes(runs):
+    """Markdown: parameters of each memory, of its policy, and the size inside."""
+    rows = []
+    for memory in memories.MEMORIES:
+        known = [result for result in runs.values() if result["memory"] == memory]
+        if known:
+            counts = {(result["parameters"], result["all_parameters"]) for result in known}
+            inside = sorted({count for count, _ in counts})
+            rows.append(
+                [memory, str(memories.size_for(memory)), ", ".join(f"{n:,}" for n in inside)]
+            )
+    return ["## Parameters", "", *scores.table(["memory", "size", "parameters"], rows)]
+
+
+def tables(runs):
+    lines = []
+    for learner in LEARNERS:
+        for task in LONGER:
+            lines += table(runs, learner, task)
+    return "\n".join([*lines, *sizes(runs)])
+
+
+def main(given=None):
+    args = arguments(given)
+    page = args.page or args.out / "memories.md"
+    if not args.tables:
+        run(args, scores.known_runs(args.out, page))
+    runs = scores.known_runs(args.out, page)
+    scores.store(runs, page)
+    scores.write(page, tables(runs))
+    print(page)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
