@@ -31,6 +31,8 @@ struct Additions {
   bool labels = false;  // protocol/datasets/labels.h
   bool depth = false;   // of both cameras, as the next
   bool segmentation = false;
+
+  friend bool operator==(const Additions&, const Additions&) = default;
 };
 
 // Options of the environments for recording and replay: the library's defaults with images,

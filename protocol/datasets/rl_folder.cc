@@ -95,9 +95,10 @@ std::vector<std::byte> RlRecorder::file(const Batch& env) const {
 
 RlFolder::RlFolder(const fs::path& root, const RegistryEntry& entry, const CollectionPlan& plan)
     : entry_(&entry), plan_(plan), path_(root / kRoot / "unbatched" / entry.id) {
-  if (plan.labels || plan.joint_proprio) {
+  if (plan.additions != Additions() || plan.joint_proprio) {
     throw Error(Error::kInvalidArgument,
-                "labels or joint_proprio given; RL data have neither: arrays of pictures, joints, "
+                "labels, depth, segmentation or joint_proprio given; RL data have none of them: "
+                "arrays of pictures, joints, "
                 "actions, rewards, success and done alone");
   }
   plan_.keep_failures = true;

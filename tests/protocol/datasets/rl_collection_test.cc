@@ -134,8 +134,8 @@ TEST_CASE("RL data of different plans are not mixed", "[datasets][rl]") {
   options.plan.rules = Rules::kOriginal;
   CHECK_THROWS_WITH(collect_into(options), Catch::Contains("was collected with rules"));
   options = options_for(root.path(), 2);
-  options.plan.labels = true;
-  CHECK_THROWS_WITH(collect_into(options), Catch::Contains("RL data have neither"));
+  options.plan.additions.labels = true;
+  CHECK_THROWS_WITH(collect_into(options), Catch::Contains("RL data have none"));
   options = options_for(root.path(), 2);
   options.plan.control_mode = ControlMode::kPdJointVel;
   CHECK_THROWS_AS(collect_into(options), Error);
