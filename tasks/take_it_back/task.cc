@@ -219,7 +219,12 @@ class TakeItBack final : public FamilyBase {
       goal_reached_status_[env] = reached_[env];
       note_answer(env);
       const bool counts = reached_[env] != 0 && (!engine_.strict || engine_.answers.given(env));
-      engine_.success[env] = returned && counts ? 1 : 0;
+      const bool success = returned && counts;
+      engine_.success[env] = success ? 1 : 0;
+      // Where success ends the episode, there is no time to bring the cube nearer.
+      if (success && info_.termination == Termination::kSuccess && !engine_.answers.given(env)) {
+        engine_.answers.give(env, slot_[env], true);
+      }
       RowWriter(engine_.oracle_values.row(env)).add(region_position(initial(env)));
       reward_dict_.publish(env);
     }
