@@ -123,18 +123,9 @@ def _phases(cls: Any) -> Mapping[str, str]:
     return _rl_families.PHASES.get(cls._family, {}) if cls._rl else {}
 
 
-def with_phases(cls: Any, constants: Mapping[str, Any]) -> dict[str, Any]:
-    """Constants, with the original's names of those that the RL half calls otherwise."""
-    result = dict(constants)
-    for name, ours in _phases(cls).items():
-        low, high = constants[ours]
-        result[name] = low if low == high else [low, high]
-    return result
-
-
 def _usual(cls: Any) -> dict[str, Any]:
     """Constants of a class that nobody has set."""
-    return with_phases(cls, {**task_constants(cls._task), **_forms.of_task(cls._changes)})
+    return {**task_constants(cls._task), **_forms.of_task(cls._changes)}
 
 
 def _changeable(cls: Any) -> list[str]:
@@ -184,7 +175,7 @@ def _check_set(cls: Any, name: str, value: Any) -> None:
             raise InvalidArgumentError(f"{cls.__name__}.{name}: {value!r} given, a text needed")
         return
     usual = _usual(cls)
-    if name not in usual:
+    if name not in usual and name not in _changeable(cls):
         nearest = difflib.get_close_matches(name, [*usual, _INSTRUCTION], n=1, cutoff=0)[0]
         raise UnknownIdError(
             f"{cls.__name__}.{name} set; the task has no such constant, did you mean {nearest}?"
@@ -239,7 +230,7 @@ def changed_constants(cls: Any) -> dict[str, Any]:
     if not wanted:
         return {}
     changeable = _changeable(cls)
-    usual = with_phases(cls, task_constants(cls._task))
+    usual = task_constants(cls._task)
     result = {}
     for name, value in wanted.items():
         if name in usual and _forms.same(value, usual[name]):

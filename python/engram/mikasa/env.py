@@ -25,7 +25,6 @@ from engram.mikasa._variants import (
     changed_constants,
     own_constants,
     own_instruction,
-    with_phases,
 )
 from engram.mikasa.agent import Agent
 from engram.mikasa.scene import Scene
@@ -102,7 +101,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._env = self._open(options)
         self.task_id = self._env.task_id
         self._description = self._env.description
-        self._constants = with_phases(cls, _forms.of_task(self._description["constants"]))
+        self._constants = _forms.of_task(self._description["constants"])
         for name, value in own_constants(cls).items():  # as they were set: a tuple, not a list
             if name in self._constants and _forms.same(value, self._constants[name]):
                 self._constants[name] = value
@@ -333,8 +332,8 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         """Constants, phases and outputs of the task."""
         if name.startswith("_") or "_env" not in self.__dict__:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        if name.isupper():
-            constants = self._constants
+        constants = self._constants
+        if name.isupper() or name in constants:
             return constants[name] if name in constants else getattr(type(self), name)
         if self._rl and name in _PHASE_LENGTHS:  # fixed there
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")

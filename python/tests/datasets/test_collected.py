@@ -144,7 +144,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path, format):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--format", "zarr"), "--format: 'zarr' given, npz, lerobot, rlds or hdf5 allowed"),
+        (("--format", "zarr"), "--format: 'zarr' given, npz, lerobot, rlds, hdf5 or rl allowed"),
         (("--format", "rlds", "--stream"), "one of them allowed"),
         (
             ("--format", "rlds", "--frames", "images"),

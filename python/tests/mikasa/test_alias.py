@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("torch")
 
-from released import run, unpacked
+from released import run
 
 from engram.mikasa import classes
 from engram.mikasa.__main__ import main
@@ -302,18 +302,3 @@ def test_the_command_line(capsys, words, code, text):
     assert end.value.code == code
     assert text in " ".join("".join(capsys.readouterr()).split())
     assert not any(name in sys.modules for name in PACKAGES)
-
-
-def test_the_released_ppo_script_is_refused_with_a_reason(wheel, tmp_path):
-    pytest.importorskip("tyro")
-    script = unpacked(wheel, "baselines/ppo/ppo_memtasks.py", tmp_path)
-    text = script.read_text()
-    for missing in ("from colorama import Fore, Style", "from torch.utils.tensorboard import"):
-        assert missing in text  # libraries that the tests' environment does not have
-    for name in ("colorama", "tensorboard"):
-        (tmp_path / f"{name}.py").write_text("Fore = Style = SummaryWriter = None\n")
-    script.write_text(text.replace("torch.utils.tensorboard", "tensorboard"))
-    done = run(*RUNNER, script, folder=tmp_path, code=1)
-    assert done.stderr.splitlines()[-1].startswith(
-        "ModuleNotFoundError: mikasa_robo_suite.rl: engram.mikasa, which stands in for"
-    )

@@ -260,7 +260,7 @@ def test_lengths_of_phases():
             observation, *_ = env.step(torch.zeros(1, 8))
         assert hidden == [True] * 9 + [False] * 2
     with made(COLOR, num_envs=1, delta_time=7) as env:
-        assert env.unwrapped.EMPTY_PHASE_STEPS == [7, 7]
+        assert env.unwrapped.delta_time == 7
     with pytest.raises(TypeError, match="delta_time"):
         gym.make("RememberColor3-VLA-v0", delta_time=7)
 
@@ -301,7 +301,7 @@ def test_overlays_are_where_the_original_has_them(overlay, id, baseline, monkeyp
     (top, bottom), brighter = changed_rows(id, getattr(rl, overlay))
     assert baseline - 24 <= top < baseline - 12
     assert baseline - 2 <= bottom <= baseline + 8
-    assert brighter.min() >= -1  # no outline
+    assert brighter.min() > -20  # no outline, which would be darker by 90
 
 
 def test_debug_overlay_has_a_line_for_each_term(monkeypatch):

@@ -309,7 +309,7 @@ TEST_CASE("The cue of RL shell games is a range that users may change", "[shell]
       REQUIRE(found != described.end());
       return found->second;
     };
-    CHECK(value("CUE_PHASE_STEPS") == Constant(ConstantList{5, 5}));
+    CHECK(value("TIME_OFFSET") == Constant(5));
     CHECK(value("MUG_SCALE") == Constant(1.0));
     MakeOptions options;
     options.constants = {{"CUE_PHASE_STEPS", ConstantList{7, 12}}};
