@@ -110,9 +110,7 @@ def test_how_far_a_memory_reaches(zoo: SimpleNamespace, name: str) -> None:
     assert not reached[71:].any()  # nothing comes from the future
     reach = {"none": 0, "stack4": 3, "gtrxl": 64}.get(name)
     if reach is None:
-        assert reached[66:71].all()
-        # A gate of one half leaves nothing of the first steps, in any number of digits.
-        assert name == "mingru" or reached[50]
+        assert reached[50:71].all()
     else:
         assert reached[:71].nonzero()[:, 0].tolist() == list(range(70 - reach, 71))
 
@@ -290,7 +288,7 @@ def test_a_learner_runs_and_resumes(
     result = json.loads(lines[-1])
     assert result == json.loads((tmp_path / "result.json").read_text())
     assert (result["memory"], result["env_steps"]) == (name, 800)
-    assert abs(result["parameters"] - 4000) < 200 < result["all_parameters"] - 4000
+    assert abs(result["parameters"] - 4000) < 400 < result["all_parameters"] - 4000
     assert result["cpu_s_per_million_steps"] > 0
     remembers = name != "none"
     assert ("wiped" in result) == remembers
