@@ -33,6 +33,7 @@ def zoo() -> Iterator[SimpleNamespace]:
     """Modules of the folder, which is on the search path for as long."""
     before = set(sys.modules)
     sys.path.insert(0, str(EXAMPLES))
+    import forgetting
     import inference
     import memories
     import training
@@ -41,6 +42,7 @@ def zoo() -> Iterator[SimpleNamespace]:
     from memories import gtrxl, scan
 
     yield SimpleNamespace(
+        forgetting=forgetting,
         inference=inference,
         memories=memories,
         training=training,
@@ -314,6 +316,34 @@ def test_imitation_learns_to_use_the_memory(tmp_path: Path) -> None:
 
 
 # --- the comparison ---
+
+
+def test_points_of_several_tasks_are_one_curve(zoo: SimpleNamespace) -> None:
+    def task(*points: tuple[int, float]) -> dict[str, Any]:
+        answers = [
+            {"delay": delay, "first_answer": {"rate": rate, "interval": [rate - 0.1, rate + 0.1]}}
+            for delay, rate in points
+        ]
+        return {"forgetting": {"points": answers}}
+
+    delays, rates, low, high = zoo.forgetting.curve_of(
+        [task((1, 0.9), (50, 0.5)), task((5, 0.8), (50, 0.4))]
+    )
+    assert (delays, rates) == ([1, 5, 50], [0.9, 0.8, 0.5])
+    np.testing.assert_allclose([low, high], [[0.8, 0.7, 0.4], [1.0, 0.9, 0.6]])
+
+
+def test_a_picture_of_probes(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+
+    def still(observation: dict[str, Any]) -> list[list[int]]:
+        return [[0, 0, 0, 0, 0, 0, -1]] * len(observation["instruction"])
+
+    probes = tmp_path / "probes"
+    engram.probe(still, TASK, obs="objects", probes=["forgetting"], episodes=1, output=probes)
+    picture = tmp_path / "curves.png"
+    run("forgetting.py", f"still={probes}", "--out", str(picture))
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_runs_continue_and_become_tables(
