@@ -33,6 +33,7 @@ def zoo() -> Iterator[SimpleNamespace]:
     """Modules of the folder, which is on the search path for as long."""
     before = set(sys.modules)
     sys.path.insert(0, str(EXAMPLES))
+    import forgetting
     import inference
     import memories
     import training
@@ -41,6 +42,7 @@ def zoo() -> Iterator[SimpleNamespace]:
     from memories import gtrxl, scan
 
     yield SimpleNamespace(
+        forgetting=forgetting,
         inference=inference,
         memories=memories,
         training=training,
@@ -110,9 +112,7 @@ def test_how_far_a_memory_reaches(zoo: SimpleNamespace, name: str) -> None:
     assert not reached[71:].any()  # nothing comes from the future
     reach = {"none": 0, "stack4": 3, "gtrxl": 64}.get(name)
     if reach is None:
-        assert reached[66:71].all()
-        # A gate of one half leaves nothing of the first steps, in any number of digits.
-        assert name == "mingru" or reached[50]
+        assert reached[50:71].all()
     else:
         assert reached[:71].nonzero()[:, 0].tolist() == list(range(70 - reach, 71))
 
@@ -290,7 +290,7 @@ def test_a_learner_runs_and_resumes(
     result = json.loads(lines[-1])
     assert result == json.loads((tmp_path / "result.json").read_text())
     assert (result["memory"], result["env_steps"]) == (name, 800)
-    assert abs(result["parameters"] - 4000) < 200 < result["all_parameters"] - 4000
+    assert abs(result["parameters"] - 4000) < 400 < result["all_parameters"] - 4000
     assert result["cpu_s_per_million_steps"] > 0
     remembers = name != "none"
     assert ("wiped" in result) == remembers
@@ -316,6 +316,34 @@ def test_imitation_learns_to_use_the_memory(tmp_path: Path) -> None:
 
 
 # --- the comparison ---
+
+
+def test_points_of_several_tasks_are_one_curve(zoo: SimpleNamespace) -> None:
+    def task(*points: tuple[int, float]) -> dict[str, Any]:
+        answers = [
+            {"delay": delay, "first_answer": {"rate": rate, "interval": [rate - 0.1, rate + 0.1]}}
+            for delay, rate in points
+        ]
+        return {"forgetting": {"points": answers}}
+
+    delays, rates, low, high = zoo.forgetting.curve_of(
+        [task((1, 0.9), (50, 0.5)), task((5, 0.8), (50, 0.4))]
+    )
+    assert (delays, rates) == ([1, 5, 50], [0.9, 0.8, 0.5])
+    np.testing.assert_allclose([low, high], [[0.8, 0.7, 0.4], [1.0, 0.9, 0.6]])
+
+
+def test_a_picture_of_probes(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+
+    def still(observation: dict[str, Any]) -> list[list[int]]:
+        return [[0, 0, 0, 0, 0, 0, -1]] * len(observation["instruction"])
+
+    probes = tmp_path / "probes"
+    engram.probe(still, TASK, obs="objects", probes=["forgetting"], episodes=1, output=probes)
+    picture = tmp_path / "curves.png"
+    run("forgetting.py", f"still={probes}", "--out", str(picture))
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_runs_continue_and_become_tables(

@@ -5,7 +5,8 @@ r"""Draws the forgetting curves of several policies, which `engram probe` has me
     python forgetting.py gru=probes/gru lru=probes/lru --out forgetting.png
 
 The share of right first answers over the delay between cue and question, with its 95 % interval;
-the dotted line is chance.
+the dotted line is chance. Points of a name that is given several times are one curve: those of a
+short task and of its longer form, say.
 """
 
 import argparse
@@ -28,14 +29,21 @@ def arguments():
     return parser.parse_args()
 
 
-def curve_of(folder):
-    """The first task's forgetting: delays, rates, lower and upper ends, chance."""
-    task = json.loads((folder / "probe.json").read_text())["tasks"][0]
-    points = [(point["delay"], point["first_answer"]) for point in task["forgetting"]["points"]]
-    delays = [delay for delay, _ in points]
-    rates = [answer["rate"] for _, answer in points]
-    low, high = zip(*(answer["interval"] for _, answer in points))
-    return task["env_id"], delays, rates, low, high, task["forgetting"]["answer_chance"]
+def probed(folder):
+    """What was measured of the first task."""
+    return json.loads((folder / "probe.json").read_text())["tasks"][0]
+
+
+def curve_of(tasks):
+    """Delays, rates, lower and upper ends; of a delay in several tasks, those of the first."""
+    answers = {}
+    for task in tasks:
+        for point in task["forgetting"]["points"]:
+            answers.setdefault(point["delay"], point["first_answer"])
+    delays = sorted(answers)
+    rates = [answers[delay]["rate"] for delay in delays]
+    low, high = zip(*(answers[delay]["interval"] for delay in delays))
+    return delays, rates, low, high
 
 
 def main():
@@ -46,13 +54,19 @@ def main():
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(figsize=(6.5, 3.8))
+    curves = {}
     for name, folder in args.probes:
-        task, delays, rates, low, high, chance = curve_of(folder)
+        curves.setdefault(name, []).append(probed(folder))
+    for name, tasks in curves.items():
+        delays, rates, low, high = curve_of(tasks)
         line = axes.plot(delays, rates, marker="o", label=name)[0]
         axes.fill_between(delays, low, high, alpha=0.12, color=line.get_color())
-    axes.axhline(chance, color="k", linestyle=":", linewidth=1)
-    axes.set(title=task, xlabel="delay, steps", ylabel="first answer is right", ylim=(0, 1.03))
-    axes.set_xscale("symlog", linthresh=1)
+    first = next(iter(curves.values()))[0]
+    axes.axhline(first["forgetting"]["answer_chance"], color="k", linestyle=":", linewidth=1)
+    axes.set(title=first["env_id"], xlabel="delay, steps", ylabel="first answer is right")
+    axes.set_ylim(0, 1.03)
+    axes.set_xscale("symlog", linthresh=1, linscale=0.3)
+    axes.set_xlim(left=0)
     axes.legend()
     axes.grid(alpha=0.3)
     figure.tight_layout()

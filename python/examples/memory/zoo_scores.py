@@ -93,17 +93,13 @@ def table(runs, learner, task):
 
 
 def sizes(runs):
-    """Markdown: parameters of each memory, of its policy, and the size inside."""
+    """Markdown: the parameters of each memory in these runs."""
     rows = []
     for memory in memories.MEMORIES:
-        known = [result for result in runs.values() if result["memory"] == memory]
-        if known:
-            counts = {(result["parameters"], result["all_parameters"]) for result in known}
-            inside = sorted({count for count, _ in counts})
-            rows.append(
-                [memory, str(memories.size_for(memory)), ", ".join(f"{n:,}" for n in inside)]
-            )
-    return ["## Parameters", "", *scores.table(["memory", "size", "parameters"], rows)]
+        counts = {run["parameters"] for run in runs.values() if run["memory"] == memory}
+        if counts:
+            rows.append([memory, ", ".join(f"{count:,}" for count in sorted(counts))])
+    return ["## Parameters", "", *scores.table(["memory", "parameters"], rows)]
 
 
 def tables(runs):
