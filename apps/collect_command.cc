@@ -351,7 +351,7 @@ void add_collect_command(const Command& program,
                    "Keeps episodes that fail as well, every episode for itself");
   add_num_envs(command, options->collection.num_envs);
   add_threads(command, options->collection.threads);
-  command.add_option("--out", options->out, "Folder to hold data_npz/<ID>")
+  command.add_option("--out", options->out, "Folder to hold data_<format>/<ID>")
       .type_name("DIR")
       .default_str(options->out);
   command.add_flag(

@@ -2,9 +2,10 @@
 
     python python/tests/fuzz_datasets.py [COUNT [FIRST]]
 
-Case n is the same on every machine. Whatever a data set holds, `python -m engram.datasets` ends by
-itself and says what is wrong in one line that terminals can show; it touches nothing outside its
-output folder, and leaves nothing there unless it succeeds; what it accepts is sound.
+Case n is the same on every machine that has h5py, and on every one that lacks it. Whatever a data
+set holds, `python -m engram.datasets` ends by itself and says what is wrong in one line that
+terminals can show; it touches nothing outside its output folder, and leaves nothing there unless it
+succeeds; what it accepts is sound.
 """
 
 from __future__ import annotations
@@ -48,6 +49,11 @@ def has_libraries() -> bool:
     return all(importlib.util.find_spec(name) for name in _LIBRARIES)
 
 
+def formats() -> list[str]:
+    """Those that demonstrations can be converted to here."""
+    return ["rlds", "lerobot"] + ["hdf5"] * (importlib.util.find_spec("h5py") is not None)
+
+
 # --- damage ---
 
 
@@ -74,16 +80,16 @@ class Case:
         (self.outside / "keep").write_text("what others own")
         self.folder = self.root / "data_npz" / ID
         self.out = self.random.choice([self.root, self.root, place / "out"])
-        kinds = ["rlds", "lerobot", "replay"] if has_libraries() else ["read"]
+        kinds = [*formats(), "replay"] if has_libraries() else ["read"]
         self.kind = self.random.choice(kinds)
         self.options: list[str] = []
         self.placed = False
-        self.format = self.random.choice(["npz", "rlds", "lerobot"])
+        self.format = self.random.choice(["npz", *formats()])
         if self.kind == "replay":
             self.options = ["--format", self.format]
         elif self.kind == "lerobot":
             self.options = self.random.choice([["--images"]] * 5 + [["--codec", "mpeg4"]])
-        if self.kind in ("rlds", "lerobot") and self.out != self.root:
+        if self.kind in formats() and self.out != self.root:
             self.options += ["--out", str(self.out)]
         damages = [self.metadata_field, self.metadata_bytes, self.array, self.file_bytes]
         damages += [self.archive, self.places] if self.kind != "replay" else [self.stored] * 4
@@ -228,9 +234,8 @@ class Case:
 
     def places(self) -> None:
         """Files at the output paths."""
-        parts = ["data_rlds", ID] if self.kind == "rlds" else ["data_lerobot"]
-        last = {"rlds": "1.0.0", "lerobot": ID}.get(self.kind, "x")
-        parts = [*parts, last][: self.random.randint(1, 3)]
+        parts = [f"data_{self.kind}", ID, *["1.0.0"] * (self.kind == "rlds")]
+        parts = parts[: self.random.randint(1, 3)]
         path = self.out.joinpath(*parts)
         if self.placed:
             return
@@ -299,8 +304,8 @@ class Case:
 
     def arguments(self) -> None:
         number = self.random.choice(["0", "-1", "1e3", "nan", "", "9" * 30, "10", "60000", "x"])
-        names = {"rlds": ["--jobs"], "lerobot": ["--fps", "--codec"], "replay": ["--episodes"]}
-        name = self.random.choice([*names[self.kind], "ID", "--out"])
+        names = {"lerobot": ["--fps", "--codec"], "replay": ["--episodes"]}
+        name = self.random.choice([*names.get(self.kind, ["--jobs"]), "ID", "--out"])
         if name == "ID":
             self.options.insert(0, self.name().replace("\0", "0").replace("\ud800", "x"))
         elif name == "--codec":
@@ -395,8 +400,7 @@ def problems(place: Path, number: int, template: Path) -> tuple[str, list[str]]:
         if changed:
             found.append(f"refused or read only, but changed {sorted(changed)[:3]}")
     else:
-        name = "data_rlds" if case.kind == "rlds" else "data_lerobot"
-        allowed = str((case.out / name).relative_to(place))
+        allowed = str((case.out / f"data_{case.kind}").relative_to(place))
         beyond = [path for path in changed if path != "out" and not path.startswith(allowed)]
         if beyond:
             found.append(f"changed beyond its output: {sorted(beyond)[:3]}")
@@ -426,8 +430,9 @@ def play(first: int, count: int, report: Any = None) -> tuple[collections.Counte
             from engram.datasets.__main__ import main
 
             with contextlib.redirect_stderr(io.StringIO()):
-                assert main(["rlds", str(template), "--jobs", "1"]) == 0
-                assert main(["lerobot", str(template), "--images"]) == 0
+                for format in formats():
+                    options = ["--images"] if format == "lerobot" else ["--jobs", "1"]
+                    assert main([format, str(template), *options]) == 0
         for number in range(first, first + count):
             place = base / "case"
             place.mkdir()

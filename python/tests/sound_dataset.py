@@ -54,9 +54,11 @@ def metadata_text(document: Any) -> str:
     """What somebody writes who knows the checksum; documents may hold what JSON cannot."""
     if not isinstance(document, dict):
         return json.dumps(document)
-    checksum = documents.checksum_of(
-        json.dumps(document, separators=(",", ":"), ensure_ascii=False)
-    )
+    line = json.dumps(document, separators=(",", ":"), ensure_ascii=False)
+    try:
+        checksum = documents.checksum_of(line)
+    except UnicodeEncodeError:  # half of a surrogate pair, of which there is no checksum
+        return json.dumps(document)
     return json.dumps({**document, "checksum": checksum}, ensure_ascii=False)
 
 

@@ -118,10 +118,12 @@ void ColorRecallExpert::touch(int env, int color, float* action) const {
 // Moves at one height, just above the cubes, to the near edge of where the cube is touched, and
 // stops there for a step.
 void ColorRecallExpert::touch_in_passing(int env, int color, float* action) const {
+  constexpr double kCoasting = 0.02;  // s: so far the TCP moves on when it is told to stop
+  const State& state = *view_.engine.state;
   const auto [above, before, rest] = passing(view_.touch.radius());
   const Eigen::Vector3d point = view_.touch.touch_point(env, color);
-  const Eigen::Vector3d way = point - tcp_pos(*view_.engine.state, env);
-  if (way.norm() < rest) {
+  const Eigen::Vector3d way = point - tcp_pos(state, env);
+  if ((way - kCoasting * tcp_velocity(state, *view_.engine.arm, env)).norm() < rest) {
     hold_tcp(kGripperOpen, action);
     return;
   }

@@ -66,7 +66,7 @@ class ColorTouchBase : public FamilyBase {
     row.field("oracle_info", params_.SEQUENCE_LENGTH, "", "colours of the cue, in its order",
               [&] { return sequence_.row(env); });
   }
-  // The last ones. next: gives the colour to be touched next, -1: none.
+  // The last ones. next_target: gives the colour to be touched next, -1: none.
   template <class Row, class Next>
   void cube_fields(Row& row, int env, const Next& next_target) const {
     int next = -1;

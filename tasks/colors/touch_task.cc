@@ -13,7 +13,7 @@ ColorTouch::ColorTouch(const RegistryEntry& entry, const ColorRecallParams& para
                .touch = touch_,
                .sequence = sequence_}),
       annotator_(expert_) {
-  // Both know no order, and name the lowest colour as the next target.
+  // Seq is judged as Bunch is: in any order, the lowest colour being the next target.
   if (rule_ == ColorRule::kSeq) rule_ = ColorRule::kBunch;
   info_.reward_terms =
       reward_terms_of([&](auto& row) { list_color_touch_terms(row, params.rule, {}, {}); });

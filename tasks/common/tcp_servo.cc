@@ -107,6 +107,12 @@ void limit_speed_near(const State& state, int env, double height, float* action)
   }
 }
 
+Eigen::Vector3d tcp_velocity(const State& state, const Arm& arm, int env) {
+  ArmJacobian jacobian;
+  arm.forward(state.qpos.row(env), jacobian);
+  return jacobian.topRows<3>() * Eigen::Map<const ArmVector>(state.qvel.row(env));
+}
+
 Eigen::Quaterniond tool_down(double yaw) { return turn_about(Vector3d::UnitZ(), yaw) * kToolDown; }
 
 double tcp_yaw(const State& state, int env) {

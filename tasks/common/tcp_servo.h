@@ -51,6 +51,9 @@ void swing_tcp(const State& state, const Arm& arm, int env, const Eigen::Vector3
 // speed at `height`: a hand that changes its height fast sways by a centimetre.
 void limit_speed_near(const State& state, int env, double height, float* action);
 
+// m/s, from the speeds of the joints.
+Eigen::Vector3d tcp_velocity(const State& state, const Arm& arm, int env);
+
 // kToolDown turned about the vertical by `yaw`, counter-clockwise from above.
 Eigen::Quaterniond tool_down(double yaw);
 // Yaw of a TCP that points more or less down, -pi to pi.

@@ -7,6 +7,7 @@
 #include "core/math/real_functions.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/reward_dict.h"
+#include "tasks/common/tcp_servo.h"
 #include "tasks/common/variant.h"
 #include "tasks/intercept/annotator.h"
 #include "tasks/intercept/ball_launch.h"
@@ -149,8 +150,9 @@ class InterceptGrab final : public FamilyBase {
               [&] { return Vector(launch_.ball(env) - launch_.tcp(env)); });
     row.field("gripper_width", 1, "m", "sum of both finger positions",
               [&] { return gripper_width(env); });
-    row.field("relative_velocity", 3, "m/s", "of the ball, as seen from the TCP",
-              [&] { return Vector(launch_.linear_velocity(env) - tcp_velocity(env)); });
+    row.field("relative_velocity", 3, "m/s", "of the ball, as seen from the TCP", [&] {
+      return Vector(launch_.linear_velocity(env) - tcp_velocity(*engine_.state, *engine_.arm, env));
+    });
   }
 
   // --- expert ---
@@ -162,12 +164,6 @@ class InterceptGrab final : public FamilyBase {
   double gripper_width(int env) const {
     const double* fingers = engine_.state->qpos.row(env) + kArmJoints;
     return fingers[0] + fingers[1];
-  }
-
-  Vector tcp_velocity(int env) const {
-    ArmJacobian jacobian;
-    engine_.arm->forward(engine_.state->qpos.row(env), jacobian);
-    return jacobian.topRows<3>() * Eigen::Map<const ArmVector>(engine_.state->qvel.row(env));
   }
 
   Params params_;

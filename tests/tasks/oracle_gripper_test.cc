@@ -58,7 +58,9 @@ bool rests(const float* action) {
 
 void check_habit(const Habit& habit, const std::string& id) {
   INFO(id);
-  const bool is_long = id.find("-Long-") != std::string::npos;
+  // RL tasks do not freeze the cue either.
+  const bool is_long =
+      id.find("-Long-") != std::string::npos || require_entry(id).split == Split::kRl;
   BatchOptions options;
   options.control_mode = ControlMode::kPdEeDeltaPose;
   const auto env = make_env(id, options);

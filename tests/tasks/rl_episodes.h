@@ -33,6 +33,10 @@ inline void check_rl_facts(const std::string& id, int horizon, const char* memor
   CHECK(info.termination == Termination::kSuccess);
   CHECK(env->control_mode() == ControlMode::kPdJointDeltaPos);
   CHECK(env->action_dim() == 8);
+  CHECK_THROWS_WITH(make_task(id, {{"ACTION_L2_COEF", 0.1}}), Catch::Contains("ACTION_L2_COEF"));
+  const std::unique_ptr<Task> longer = make_task(id, {{"max_episode_steps", 2 * horizon}});
+  CHECK(longer->info().horizon == 2 * horizon);
+  CHECK(longer->info().termination == Termination::kSuccess);
 }
 
 // Plays whole episodes, of each policy in turn, on through success; calls begin(env, index) after

@@ -57,7 +57,8 @@ class SegmentNames:
     def __init__(self) -> None:
         self.names: list[str] | None = None
 
-    def add(self, names: list[str]) -> None:
+    def add(self, names: list[str] | None) -> None:
+        """names: those of an episode; None if it has no segmentation."""
         if self.names is None:
             self.names = names
         elif names != self.names:

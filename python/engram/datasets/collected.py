@@ -64,7 +64,7 @@ class CollectedEpisodes:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._process.terminate()
+        self._process.kill()  # it writes no files, and has nothing to say
         self._source.close()
         self._process.wait()
 

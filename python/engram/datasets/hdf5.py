@@ -31,7 +31,7 @@ from engram.datasets.episodes import (
 )
 from engram.datasets.folders import new_folder
 from engram.datasets.labels import Labels
-from engram.datasets.work import in_order
+from engram.datasets.work import in_order, packed
 
 PICTURES = ("image", "wrist_image")
 _LEVEL = 1  # of gzip: more makes files hardly smaller
@@ -73,22 +73,17 @@ def convert(
                 instructions.add(demonstration.instruction)
                 progress(done, len(folder))
             writer.finish(folder)
-        _write_json(path / source.NAME, _source(folder, added))
+        _write_json(path / source.NAME, source.with_additions(folder, added))
         (path / HDF5_METADATA).write_bytes(folder.metadata_bytes)
         (path / "README.md").write_text(_card(folder, sorted(instructions), added))
     return Path(root).joinpath(*place)
 
 
-def _source(
-    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
-) -> dict[str, Any]:
-    return source.document(folder, {name: name in added for name in additions.ADDITIONS})
-
-
 def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
     """True if the folder was written from the same collection; refuses another one."""
     path = Path(root) / HDF5_FOLDER / folder.env_id
-    return source.is_same(path, path / source.NAME, _source(folder, additions.chosen(**options)))
+    asked = source.with_additions(folder, additions.chosen(**options))
+    return source.is_same(path, path / source.NAME, asked)
 
 
 # --- episodes ---
@@ -119,7 +114,7 @@ class _Frames:
         made: dict[bytes, bytes] = {}
         self.chunks = []
         for picture in pictures:
-            pixels = picture.tobytes()
+            pixels = packed(picture).tobytes()
             if pixels not in made:
                 made[pixels] = zlib.compress(pixels, _LEVEL)
             self.chunks.append(made[pixels])
@@ -138,10 +133,11 @@ class _Demonstration:
     """What the file holds of an episode."""
 
     def __init__(self, episode: Episode, added: Collection[str]):
+        self.steps = len(episode)
         self.instruction = episode.language_instruction
         self.segments = episode.segmentation_names
         self.attributes = {
-            "num_samples": len(episode),
+            "num_samples": self.steps,
             "episode_seed": episode.episode_seed,
             "success": episode.success_once,
             "language_instruction": episode.language_instruction,
@@ -194,9 +190,9 @@ class _Writer:
         for name, values in demonstration.arrays.items():
             packed = {"compression": "gzip", "compression_opts": _LEVEL} if values.size else {}
             group.create_dataset(name, data=values, **packed)
-        if additions.SEGMENTATION in self.added and demonstration.segments is not None:
+        if additions.SEGMENTATION in self.added:
             self.segments.add(demonstration.segments)
-        self.steps += demonstration.attributes["num_samples"]
+        self.steps += demonstration.steps
         self.episodes += 1
 
     def finish(self, folder: DemonstrationFolder | CollectedEpisodes) -> None:

@@ -136,7 +136,11 @@ def _environment(folder: Metadata):
     import engram
 
     made_how = folder.metadata.get("engram", {})
-    options: dict[str, Any] = {"control_mode": folder.spaces.control_mode}
+    maps = [name for name in additions.MAPS if name in folder.additions]
+    options: dict[str, Any] = {
+        "obs_mode": "+".join(["rgb", *maps]),
+        "control_mode": folder.spaces.control_mode,
+    }
     if folder.spaces.joint_proprio:
         options["joint_proprio"] = True
     variant = made_how.get("variant")
@@ -144,10 +148,8 @@ def _environment(folder: Metadata):
         options["constants"] = variant.get("constants")
     if made_how.get("perturbations"):
         options["perturb"] = made_how["perturbations"]
-    maps = [name for name in additions.MAPS if name in folder.additions]
     return engram.make(
         folder.env_id,
-        obs_mode="+".join(["rgb", *maps]),
         renderer=made_how.get("renderer", "cpu"),
         rules=made_how.get("rules", "reference"),
         **options,

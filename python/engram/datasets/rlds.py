@@ -73,7 +73,7 @@ def convert(
         described = features(folder.spaces, added, episode.labels if labels else None)
         _write_json(path / "features.json", described)
         _write_json(path / "dataset_info.json", _dataset_info(shards.lengths, shards.bytes))
-        _write_json(path / source.NAME, _source(folder, added))
+        _write_json(path / source.NAME, source.with_additions(folder, added))
         (path / "metadata.json").write_bytes(folder.metadata_bytes)
         (path / "README.md").write_text(_card(folder, sorted(instructions), added))
     return Path(root).joinpath(*place)
@@ -148,16 +148,11 @@ def _record(episode: Episode, env_id: str, added: Collection[str]) -> tuple[byte
     return serialize(episode, env_id, added), without
 
 
-def _source(
-    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
-) -> dict[str, Any]:
-    return source.document(folder, {name: name in added for name in additions.ADDITIONS})
-
-
 def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
     """True if the folder was written from the same collection; refuses another one."""
     path = Path(root) / RLDS_FOLDER / folder.env_id / VERSION
-    return source.is_same(path, path / source.NAME, _source(folder, additions.chosen(**options)))
+    asked = source.with_additions(folder, additions.chosen(**options))
+    return source.is_same(path, path / source.NAME, asked)
 
 
 def _card(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
 import engram
+from engram.datasets.additions import ADDITIONS
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.collected import CollectedEpisodes
 from engram.datasets.episodes import DemonstrationFolder
@@ -26,6 +28,13 @@ def document(
         "options": options,
         "collect": getattr(folder, "words", None),  # of episodes that came without NPZ
     }
+
+
+def with_additions(
+    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
+) -> dict[str, Any]:
+    """The same of a format whose options are the additions."""
+    return document(folder, {name: name in added for name in ADDITIONS})
 
 
 def is_same(path: Path, file: Path, *allowed: dict[str, Any]) -> bool:

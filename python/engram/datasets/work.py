@@ -50,6 +50,14 @@ def ahead(items: Iterable[In]) -> Iterator[In]:
             yield item  # type: ignore[misc]
 
 
+def packed(image: np.ndarray) -> np.ndarray:
+    """The same picture without gaps. Copies pixel by pixel, in half the time of byte by byte."""
+    if image.ndim == 3 and image.itemsize == image.strides[-1] == 1:
+        pixels = np.ascontiguousarray(image.view(f"V{image.shape[-1]}"))
+        return pixels.view(np.uint8).reshape(image.shape)
+    return np.ascontiguousarray(image)
+
+
 # Of PNG files.
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _GREY, _RGB = 0, 2
@@ -64,7 +72,9 @@ def png(image: np.ndarray) -> bytes:
     Pillow does, takes twice as long, and files of rendered scenes become no smaller.
     """
     height, width = image.shape[:2]
-    samples = np.ascontiguousarray(image, image.dtype.newbyteorder(">"))
+    samples = packed(image)
+    if image.itemsize > 1:
+        samples = samples.astype(image.dtype.newbyteorder(">"))
     lines = samples.view(np.uint8).reshape(height, -1)
     pixel = lines.shape[1] // width  # in bytes
     filtered = np.empty((height, 1 + lines.shape[1]), np.uint8)
@@ -86,8 +96,9 @@ def pngs(images: np.ndarray) -> list[bytes]:
     made: dict[bytes, bytes] = {}
     files = []
     for image in images:
-        pixels = image.tobytes()
+        without_gaps = packed(image)
+        pixels = without_gaps.tobytes()
         if pixels not in made:
-            made[pixels] = png(image)
+            made[pixels] = png(without_gaps)
         files.append(made[pixels])
     return files

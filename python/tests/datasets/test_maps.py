@@ -179,3 +179,22 @@ def test_a_folder_goes_on_with_the_same(collected):
         assert "given; the same, or another folder, allowed" in done.stderr
     after = {path: path.read_bytes() for path in (collected / "data_npz").rglob("*.npz")}
     assert after == before
+
+
+def test_a_hidden_object_has_no_pixel(tmp_path):
+    """A ball is shown, then mugs come down over it."""
+    shell_game = "ShellGameTouch-VLA-v0"
+    command = [*COLLECT[:-3], shell_game, "--episodes", "2", "--segmentation"]
+    subprocess.run([*command, "--out", str(tmp_path)], check=True, capture_output=True)
+    (folder,) = find_folders(tmp_path)
+    for episode in folder:
+        number = {name: index for index, name in enumerate(episode.segmentation_names)}
+
+        def in_view(name, seen=episode.segmentation, number=number):
+            return (seen == number[name]).any(axis=(1, 2))  # of each step and camera
+
+        mugs = in_view("mug_left")[:, 0]
+        assert mugs.any()
+        assert not mugs.all()
+        assert in_view("red_ball")[~mugs].all()
+        assert not in_view("red_ball")[mugs].any()

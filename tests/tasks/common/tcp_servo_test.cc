@@ -1,8 +1,10 @@
 #include "tasks/common/tcp_servo.h"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <vector>
 
 #include "tests/tasks/pose_tool.h"
 
@@ -73,6 +75,68 @@ TEST_CASE("Low down, translations are slower", "[servo]") {
   CHECK(speed_at(0.05) == Approx(0.25).margin(1e-4));
   CHECK(speed_at(0.10) == Approx(0.65).margin(1e-4));
   CHECK(speed_at(0.20) == 1);
+}
+
+// The joint action of a pose action, of full scale at most.
+std::vector<float> joint_steps(const State& state, const Arm& arm,
+                               const std::array<float, 7>& pose) {
+  ArmJacobian jacobian;
+  arm.forward(state.qpos.row(0), jacobian);
+  Vector6 displacement;
+  for (std::size_t i = 0; i < 6; ++i) {
+    displacement[static_cast<Eigen::Index>(i)] = static_cast<double>(i < 3 ? pose[i] : -pose[i]);
+  }
+  ArmVector step = Arm::pseudo_inverse_step(jacobian, displacement);
+  step /= std::max(1.0, step.cwiseAbs().maxCoeff());
+  std::vector<float> action(step.data(), step.data() + kArmJoints);
+  action.push_back(pose[6]);
+  return action;
+}
+
+TEST_CASE("A tool whose orientation is free goes sideways sooner by joint steps", "[servo]") {
+  BatchOptions options;
+  options.control_mode = ControlMode::kPdJointDeltaPos;
+  options.robot_init_qpos_noise = 0;
+  const Eigen::Vector3d goals[] = {{0.05, 0.2, 0.3}, {-0.2, -0.25, 0.3}, {0.1, 0, 0.3}};
+  for (const Eigen::Vector3d& goal : goals) {
+    std::array<int, 2> steps{};  // with the orientation free, and kept
+    for (const std::size_t keeps : {0U, 1U}) {
+      const auto env = test::make_env("BunchOfColors7-v0", options);
+      env->reset();
+      const State& state = env->state();
+      const Arm& arm = env->physics_model().arm();
+      const auto away = [&] {
+        return (Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(0)) - goal).norm();
+      };
+      while (away() > 0.01 && steps[keeps] < 100) {
+        std::array<float, 7> pose{};
+        if (keeps != 0) {
+          servo_tcp(state, 0, goal, kToolDown, kGripperOpen, pose.data());
+        } else {
+          reach_point(state, arm, 0, goal, kGripperOpen, pose.data());
+        }
+        env->step(joint_steps(state, arm, pose));
+        ++steps[keeps];
+      }
+      CHECK(away() <= 0.01);
+    }
+    CHECK(steps[0] < 0.7 * steps[1]);
+  }
+}
+
+TEST_CASE("The tool's velocity is that of its way", "[servo]") {
+  const auto env = test::make_env("RememberColor3-VLA-v0");
+  env->reset();
+  const State& state = env->state();
+  const Arm& arm = env->physics_model().arm();
+  double* q = state.qpos.row(0);
+  for (int i = 0; i < kArmJoints; ++i) state.qvel.row(0)[i] = 0.1 * (i + 1);
+  const Eigen::Vector3d velocity = tcp_velocity(state, arm, 0);
+  constexpr double kStep = 1e-6;  // s
+  const Eigen::Vector3d before = arm.forward(q).pos;
+  for (int i = 0; i < kArmJoints; ++i) q[i] += kStep * state.qvel.row(0)[i];
+  const Eigen::Vector3d after = arm.forward(q).pos;
+  CHECK((velocity - (after - before) / kStep).norm() < 1e-5);
 }
 
 }  // namespace

@@ -115,15 +115,17 @@ class _Writer:
         numbers = self._label_columns(episode)
         stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
         maps = map_columns.columns(episode.maps(self.options.additions))
-        if self.options.segmentation and episode.segmentation_names is not None:
+        if self.options.segmentation:
             self.segments.add(episode.segmentation_names)
         table = layout.table(columns | numbers, stored | maps)
         if self._has_language and episode.labels is not None:
             table = label_columns.with_language(table, episode.labels, episode.language_instruction)
         row |= self.files.add(row | {"first_frame": self.frames}, table, filmed)
         self.rows.append(row)
-        map_stats = {key: frame_stats.of_maps(values) for key, values in maps.items()}
-        self.stats.append(_stats(columns, images) | map_stats)
+        stats = _stats(columns, images)
+        if self.options.version != "2.1":  # whose readers refuse those of pictures in one channel
+            stats |= {key: frame_stats.of_maps(values) for key, values in maps.items()}
+        self.stats.append(stats)
         self.frames += len(episode)
 
     def _columns(self, episode: Episode, task: int) -> dict[str, np.ndarray]:

@@ -15,6 +15,7 @@ from demonstrations import EPISODES
 from labelled_dataset import SUBTASKS, labels_of, said, write_labelled
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from lerobot_frames import check_frames
+from mapped_dataset import MAPS, maps_of, write_mapped
 from sound_dataset import ID, STEPS
 
 from engram.datasets.__main__ import main
@@ -93,3 +94,17 @@ def test_labels_are_numbers_and_names(tmp_path):
             box = item["privileged.object_box"].numpy().reshape(2, 4)
             np.testing.assert_array_equal(box, labels_of(number)["object_box"][step])
             assert item["privileged.progress"].item() == labels_of(number)["progress"][step]
+
+
+def test_depth_and_segmentation_come_exactly(tmp_path):
+    write_mapped(tmp_path)
+    dataset = convert(tmp_path, ID, tmp_path, *(f"--{name}" for name in MAPS))
+    for number in (0, 1):
+        for step in range(STEPS):
+            item = dataset[number * STEPS + step]
+            for name in MAPS:
+                for index, camera in enumerate(("top", "wrist")):
+                    found = item[f"observation.images.{camera}_{name}"]
+                    assert found.shape == (1, 128, 128)
+                    expected = maps_of(number)[name][step, ..., index]
+                    np.testing.assert_array_equal(found[0].numpy(), expected)
