@@ -42,7 +42,7 @@ def arguments():
     add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
     add("--envs", type=int, default=128, help="episodes per iteration")
     add("--most-steps", type=int, default=120, help="of a training episode")
-    add("--iterations", type=int, default=10)
+    add("--iterations", type=int, default=16)
     add("--updates", type=int, default=64, help="per iteration")
     add("--batch", type=int, default=1200, help="steps per update")
     add("--lr", type=float, default=3e-3)
