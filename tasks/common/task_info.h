@@ -10,6 +10,9 @@ namespace engram::tasks {
 // A TaskInfo with what the registry knows.
 TaskInfo describe(const RegistryEntry& entry);
 
+// Addition to TaskInfo::answer where success ends the episode before the robot rests.
+inline constexpr const char* kSuccessAnswers = "; or success, which ends the episode";
+
 // The scene as the engine takes it.
 SceneSpec scene_source(const mjcf::Scene& scene);
 

@@ -16,6 +16,7 @@
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
+#include "tasks/common/task_info.h"
 #include "tasks/common/variant.h"
 #include "tasks/rotate/annotator.h"
 #include "tasks/rotate/expert.h"
@@ -176,6 +177,7 @@ class Rotate final : public FamilyBase {
     info_.answer =
         "the angle by which the peg has turned when it and the robot first rest, if that is more "
         "than half of angle_threshold; in whole degrees";
+    if (info_.termination == Termination::kSuccess) info_.answer += kSuccessAnswers;
     info_.success_reward = params.success_reward;
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
@@ -262,10 +264,13 @@ class Rotate final : public FamilyBase {
       last_angle_[env] = turn.relative;
       const bool counts = engine_.state->elapsed[env] >= params_.success_from &&
                           (!engine_.strict || engine_.answers.given(env));
-      engine_.success[env] = counts && is_correct(turn.error, params_.angle_threshold) &&
-                                     in_place && robot_is_static(*engine_.state, env)
-                                 ? 1
-                                 : 0;
+      const bool success = counts && is_correct(turn.error, params_.angle_threshold) && in_place &&
+                           robot_is_static(*engine_.state, env);
+      engine_.success[env] = success ? 1 : 0;
+      // Where success ends the episode, the peg does not come to rest.
+      if (success && info_.termination == Termination::kSuccess && !engine_.answers.given(env)) {
+        give_answer(env, turn);
+      }
       reward_dict_.publish(env);
     }
   }
@@ -356,6 +361,9 @@ class Rotate final : public FamilyBase {
     // A peg that is held keeps a velocity that its pose does not follow.
     const bool rests = std::abs(wrap_angle(turn.relative - last_angle_[env])) < kLeastTurn;
     if (!turned || !rests || !robot_is_static(state, env)) return;
+    give_answer(env, turn);
+  }
+  void give_answer(int env, const PegTurn& turn) const {
     engine_.answers.give(env, static_cast<int>(std::lrint(turn.relative * 180 / kPi)),
                          is_correct(turn.error, params_.angle_threshold));
   }

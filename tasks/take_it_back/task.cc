@@ -12,6 +12,7 @@
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/random_variables.h"
 #include "tasks/common/reward_dict.h"
+#include "tasks/common/task_info.h"
 #include "tasks/common/task_options.h"
 #include "tasks/common/variant.h"
 #include "tasks/take_it_back/annotator.h"
@@ -150,6 +151,7 @@ class TakeItBack final : public FamilyBase {
     info_.answer =
         "where the cube comes, or rests, first after the target: its first place, or the same in "
         "another slot; the slot, -1, 0 or 1";
+    if (entry.split == Split::kRl) info_.answer += kSuccessAnswers;
     info_.answer_rate = 1.0 / kSlots;
     info_.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
     info_.success_reward = kSuccessReward;
