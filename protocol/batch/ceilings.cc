@@ -137,10 +137,10 @@ constexpr Ceiling kRlCeilings[] = {
     {"InterceptGrabSlow-v0", 0.99, 0.99, 0.99, -1, -1, -1},
     {"InterceptGrabMedium-v0", 1, 1, 1, -1, -1, -1},
     {"InterceptGrabFast-v0", 1, 1, 1, -1, -1, -1},
-    {"RotateLenientPos-v0", 0.12, 0.805, 1, 0.06, 0.795, 0.535},
-    {"RotateLenientPosNeg-v0", 0.245, 0.81, 1, 0.105, 0.8, 0.505},
-    {"RotateStrictPos-v0", 0.115, 0.815, 1, 0.11, 0.815, 0.995},
-    {"RotateStrictPosNeg-v0", 0.27, 0.82, 1, 0.25, 0.815, 0.98},
+    {"RotateLenientPos-v0", 0.12, 0.805, 1, 0.12, 0.805, 1},
+    {"RotateLenientPosNeg-v0", 0.245, 0.81, 1, 0.245, 0.81, 1},
+    {"RotateStrictPos-v0", 0.115, 0.815, 1, 0.115, 0.815, 1},
+    {"RotateStrictPosNeg-v0", 0.27, 0.82, 1, 0.27, 0.82, 1},
     {"TakeItBack-v0", 0.36, 1, 1, 0.355, 0.5, 1},
 };
 // end ceilings
