@@ -177,7 +177,7 @@ def test_the_gates_of_the_transformer(ours: SimpleNamespace, inputs: Any) -> Non
 
 
 def test_the_attention_of_the_transformer(ours: SimpleNamespace, inputs: Any) -> None:
-    """By content; the terms of distance are zero here (python/tests/test_memories.py has them)."""
+    """By content. The terms of distance are zero: python/tests/test_memory_zoo.py has them."""
     from x_transformers import Attention
 
     theirs = Attention(WIDTH, dim_head=WIDTH // 2, heads=2, causal=True, flash=False)
