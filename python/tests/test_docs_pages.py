@@ -20,6 +20,7 @@ NOT_RUN = {
     "engram=build/release/engram\n$engram eval --canonical": "takes long",
     "engram eval --canonical": "takes long",
     "engram eval --all": "takes long",
+    "engram eval --split rl --policy blind": "takes long",
     "engram eval --split short": "takes long, and needs a policy",
     "python -m engram.scores": "takes long",
     "python python/examples/memory/zoo_scores.py": "takes long",
