@@ -14,7 +14,7 @@ from engram.datasets.episodes import HDF5_FILE, HDF5_FOLDER, Metadata
 from engram.datasets.spaces import Spaces
 from engram.datasets.stored import StoredEpisode
 
-_FILTERS = (None, "gzip")  # none that a plugin would be loaded for
+_FILTERS = {h5py.h5z.FILTER_DEFLATE}  # gzip alone; for others plugins may be loaded
 
 
 def read(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
@@ -63,10 +63,19 @@ def _array(group: h5py.Group, name: str, kind: type, shape: tuple[int, ...]) -> 
             f"{name} is {found.dtype} of shape {found.shape}, {np.dtype(kind)} of shape {shape} "
             "expected"
         )
-    if found.external or found.is_virtual or found.compression not in _FILTERS:
+    if found.external or found.is_virtual or not _filters(found) <= _FILTERS:
         raise DatasetError(f"{name} is not in the file itself, or neither plain nor gzip")
+    # A chunk is unpacked as a whole, however little of it the array needs.
+    if found.chunks and any(chunk > size for chunk, size in zip(found.chunks, shape)):
+        raise DatasetError(f"{name} has chunks of {found.chunks}, at most {shape} expected")
     values: np.ndarray = found[()]
     return values
+
+
+def _filters(found: h5py.Dataset) -> set[int]:
+    """Codes of all filters that its chunks go through."""
+    made = found.id.get_create_plist()
+    return {made.get_filter(number)[0] for number in range(made.get_nfilters())}
 
 
 def _child(parent: h5py.Group, path: str, kind: type) -> h5py.Group | h5py.Dataset:

@@ -147,10 +147,26 @@ def damage_file(demonstration):
     demonstration.create_dataset("rewards", (STEPS,), np.float32, external="/etc/passwd")
 
 
-def damage_filter(demonstration):
+def damage_filter(demonstration, **storage):
     values = demonstration["rewards"][:]
     del demonstration["rewards"]
-    demonstration.create_dataset("rewards", data=values, chunks=(1,), compression="lzf")
+    demonstration.create_dataset("rewards", data=values, **storage)
+
+
+def damage_lzf(demonstration):
+    damage_filter(demonstration, compression="lzf")
+
+
+def damage_shuffle(demonstration):
+    damage_filter(demonstration, compression="gzip", shuffle=True)
+
+
+def damage_fletcher32(demonstration):
+    damage_filter(demonstration, compression="gzip", fletcher32=True)
+
+
+def damage_chunks(demonstration):
+    damage_filter(demonstration, compression="gzip", chunks=(10**6,), maxshape=(None,))
 
 
 def damage_steps(demonstration):
@@ -169,7 +185,10 @@ def damage_whole(demonstration):
         (damage_soft, "actions is missing, or a link"),
         (damage_external, "obs is missing, or a link"),
         (damage_file, "rewards is not in the file itself"),
-        (damage_filter, "rewards is not in the file itself, or neither plain nor gzip"),
+        (damage_lzf, "rewards is not in the file itself, or neither plain nor gzip"),
+        (damage_shuffle, "rewards is not in the file itself, or neither plain nor gzip"),
+        (damage_fletcher32, "rewards is not in the file itself, or neither plain nor gzip"),
+        (damage_chunks, "rewards has chunks of (1000000,)"),
         (damage_steps, "num_samples: -1 given"),
         (damage_whole, "is missing, or a link"),
     ],
