@@ -153,6 +153,12 @@ void collect_rl_data(Ranks& ranks, const std::vector<const RegistryEntry*>& task
     throw Error(Error::kInvalidArgument,
                 "--format rl with --stream or --estimate; neither of them allowed");
   }
+  const CollectionPlan& plan = options.collection.plan;
+  if (plan.keep_failures || plan.max_attempts != CollectionPlan().max_attempts) {
+    throw Error(Error::kInvalidArgument,
+                "--format rl with --keep-failures or --max-attempts; neither of them allowed: it "
+                "keeps every episode, of one attempt each");
+  }
   Progress progress("collect", "steps");
   const Interruption interruption;
   const auto folders =
@@ -321,8 +327,8 @@ void add_format(const Command& command, CollectOptions& options) {
 void add_collect_command(const Command& program,
                          const std::shared_ptr<const std::vector<std::string>>& task_options) {
   const auto options = std::make_shared<CollectOptions>();
-  const Command command =
-      program.add_command("collect", "Demonstrations of the oracle, as NPZ files");
+  const Command command = program.add_command(
+      "collect", "Demonstrations of the oracle, as NPZ files or in other formats");
   command.add_option("ids", options->ids, "Tasks, such as RememberColor9-VLA-v0").type_name("ID");
   add_filter(command, options->filter);
   command.add_flag("--canonical", options->filter.canonical, "Tasks of the benchmark proper only");
@@ -364,9 +370,10 @@ void add_collect_command(const Command& program,
   add_format(command, *options);
   add_json(command, options->json);
   command.footer(
-      "Keeps episodes that succeed, up to their first success. After an interruption, the same "
-      "command continues. Files do not depend on --num-envs, --threads or the number of "
-      "processes.");
+      "Keeps episodes that succeed, up to their first success; --format rl whole ones, all of "
+      "them. "
+      "After an interruption, the same command continues. Files do not depend on --num-envs, "
+      "--threads or the number of processes.");
   command.when_parsed([command, options] {
     const bool unset = command.values("--episodes").empty();
     if (options->format == kRl && unset) options->collection.plan.episodes = kRlEpisodes;

@@ -372,6 +372,8 @@ void add_env_options(const Command& command, MakeOptions& options) {
              "Actions count during cue and empty phase too");
   add_switch(command, "--terminate-on-success", options.terminate_on_success, true,
              "Episodes end at success, whatever the task's rule");
+  add_switch(command, "--no-terminate-on-success", options.terminate_on_success, false,
+             "Episodes go on after success, whatever the task's rule");
   add_switch(command, "--no-terminate-on-failure", options.terminate_on_failure, false,
              "Episodes do not end at failure");
   // end options

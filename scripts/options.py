@@ -329,14 +329,18 @@ def switches(indent):
     result = []
     for option in ordered([o for o in OPTIONS if "cli" in o], LIST["order"]["cli"]):
         cli = option["cli"]
-        sets = str(cli["sets"]).lower()
-        call = f'{indent}add_switch(command, "{cli["name"]}", options.{option["core"]}, {sets},'
-        help_ = f'"{cli["help"]}");'
-        if len(call) + 1 + len(help_) <= WIDTH:
-            result.append(f"{call} {help_}")
-        else:
-            result += [call, " " * len(f"{indent}add_switch(") + help_]
+        for switch in cli if isinstance(cli, list) else [cli]:
+            result += switch_lines(indent, option, switch)
     return result
+
+
+def switch_lines(indent, option, switch):
+    sets = str(switch["sets"]).lower()
+    call = f'{indent}add_switch(command, "{switch["name"]}", options.{option["core"]}, {sets},'
+    help_ = f'"{switch["help"]}");'
+    if len(call) + 1 + len(help_) <= WIDTH:
+        return [f"{call} {help_}"]
+    return [call, " " * len(f"{indent}add_switch(") + help_]
 
 
 # --- Python, docs ---

@@ -204,6 +204,11 @@ void require_registrable(const TaskRow& row, const Family& family, const UserTas
     throw Error(Error::kInvalidArgument,
                 "task '" + std::string(id) + "': a family without `make` given, a function needed");
   }
+  if (row.split == Split::kRl) {
+    throw Error(Error::kInvalidArgument, "split of '" + std::string(id) +
+                                             "': rl given, which is the benchmark's own; short, "
+                                             "medium, long or extended allowed");
+  }
   if (row.horizon < 1) {
     throw Error(Error::kInvalidArgument, "horizon of '" + std::string(id) +
                                              "': " + std::to_string(row.horizon) +

@@ -16,7 +16,7 @@
 /// environment; spans stay valid, and point to the same memory, for the life of the VectorEnv (also
 /// when that is moved), and their content changes with reset, step and restore.
 ///
-/// Actions of the canonical control mode pd_ee_delta_pose, seven floats in [-1, 1] (values beyond
+/// Actions of pd_ee_delta_pose, the control mode of the VLA tasks, seven floats in [-1, 1] (values beyond
 /// are clipped, the rotation by its norm):
 /// - 0 to 2: translation of the tool centre point, 0.1 m per unit, axes of the world
 /// - 3 to 5: rotation vector about the same axes, 0.1 rad per unit, of opposite sign
@@ -383,7 +383,8 @@ class VectorEnv {
   void step_async(std::span<const float> actions);
   /// Waits until the step that step_async began is done.
   void step_wait();
-  /// Writes actions for the next step, (N, action_dim). Oracle and blind need pd_ee_delta_pose.
+  /// Writes actions for the next step, (N, action_dim). Oracle, blind and sweep need
+  /// pd_ee_delta_pose, pd_joint_pos or pd_joint_delta_pos.
   void act(Policy policy, std::span<float> actions);
   /// N * action_dim zeros.
   std::vector<float> make_actions() const;

@@ -123,13 +123,15 @@ DemonstrationFolder::DemonstrationFolder(DemonstrationSink sink, const RegistryE
 void DemonstrationFolder::check_plan() const {
   require_mode_of(Policy::kOracle, control_mode_of(entry_, plan_));
   (void)make_task(entry_.id, plan_.constants);
-  const std::uint64_t seeds = end_seed() - plan_.start_seed;
-  if (plan_.start_seed > kMaxDemonstrationSeed - seeds) {
-    throw Error(Error::kInvalidArgument,
-                "seed " + std::to_string(plan_.start_seed) + ": seeds up to " +
-                    std::to_string(kMaxDemonstrationSeed) + " allowed, and " +
-                    std::to_string(seeds) + " are planned");
-  }
+  require_storable_seeds(plan_.start_seed, end_seed() - plan_.start_seed);
+}
+
+void require_storable_seeds(std::uint64_t first, std::uint64_t count) {
+  if (first <= kMaxDemonstrationSeed - count) return;
+  throw Error(Error::kInvalidArgument, "seed " + std::to_string(first) + ": seeds up to " +
+                                           std::to_string(kMaxDemonstrationSeed) +
+                                           " allowed, and " + std::to_string(count) +
+                                           " are planned");
 }
 
 void DemonstrationFolder::write_metadata() const {

@@ -16,6 +16,9 @@
 
 namespace engram {
 
+// Throws Error (kInvalidArgument) unless so many seeds from the first one on can be stored.
+void require_storable_seeds(std::uint64_t first, std::uint64_t count);
+
 struct CollectionPlan {
   int episodes = 250;
   int max_attempts = 5000;

@@ -97,6 +97,7 @@ std::vector<std::unique_ptr<RlFolder>> collect_rl(
     for (const RegistryEntry* task : tasks) {
       folders.push_back(std::make_unique<RlFolder>(options.out, *task, options.plan));
     }
+    for (const auto& folder : folders) folder->open();
   }
   const MakeOptions env_options = rl_recording_options(options.plan);
   std::vector<EpisodeBatch> batches(

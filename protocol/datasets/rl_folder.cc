@@ -26,6 +26,12 @@ void append_as_floats(std::vector<float>& to, const double* values, int count) {
                  [](double value) { return static_cast<float>(value); });
 }
 
+bool has_data(const fs::path& folder) {
+  return std::ranges::any_of(fs::directory_iterator(folder), [](const fs::directory_entry& one) {
+    return one.path().extension() == ".npz";
+  });
+}
+
 // The plan, apart from the number of episodes, which may grow.
 Document plan_document(const RegistryEntry& entry, const CollectionPlan& plan) {
   return DocumentTable{{"env_id", entry.id}, {"engram", provenance(entry, plan)}};
@@ -94,34 +100,56 @@ std::vector<std::byte> RlRecorder::file(const Batch& env) const {
 // --- the folder ---
 
 RlFolder::RlFolder(const fs::path& root, const RegistryEntry& entry, const CollectionPlan& plan)
-    : entry_(&entry), plan_(plan), path_(root / kRoot / "unbatched" / entry.id) {
+    : entry_(&entry),
+      plan_(plan),
+      path_(root / kRoot / "unbatched" / entry.id),
+      note_(root / kRoot / (std::string(entry.id) + ".json")) {
   if (plan.additions != Additions() || plan.joint_proprio) {
     throw Error(Error::kInvalidArgument,
                 "labels, depth, segmentation or joint_proprio given; RL data have none of them: "
-                "arrays of pictures, joints, "
-                "actions, rewards, success and done alone");
+                "arrays of pictures, joints, actions, rewards, success and done alone");
   }
   plan_.keep_failures = true;
   require_mode_of(Policy::kOracle, plan.control_mode.value_or(entry.control_mode));
+  require_storable_seeds(plan.start_seed, static_cast<std::uint64_t>(plan.episodes));
   horizon_ = make_task(entry.id, plan.constants)->info().horizon;
+  present_.resize(static_cast<std::size_t>(plan.episodes));
+  check_plan();
+  find_episodes();
+}
+
+void RlFolder::open() {
   require_writable_folder(path_);
   lock_ = std::make_unique<FolderLock>(path_);
-  const fs::path note = root / kRoot / (std::string(entry.id) + ".json");
-  check_plan(note);
-  write_file(note, to_text(plan_document(entry, plan_)));
-  present_.resize(static_cast<std::size_t>(plan.episodes));
-  for (int i = 0; i < plan.episodes; ++i) {
-    present_[static_cast<std::size_t>(i)] = fs::exists(file(i)) ? 1 : 0;
+  check_plan();  // again: another run may have been here meanwhile
+  find_episodes();
+  write_file(note_, to_text(plan_document(*entry_, plan_)));
+}
+
+void RlFolder::find_episodes() {
+  for (int i = 0; i < plan_.episodes; ++i) {
+    const bool there = fs::exists(file(i));
+    present_[static_cast<std::size_t>(i)] = there ? 1 : 0;
+    if (!there) continue;
+    const std::vector<std::int64_t> shape = NpzFile(file(i)).shape("success", NpyType::kInt64);
+    if (shape == std::vector<std::int64_t>{horizon_}) continue;
+    throw Error(Error::kIo, "'" + file(i).string() + "' is no episode of " +
+                                std::to_string(horizon_) + " control steps; remove it");
   }
 }
 
-void RlFolder::check_plan(const fs::path& note) const {
-  const std::optional<std::string> text = read_file(note);
-  if (!text) return;
+void RlFolder::check_plan() const {
+  const std::optional<std::string> text = read_file(note_);
+  if (!text) {
+    if (!fs::exists(path_) || !has_data(path_)) return;
+    throw Error(Error::kInvalidArgument,
+                "'" + path_.string() + "' has episodes, but '" + note_.string() +
+                    "', which says how engram collected them, is missing; another folder needed");
+  }
   const Document before = parse_document(*text).value_or(Document());
   const Document* found = find(before, "engram");
   if (found == nullptr) {
-    throw Error(Error::kIo, "'" + note.string() + "' is not engram's; without it, the files of '" +
+    throw Error(Error::kIo, "'" + note_.string() + "' is not engram's; without it, the files of '" +
                                 path_.string() + "' are trusted");
   }
   for (const auto& [key, value] : provenance(*entry_, plan_)) {

@@ -44,11 +44,15 @@ class RlRecorder {
 
 class RlFolder {
  public:
-  // Makes or opens <root>/MIKASA-Robo/unbatched/<id>. <root>/MIKASA-Robo/<id>.json holds the plan.
-  // Throws Error: kIo if they cannot be written or are in use by another run; kInvalidArgument if
-  // what is there was collected with another plan, or for labels.
+  // Of <root>/MIKASA-Robo/unbatched/<id>; <root>/MIKASA-Robo/<id>.json holds the plan. Writes
+  // nothing. Throws Error: kInvalidArgument if what is there was collected with another plan or by
+  // somebody else, or for labels, depth, segmentation or joint_proprio; kIo if a file of the plan
+  // is damaged.
   RlFolder(const std::filesystem::path& root, const RegistryEntry& entry,
            const CollectionPlan& plan);
+  // Makes or opens the folder, before anything is written. Throws Error (kIo) if it cannot be
+  // written or is in use by another run.
+  void open();
 
   const RegistryEntry& entry() const { return *entry_; }
   const std::filesystem::path& path() const { return path_; }
@@ -69,12 +73,14 @@ class RlFolder {
 
  private:
   std::filesystem::path file(int episode) const;
-  void check_plan(const std::filesystem::path& note) const;
+  void check_plan() const;
+  void find_episodes();
 
   const RegistryEntry* entry_;
   CollectionPlan plan_;
   int horizon_ = 0;
   std::filesystem::path path_;
+  std::filesystem::path note_;  // of the plan
   std::unique_ptr<FolderLock> lock_;
   std::vector<std::uint8_t> present_;  // by episode
 };

@@ -101,7 +101,7 @@ void PolicyProcess::handshake() {
   const int numbers =
       options_.choices
           ? 0
-          : action_dim(options_.environment.control_mode.value_or(TaskInfo().control_mode));
+          : action_dim(options_.environment.control_mode.value_or(ControlMode::kPdEeDeltaPose));
   body.put(static_cast<std::uint32_t>(numbers));
   body.put(static_cast<std::uint32_t>(options_.max_slots));
   request_ = "the greeting";

@@ -10,8 +10,8 @@ namespace engram::tasks {
 // A TaskInfo with what the registry knows.
 TaskInfo describe(const RegistryEntry& entry);
 
-// Addition to TaskInfo::answer where success ends the episode before the robot rests.
-inline constexpr const char* kSuccessAnswers = "; or success, which ends the episode";
+// Addition to TaskInfo::answer of tasks that end at success, before the robot rests.
+inline constexpr const char* kSuccessAnswers = "; or success";
 
 // The scene as the engine takes it.
 SceneSpec scene_source(const mjcf::Scene& scene);

@@ -1,6 +1,7 @@
 #include "tasks/remember/find_same.h"
 
 #include <array>
+#include <optional>
 
 #include "tasks/common/task_options.h"
 #include "tasks/common/variant.h"
@@ -111,17 +112,19 @@ class FindSame final : public ObjectRecall {
                      {.target = "target",
                       .target_text = "key of the object to touch",
                       .positions_text = "x, y of every object in the manipulation phase"}),
-        success_in_cue_(TaskOptions(info_.options)
-                            .on_off("success_in_cue",
-                                    "1: to rest at the object of the cue is a success, too",
-                                    /*original=*/true)),
         settle_steps_(params.settle_steps()),
         forgets_contacts_(params.forgets_contacts()),
-        spread_(params.spreads()) {}
+        spread_(params.spreads()) {
+    if (params.is_rl()) return;
+    success_in_cue_ =
+        TaskOptions(info_.options)
+            .on_off("success_in_cue", "1: to rest at the object of the cue is a success, too",
+                    /*original=*/true);
+  }
 
   void bind(const Bindings& bindings) override {
     ObjectRecall::bind(bindings);
-    count_success_in_cue(success_in_cue_.is_on(bindings));
+    count_success_in_cue(success_in_cue_ && success_in_cue_->is_on(bindings));
   }
 
   // --- sampling ---
@@ -184,7 +187,7 @@ class FindSame final : public ObjectRecall {
     for (int key = 0; key < count(); ++key) engine_.state->forget_contacts(env, key);
   }
 
-  TaskOption success_in_cue_;
+  std::optional<TaskOption> success_in_cue_;
   int settle_steps_;
   bool forgets_contacts_;
   bool spread_;

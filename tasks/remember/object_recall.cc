@@ -55,9 +55,9 @@ void check_layouts(const ObjectRecallParams& params) {
 }  // namespace
 
 void ObjectRecallParams::declare(ConstantBinder& constants) {
-  objects.declare(constants);
-  // The original's RL tasks have one length of each phase, by other names.
   const bool rl = task.split == Split::kRl;
+  objects.declare(constants, !rl);
+  // The original's RL tasks have one length of each phase, by other names.
   constants
       .steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
              {"cue_steps", "length of the cue phase"})

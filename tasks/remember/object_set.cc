@@ -42,7 +42,7 @@ ConstantTable shape_table(const NameList& shapes) {
 
 // --- constants ---
 
-void ObjectSetParams::declare(ConstantBinder& constants) {
+void ObjectSetParams::declare(ConstantBinder& constants, bool spreads) {
   constexpr Bounds kSize{0.01, 0.035};
   constexpr double kMost = Layout::kCapacity;
   constexpr double kMinDistance = SpreadParams{}.MANIP_MIN_DISTANCE;
@@ -53,15 +53,15 @@ void ObjectSetParams::declare(ConstantBinder& constants) {
                         "cubes, in the first so many colours of the colour table");
       constants.fixed({{"COLOR_MAPPING", color_mapping_constant()}});
       constants.real("CUBE_HALFSIZE", size, kSize, "m", "half the side of a cube");
-      constants.fixed({{"MANIP_MIN_CUBE_DISTANCE", kMinDistance}});
+      if (spreads) constants.fixed({{"MANIP_MIN_CUBE_DISTANCE", kMinDistance}});
       return;
     case Vocabulary::kShape:
       constants.integer("SHAPES", count, {2, mjcf::kObjectShapeCount}, "",
                         "objects, of the first so many shapes");
       constants.names("SHAPE_MAPPING", shapes, names, 2, "which shapes there are, in order",
                       shape_table);
-      constants.fixed({{"COLOR", ConstantList(COLOR.begin(), COLOR.end())},
-                       {"MANIP_MIN_SHAPE_DISTANCE", kMinDistance}});
+      constants.fixed({{"COLOR", ConstantList(COLOR.begin(), COLOR.end())}});
+      if (spreads) constants.fixed({{"MANIP_MIN_SHAPE_DISTANCE", kMinDistance}});
       break;
     case Vocabulary::kShapeAndColor:
       constants.integer("SHAPES", count, {2, kMost}, "",
@@ -70,7 +70,7 @@ void ObjectSetParams::declare(ConstantBinder& constants) {
       constants.names("BASE_SHAPES", shapes, names, 1, "shapes that are combined with colours",
                       shape_table);
       constants.colors("COLOR_PALETTE", COLOR_PALETTE, 1, "colours that shapes are combined with");
-      constants.fixed({{"MANIP_MIN_DISTANCE", kMinDistance}});
+      if (spreads) constants.fixed({{"MANIP_MIN_DISTANCE", kMinDistance}});
       break;
   }
   constants.real("SHAPE_SCALE", size, kSize, "m", "half the side of the cube; the others follow");

@@ -44,7 +44,8 @@ struct ObjectSetParams {
   NameList shapes = default_shapes(vocabulary);  // SHAPE_MAPPING or BASE_SHAPES, by shape
   ColorList COLOR_PALETTE = ColorList(3);        // red, green, blue
 
-  void declare(ConstantBinder& constants);
+  // spreads: three objects are spread, at a distance that is a constant, too.
+  void declare(ConstantBinder& constants, bool spreads);
   // Throws Error if there are fewer shapes, or combinations, than objects.
   void check() const;
 };

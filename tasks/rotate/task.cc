@@ -267,7 +267,7 @@ class Rotate final : public FamilyBase {
       const bool success = counts && is_correct(turn.error, params_.angle_threshold) && in_place &&
                            robot_is_static(*engine_.state, env);
       engine_.success[env] = success ? 1 : 0;
-      // Where success ends the episode, the peg does not come to rest.
+      // The rule of such a task ends the episode before the peg comes to rest.
       if (success && info_.termination == Termination::kSuccess && !engine_.answers.given(env)) {
         give_answer(env, turn);
       }

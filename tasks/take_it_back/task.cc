@@ -223,7 +223,7 @@ class TakeItBack final : public FamilyBase {
       const bool counts = reached_[env] != 0 && (!engine_.strict || engine_.answers.given(env));
       const bool success = returned && counts;
       engine_.success[env] = success ? 1 : 0;
-      // Where success ends the episode, there is no time to bring the cube nearer.
+      // The rule of such a task ends the episode before the cube is brought nearer.
       if (success && info_.termination == Termination::kSuccess && !engine_.answers.given(env)) {
         engine_.answers.give(env, slot_[env], true);
       }

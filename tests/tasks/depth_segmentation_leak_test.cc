@@ -93,7 +93,7 @@ TEST_CASE("Depth and segmentation reveal nothing after the cue", "[render][leak]
   }
   std::printf("depth and segmentation, %s: %d tasks, %d steps compared\n", name_of(policy), tasks,
               steps);
-  CHECK(tasks == 86);
+  CHECK(tasks == 107);
   CHECK(uncovered < 50);
   // Sweeps end episodes at their success.
   CHECK(steps > (policy == Policy::kSweep ? 20000 : 50000));

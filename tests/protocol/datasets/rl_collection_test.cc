@@ -142,5 +142,47 @@ TEST_CASE("RL data of different plans are not mixed", "[datasets][rl]") {
   CHECK((files_in(root.path()) == before));
 }
 
+TEST_CASE("Files that engram did not collect are not taken for its own", "[datasets][rl]") {
+  const TemporaryFolder root;
+  collect_into(options_for(root.path(), 2));
+  const fs::path note = root.path() / "MIKASA-Robo" / (std::string(kId) + ".json");
+  fs::remove(note);  // as in downloaded data
+  const auto before = files_in(root.path());
+  CHECK_THROWS_WITH(collect_into(options_for(root.path(), 3)),
+                    Catch::Contains("is missing; another folder needed"));
+  CHECK_FALSE(fs::exists(note));
+  CHECK((files_in(root.path()) == before));
+}
+
+TEST_CASE("A damaged file among RL data is named, and nothing is written", "[datasets][rl]") {
+  const TemporaryFolder root;
+  collect_into(options_for(root.path(), 2));
+  const fs::path damaged = folder_of(root.path()) / "train_data_1.npz";
+  fs::resize_file(damaged, 0);
+  const auto before = files_in(root.path());
+  CHECK_THROWS_WITH(collect_into(options_for(root.path(), 3)), Catch::Contains("train_data_1.npz"));
+  CHECK((files_in(root.path()) == before));
+}
+
+TEST_CASE("RL data of several tasks are refused as a whole", "[datasets][rl]") {
+  const TemporaryFolder root;
+  collect_into(options_for(root.path(), 1));
+  CollectionOptions options = options_for(root.path(), 1);
+  options.plan.start_seed = 5;
+  Ranks alone;
+  const RegistryEntry* const tasks[] = {&require_entry("RememberColor3-v0"), &require_entry(kId)};
+  CHECK_THROWS_WITH(collect_rl(alone, tasks, options, [](const CollectionProgress&) {}),
+                    Catch::Contains("was collected with start_seed 30, 5"));
+  CHECK_FALSE(fs::exists(root.path() / "MIKASA-Robo" / "RememberColor3-v0.json"));
+  CHECK_FALSE(fs::exists(root.path() / "MIKASA-Robo" / "unbatched" / "RememberColor3-v0"));
+}
+
+TEST_CASE("Seeds of RL data do not wrap round", "[datasets][rl]") {
+  const TemporaryFolder root;
+  CollectionOptions options = options_for(root.path(), 2);
+  options.plan.start_seed = UINT64_MAX;
+  CHECK_THROWS_WITH(collect_into(options), Catch::Contains("allowed, and 2 are planned"));
+}
+
 }  // namespace
 }  // namespace engram::tests
