@@ -21,6 +21,7 @@ pytest.importorskip("matplotlib")
 EXAMPLES = Path(__file__).parents[1] / "examples" / "memory"
 LAMP = "ShellGameShuffleColorLampTouch-VLA-v0"
 COLOR3 = "RememberColor3-VLA-v0"
+JOINTS = "RememberColor3-v0"  # actions move joints
 
 
 @pytest.fixture(scope="module")
@@ -237,6 +238,15 @@ def test_an_untrained_policy_moves_to_the_chosen_object(learners: SimpleNamespac
     far = toward.abs() > 0.3
     assert (mean.sign() == toward.sign())[far].all()
     assert (mean.abs() > 0.9)[far].all()
+
+
+def test_an_untrained_policy_of_joints_rests(learners: SimpleNamespace) -> None:
+    """The way to an object is no motion of joints."""
+    rows, layout = episodes(learners, JOINTS, steps=20)
+    with torch.no_grad():
+        choice = fitted(learners, rows, layout)(rows)[0]
+    assert choice.mean.shape[-1] == 8
+    assert choice.mean.abs().max() < 0.1
 
 
 def test_an_untrained_policy_without_memory_chooses_the_nearest_object(

@@ -184,9 +184,9 @@ def test_attention_is_that_of_transformer_xl(zoo: SimpleNamespace) -> None:
 # --- the policy ---
 
 
-def rows_of(zoo: SimpleNamespace, envs: int = 4) -> tuple[Any, Any]:
+def rows_of(zoo: SimpleNamespace, envs: int = 4, task: str = TASK) -> tuple[Any, Any]:
     """The oracle's episodes (T, N, D), and their layout."""
-    scenes = zoo.training.ObjectsEnv(TASK, envs, 3)
+    scenes = zoo.training.ObjectsEnv(task, envs, 3)
     rows = [scenes.reset(seed=3)]
     for _ in range(scenes.horizon - 1):
         rows.append(scenes.step(scenes.oracle())[0])
@@ -232,6 +232,17 @@ def test_the_order_of_objects_does_not_matter(zoo: SimpleNamespace) -> None:
     agent, tokens = layout.split(rows)
     turned = torch.cat([agent, tokens.flip(-2).flatten(-2)], -1)
     same(policy(turned)[0].best(), policy(rows)[0].best())
+
+
+@torch.no_grad()
+def test_an_untrained_policy_of_joints_rests(zoo: SimpleNamespace) -> None:
+    """Eight numbers in the RL tasks; the way to an object is no motion of joints."""
+    rows, layout = rows_of(zoo, task="RememberColor3-v0")
+    policy = zoo.policy.ZooPolicy(layout, "gru")
+    policy.fit(rows)
+    mean = policy(rows)[0].mean
+    assert mean.shape[-1] == 8
+    assert mean.abs().max() < 0.1
 
 
 @pytest.mark.parametrize("name", ["stack4", "lru", "gtrxl"])

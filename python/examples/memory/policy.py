@@ -32,6 +32,8 @@ class ObservationLayout:
     def __init__(self, description, tasks=0):
         fields = description["state_fields"]
         self.actions = description["action_dim"]
+        # Whether the first three numbers of an action move the tool along x, y, z.
+        self.moves_tool = description["control_mode"].startswith("pd_ee_delta_")
         self.agent = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN)) + tasks
         first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
         kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
@@ -70,6 +72,16 @@ class ObservationLayout:
         top = tokens[..., self.place].clone()
         top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]  # 0.05 m to 0.5 m
         return top - agent[..., None, self.tcp]
+
+    def towards(self, rows, mean):
+        """Actions by object (..., tokens, actions), with the way to its top added.
+
+        In control modes of joints there is nothing to add: which joints lead there is not known.
+        """
+        if not self.moves_tool:
+            return mean
+        reach = (5 * self.to_top(rows)).clamp(-1, 1)
+        return torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
 
     def touched(self, rows):
         """Visible objects (..., tokens) at whose top the tool rests."""
@@ -225,8 +237,7 @@ class Policy(nn.Module):
         hidden = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
         mean, deviation = self.act(hidden).chunk(2, -1)
         # Initial action: toward the chosen object. (Otherwise the opposite direction is as good.)
-        reach = (5 * layout.to_top(rows)).clamp(-1, 1)
-        mean = torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
+        mean = layout.towards(rows, mean)
         attended = (weights.exp()[..., None] * torch.cat([here, objects], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context

@@ -14,8 +14,6 @@ import torch
 from policy import Choice, mlp
 from torch import nn
 
-ACTIONS = 7
-
 
 class ZooPolicy(nn.Module):
     """Attributes: kind, the name of its memory; memory, whether that remembers anything.
@@ -38,7 +36,7 @@ class ZooPolicy(nn.Module):
         self.key = nn.Linear(width, width)
         self.context_proj = nn.Linear(2 * width + layout.agent, width)
         self.offset_proj = nn.Linear(3 + len(layout.body), width, bias=False)
-        self.act = mlp(width, width, 2 * ACTIONS, gain=0.01)
+        self.act = mlp(width, width, 2 * layout.actions, gain=0.01)
 
     def fit(self, rows):
         """Sets the normalization of the robot's numbers from these rows."""
@@ -71,8 +69,7 @@ class ZooPolicy(nn.Module):
         hidden = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
         mean, deviation = self.act(hidden).chunk(2, -1)
         # Initial action: toward the chosen object.
-        reach = (5 * layout.to_top(rows)).clamp(-1, 1)
-        mean = torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
+        mean = layout.towards(rows, mean)
         attended = (weights.exp()[..., None] * torch.cat([here, read], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), None, state, context
