@@ -86,7 +86,7 @@ class TaskMeta(type(gym.Env)):  # type: ignore[misc]
     def __dir__(cls) -> list[str]:
         names = set(super().__dir__())
         if _has_task(cls):
-            names |= {*task_constants(cls._task), _INSTRUCTION}
+            names |= {*task_constants(cls._task), *_texts(cls)}
         return sorted(names)
 
 
@@ -152,6 +152,13 @@ def _constant(cls: Any, name: str) -> Any:
     return value
 
 
+def _texts(cls: Any) -> tuple[str, ...]:
+    """Names of a class's texts. The RL half has none."""
+    if cls._rl:
+        return ()
+    return (_INSTRUCTION, _TEMPLATE) if cls._family in _families.ROTATE else (_INSTRUCTION,)
+
+
 def _instruction(cls: Any, name: str) -> str:
     """The instruction; that of TimedTransfer names the delay. The RL half has none."""
     if cls._rl:
@@ -169,14 +176,13 @@ def _instruction(cls: Any, name: str) -> str:
 
 
 def _check_set(cls: Any, name: str, value: Any) -> None:
-    texts = (_INSTRUCTION, _TEMPLATE) if cls._family in _families.ROTATE else (_INSTRUCTION,)
-    if name in texts and not cls._rl:
+    if name in _texts(cls):
         if not isinstance(value, str):
             raise InvalidArgumentError(f"{cls.__name__}.{name}: {value!r} given, a text needed")
         return
     usual = _usual(cls)
     if name not in usual and name not in _changeable(cls):
-        nearest = difflib.get_close_matches(name, [*usual, _INSTRUCTION], n=1, cutoff=0)[0]
+        nearest = difflib.get_close_matches(name, [*usual, *_texts(cls)], n=1, cutoff=0)[0]
         raise UnknownIdError(
             f"{cls.__name__}.{name} set; the task has no such constant, did you mean {nearest}?"
         )
@@ -222,11 +228,19 @@ def changed_constants(cls: Any) -> dict[str, Any]:
     """Constants that a class changes, as ``engram.make_vec`` takes them.
 
     Raises:
-        InvalidArgumentError: The class overrides a method of the core, or a fixed constant.
+        InvalidArgumentError: The class overrides a method of the core, or a fixed constant, or
+            gives one constant by two names.
         UnknownIdError: A name is nearly a constant's.
     """
     check_methods(cls)
-    wanted = {**cls._changes, **_nearest_values(cls, None)}
+    given = _nearest_values(cls, None)
+    for name, other in _phases(cls).items():
+        if name in given and other in given:
+            raise InvalidArgumentError(
+                f"{cls.__name__}: {name}={given[name]!r} and {other}={given[other]!r} given, which "
+                "are one constant; allowed: one of the two names"
+            )
+    wanted = {**cls._changes, **given}
     if not wanted:
         return {}
     changeable = _changeable(cls)

@@ -1,4 +1,4 @@
-"""All 97 ids: keys, types and shapes of what comes out, and attributes."""
+"""All 97 VLA ids: keys, types and shapes of what comes out, and attributes."""
 
 from __future__ import annotations
 

@@ -264,6 +264,22 @@ def test_lengths_of_phases():
     with pytest.raises(TypeError, match="delta_time"):
         gym.make("RememberColor3-VLA-v0", delta_time=7)
 
+    class Twice(rl.ShellGameTouchEnv):
+        TIME_OFFSET = 9
+        CUE_PHASE_STEPS = (1, 5)
+
+    with pytest.raises(engram.InvalidArgumentError, match=r"TIME_OFFSET=9 and CUE_PHASE_STEPS="):
+        rl.register_env("ShellGameTouch-Twice-v0", max_episode_steps=95)(Twice)
+
+
+def test_there_is_no_instruction():
+    touch = rl.ShellGameTouchEnv
+    assert "LANGUAGE_INSTRUCTION" not in dir(touch)
+    assert "TIME_OFFSET" in dir(touch)
+    for name in ("LANGUAGE_INSTRUCTION", "LANGUAGE_INSTRUCTION_TEMPLATE"):
+        with pytest.raises(engram.UnknownIdError, match=r"did you mean (?!LANGUAGE)"):
+            setattr(touch, name, "Touch it.")
+
 
 # --- overlays ---
 
