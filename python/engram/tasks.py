@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def list_tasks() -> builtins.list[TaskSummary]:
     """All registered tasks: the benchmark's, in its order, then variants.
 
-    Each is a dict: id, family, split ("short", "medium", "long", "extended"), memory_type, horizon
-    (control steps), canonical, instruction, action_dim, state_dim, candidates (how many answers a
-    guess chooses from).
+    Each is a dict: id, family, split ("short", "medium", "long", "extended", "rl"), memory_type,
+    horizon (control steps), canonical, instruction, action_dim, state_dim, candidates (how many
+    answers a guess chooses from).
     """
     tasks: builtins.list[TaskSummary] = json.loads(_core.list_json())
     return tasks

@@ -199,7 +199,7 @@ class TaskSummary(TypedDict):
 
     id: str
     family: str
-    split: str  # "short", "medium", "long", "extended"
+    split: str  # "short", "medium", "long", "extended", "rl"
     memory_type: str
     horizon: int  # control steps
     canonical: bool
