@@ -3,9 +3,8 @@
     python zoo_scores.py                                   # runs what is missing, writes the tables
     python zoo_scores.py --learners imitation --seeds 1 --memories gru lru
 
-Every run is a process of its own; the command can be stopped at any time and continues there. The
-cheapest memories come first. Results are kept as `python -m engram.scores` keeps its own: under
---out, and beside the page.
+Every run is a process of its own; the command can be stopped at any time and continues there.
+Results are kept as `python -m engram.scores` keeps its own: under --out, and beside the page.
 """
 
 import argparse
