@@ -32,6 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     except (DatasetError, OSError) as error:
+        if _interrupted(error):
+            return 130
         print(f"engram.datasets: {DatasetError(str(error))}", file=sys.stderr)
         return 1
     except ModuleNotFoundError as error:
@@ -49,6 +51,15 @@ def main(arguments: list[str] | None = None) -> int:
 def run() -> NoReturn:
     """The whole command."""
     sys.exit(main())
+
+
+def _interrupted(error: BaseException | None) -> bool:
+    """True if it was raised while a Ctrl-C ended what was under way, such as a stream."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _parser() -> argparse.ArgumentParser:
