@@ -6,10 +6,13 @@ import argparse
 import dataclasses
 import importlib
 import json
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 from typing import Any, NoReturn
 
 from engram import load_tasks
@@ -25,14 +28,16 @@ _LEROBOT_OPTIONS = dataclasses.fields(lerobot_options.Options)
 
 def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
+    interruption = _Interruption()
     try:
-        for file in getattr(options, "tasks", ()):
-            load_tasks(file)
-        results = options.run_all(options)
+        with interruption:
+            for file in getattr(options, "tasks", ()):
+                load_tasks(file)
+            results = options.run_all(options)
     except KeyboardInterrupt:
         return 130
     except (DatasetError, OSError) as error:
-        if _interrupted(error):
+        if interruption.noted:
             return 130
         print(f"engram.datasets: {DatasetError(str(error))}", file=sys.stderr)
         return 1
@@ -53,13 +58,31 @@ def run() -> NoReturn:
     sys.exit(main())
 
 
-def _interrupted(error: BaseException | None) -> bool:
-    """True if it was raised while a Ctrl-C ended what was under way, such as a stream."""
-    while error is not None:
-        if isinstance(error, KeyboardInterrupt):
-            return True
-        error = error.__cause__ or error.__context__
-    return False
+class _Interruption:
+    """Notes a Ctrl-C.
+
+    Python loses a KeyboardInterrupt that comes while it deletes an object; the stream that the
+    Ctrl-C ends as well then looks as if it had failed.
+    """
+
+    def __init__(self) -> None:
+        self.noted = False
+        self._before: Any = None
+
+    def __enter__(self) -> _Interruption:
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.getsignal(signal.SIGINT)
+        if self._before is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._before is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self.noted = True
+        signal.default_int_handler(number, frame)
 
 
 def _parser() -> argparse.ArgumentParser:
