@@ -19,7 +19,9 @@ constexpr int kTimeToTurn = 20;        // control steps until it does, where it 
 }  // namespace
 
 double PickParams::answer_distance(GoalItem item) const {
-  return item == GoalItem::kMug ? lift() / 2 : kLiftThatShows;
+  // From there on a mug may show what is under it.
+  if (is_rl() || item == GoalItem::kBall) return kLiftThatShows;
+  return lift() / 2;
 }
 
 std::string PickParams::contradiction(GoalItem item) const {

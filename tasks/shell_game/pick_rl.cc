@@ -53,8 +53,8 @@ class MugPick final : public ShellGame {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
-        "the first cup that is moved by more than half the height to which it has to be lifted; "
-        "its slot";
+        "the first cup that is moved by more than 4 mm, from where on it may show what is under "
+        "it; its slot";
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);
   }
