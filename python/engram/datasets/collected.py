@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import io
 import itertools
-import signal
 import struct
 import subprocess
 from collections.abc import Callable, Collection, Iterator
@@ -17,8 +16,6 @@ from engram.datasets.episodes import Episode, read_metadata
 from engram.datasets.spaces import Spaces
 
 _LARGEST_BLOCK = 1 << 32  # bytes
-_LAST_WORDS = 10  # seconds that a command takes at most to end
-_INTERRUPTED = (130, -signal.SIGINT)  # what it returns then
 
 
 class CollectedEpisodes:
@@ -116,21 +113,11 @@ class CollectedEpisodes:
         head = self._source.read(8)
         size = struct.unpack("<Q", head)[0] if len(head) == 8 else None
         if size is None or size > _LARGEST_BLOCK:
-            raise self._cut_off()
+            raise DatasetError(f"{self.env_id}: engram collect ended too early")
         body = self._source.read(size)
         if len(body) != size:
-            raise self._cut_off()
+            raise DatasetError(f"{self.env_id}: engram collect ended too early")
         return body
-
-    def _cut_off(self) -> BaseException:
-        """Why the stream has ended: a Ctrl-C reaches the command, too, and may reach it first."""
-        try:
-            interrupted = self._process.wait(timeout=_LAST_WORDS) in _INTERRUPTED
-        except subprocess.TimeoutExpired:
-            interrupted = False
-        if interrupted:
-            return KeyboardInterrupt()
-        return DatasetError(f"{self.env_id}: engram collect ended too early")
 
 
 def add_arguments(parser: Any) -> None:
