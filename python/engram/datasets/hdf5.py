@@ -73,7 +73,7 @@ def convert(
                 instructions.add(demonstration.instruction)
                 progress(done, len(folder))
             writer.finish(folder)
-        _write_json(path / source.NAME, source.with_additions(folder, added))
+        source.write_json(path / source.NAME, source.with_additions(folder, added))
         (path / HDF5_METADATA).write_bytes(folder.metadata_bytes)
         (path / "README.md").write_text(_card(folder, sorted(instructions), added))
     return Path(root).joinpath(*place)
@@ -81,9 +81,7 @@ def convert(
 
 def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
     """True if the folder was written from the same collection; refuses another one."""
-    path = Path(root) / HDF5_FOLDER / folder.env_id
-    asked = source.with_additions(folder, additions.chosen(**options))
-    return source.is_same(path, path / source.NAME, asked)
+    return source.is_written(Path(root) / HDF5_FOLDER / folder.env_id, folder, **options)
 
 
 # --- episodes ---
@@ -217,10 +215,6 @@ def _env_args(
             "joint_proprio": folder.spaces.joint_proprio,
         },
     }
-
-
-def _write_json(path: Path, document: dict[str, Any]) -> None:
-    path.write_text(json.dumps(document, indent=2) + "\n")
 
 
 # --- card ---

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import json
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -71,9 +70,9 @@ def convert(
                     segments.add(episode.segmentation_names)
                 progress(done, len(folder))
         described = features(folder.spaces, added, episode.labels if labels else None)
-        _write_json(path / "features.json", described)
-        _write_json(path / "dataset_info.json", _dataset_info(shards.lengths, shards.bytes))
-        _write_json(path / source.NAME, source.with_additions(folder, added))
+        source.write_json(path / "features.json", described)
+        source.write_json(path / "dataset_info.json", _dataset_info(shards.lengths, shards.bytes))
+        source.write_json(path / source.NAME, source.with_additions(folder, added))
         (path / "metadata.json").write_bytes(folder.metadata_bytes)
         (path / "README.md").write_text(_card(folder, sorted(instructions), added))
     return Path(root).joinpath(*place)
@@ -150,9 +149,7 @@ def _record(episode: Episode, env_id: str, added: Collection[str]) -> tuple[byte
 
 def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
     """True if the folder was written from the same collection; refuses another one."""
-    path = Path(root) / RLDS_FOLDER / folder.env_id / VERSION
-    asked = source.with_additions(folder, additions.chosen(**options))
-    return source.is_same(path, path / source.NAME, asked)
+    return source.is_written(Path(root) / RLDS_FOLDER / folder.env_id / VERSION, folder, **options)
 
 
 def _card(
@@ -209,7 +206,3 @@ def _dataset_info(shard_lengths: list[int], payload_bytes: int) -> dict:
         ],
         "version": VERSION,
     }
-
-
-def _write_json(path: Path, document: dict) -> None:
-    path.write_text(json.dumps(document, indent=2) + "\n")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import engram
-from engram.datasets.additions import ADDITIONS
+from engram.datasets.additions import ADDITIONS, chosen
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.collected import CollectedEpisodes
 from engram.datasets.episodes import DemonstrationFolder
@@ -35,6 +35,19 @@ def with_additions(
 ) -> dict[str, Any]:
     """The same of a format whose options are the additions."""
     return document(folder, {name: name in added for name in ADDITIONS})
+
+
+def is_written(path: Path, folder: CollectedEpisodes, **options: bool) -> bool:
+    """True if a format whose options are the additions is there, from the same collection.
+
+    Refuses another one.
+    """
+    return is_same(path, path / NAME, with_additions(folder, chosen(**options)))
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Writes a document of a converted folder."""
+    path.write_text(json.dumps(content, indent=2) + "\n")
 
 
 def is_same(path: Path, file: Path, *allowed: dict[str, Any]) -> bool:
