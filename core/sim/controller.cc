@@ -6,15 +6,12 @@
 #include "core/math/real_functions.h"
 #include "core/math/rotations.h"
 #include "core/sim/action_dim.h"
+#include "core/sim/action_scale.h"
 
 namespace engram {
 namespace {
 
-// Full scale of the normalised modes: 0.1 m, 0.1 rad, 1 rad/s.
-constexpr double kPositionScale = 0.1;
-constexpr double kRotationScale = 0.1;
-constexpr double kJointScale = 0.1;
-constexpr double kVelocityScale = 1.0;
+constexpr double kVelocityScale = 1.0;  // rad/s
 constexpr double kGripperMiddle = 0.015;
 constexpr double kGripperScale = 0.025;
 
@@ -31,7 +28,7 @@ ArmVector clipped_joints(const float* action, double scale) {
 }
 
 Eigen::Vector3d clipped_translation(const float* action) {
-  return kPositionScale *
+  return kTranslationScale *
          Eigen::Vector3d(clipped(action[0]), clipped(action[1]), clipped(action[2]));
 }
 

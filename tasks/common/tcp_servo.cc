@@ -6,13 +6,12 @@
 #include "core/math/real_functions.h"
 #include "core/math/rotations.h"
 #include "core/robot/arm.h"
+#include "core/sim/action_scale.h"
 #include "tasks/common/poses.h"
 
 namespace engram::tasks {
 namespace {
 
-constexpr double kRotationScale = 0.1;  // rad, full scale of the action
-constexpr double kJointScale = 0.1;     // rad, full scale of a joint action
 // Gain above 1, since one step covers only part of a command. Below
 // 1 / kStepResponse, so that the tool does not overshoot.
 constexpr double kGain = 1.6;

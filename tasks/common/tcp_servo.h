@@ -24,9 +24,6 @@ inline constexpr double kGripperSqueezing = -1.0;  // closed, and pressing on wh
 // Fraction of a commanded change that the drives cover in one control step.
 inline constexpr double kStepResponse = 0.38;
 
-// Full scale of the action's translation, m.
-inline constexpr double kTranslationScale = 0.1;
-
 // Writes an action that brings the TCP towards a pose, as fast as the drives allow and without
 // overshoot. `action` has 7 components; rotations have the original benchmark's sign.
 void servo_tcp(const State& state, int env, const Eigen::Vector3d& goal,
