@@ -127,12 +127,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
     }
   }
   MakeOptions env_options = demonstration_options(options.plan.additions);
-  env_options.image_options.renderer = options.plan.renderer;
-  env_options.rules = options.plan.rules;
-  env_options.control_mode = options.plan.control_mode;
-  env_options.joint_proprio = options.plan.joint_proprio;
-  env_options.constants = options.plan.constants;
-  env_options.perturbations = options.plan.perturbations;
+  options.plan.set_environment(env_options);
   std::vector<EpisodeBatch> batches(
       static_cast<std::size_t>(worker_threads(options.threads, ranks)));
   const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {

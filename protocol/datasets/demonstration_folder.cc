@@ -120,6 +120,15 @@ DemonstrationFolder::DemonstrationFolder(DemonstrationSink sink, const RegistryE
   check_plan();
 }
 
+void CollectionPlan::set_environment(MakeOptions& options) const {
+  options.image_options.renderer = renderer;
+  options.rules = rules;
+  options.control_mode = control_mode;
+  options.joint_proprio = joint_proprio;
+  options.constants = constants;
+  options.perturbations = perturbations;
+}
+
 void DemonstrationFolder::check_plan() const {
   require_mode_of(Policy::kOracle, control_mode_of(entry_, plan_));
   (void)make_task(entry_.id, plan_.constants);
@@ -181,6 +190,17 @@ int DemonstrationFolder::count_files() const {
 }
 
 // Refuses to mix episodes of different plans. Without the file, those in the folder are trusted.
+void require_same_provenance(const fs::path& folder, const Document& found,
+                             const RegistryEntry& entry, const CollectionPlan& plan) {
+  for (const auto& [key, value] : provenance(entry, plan)) {
+    const Document before = value_or_null(found, key);
+    if (before == value) continue;
+    throw Error(Error::kInvalidArgument, "'" + folder.string() + "' was collected with " + key +
+                                             " " + to_line(before) + ", " + to_line(value) +
+                                             " given; the same, or another folder, allowed");
+  }
+}
+
 void DemonstrationFolder::check_metadata() const {
   const fs::path path = path_ / kMetadata;
   const std::optional<std::string> text = lock_->folder().read_file(kMetadata);
@@ -196,13 +216,7 @@ void DemonstrationFolder::check_metadata() const {
          "is damaged or edited, its checksum does not fit; without it, it is made anew from "
          "the data files");
   }
-  for (const auto& [key, value] : provenance(entry_, plan_)) {
-    const Document found = value_or_null(*before, key);
-    if (found == value) continue;
-    throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
-                                             " " + to_line(found) + ", " + to_line(value) +
-                                             " given; the same, or another folder, allowed");
-  }
+  require_same_provenance(path_, *before, entry_, plan_);
   for (const auto& [key, value] : addition_documents(entry_, plan_)) {
     if (value_or_null(*before, key) != value) refuse_addition(path_, key, value != Document());
   }

@@ -31,10 +31,16 @@ struct CollectionPlan {
   ConstantTable constants = {};  // of all tasks, instead of their own
   std::vector<PerturbationLevel> perturbations = {};
   Additions additions = {};
+
+  // Sets what does not depend on the layout of the data.
+  void set_environment(MakeOptions& options) const;
 };
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
 DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan);
+// Throws Error (kInvalidArgument) unless the folder's provenance, as found, is that of the plan.
+void require_same_provenance(const std::filesystem::path& folder, const Document& found,
+                             const RegistryEntry& entry, const CollectionPlan& plan);
 
 // Takes the content of a data file, in place of a folder.
 using DemonstrationSink = std::function<void(std::span<const std::byte> file)>;

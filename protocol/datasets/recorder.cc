@@ -18,11 +18,6 @@ constexpr std::array<std::string_view, 10> kPlannedFamilies = {
     "TraceShape",           "TraceShapeSeq",        "TimedTransfer",
     "GatherAndRecall"};
 
-template <class T>
-void append(std::vector<T>& to, std::span<const T> values) {
-  to.insert(to.end(), values.begin(), values.end());
-}
-
 }  // namespace
 
 CollectionRule collection_rule(const RegistryEntry& entry, ControlMode mode) {

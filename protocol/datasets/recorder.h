@@ -39,6 +39,12 @@ struct Additions {
 // episodes ending at success and then left alone. Labels need depth and segmentation, too.
 MakeOptions demonstration_options(const Additions& additions = {});
 
+// Appends a step's values to those of an episode.
+template <class T>
+void append(std::vector<T>& to, std::span<const T> values) {
+  to.insert(to.end(), values.begin(), values.end());
+}
+
 // Seeds are stored as int64.
 inline constexpr std::uint64_t kMaxDemonstrationSeed = INT64_MAX;
 

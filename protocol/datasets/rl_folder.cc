@@ -16,11 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kRoot = "MIKASA-Robo";
 
-template <class T>
-void append(std::vector<T>& to, std::span<const T> values) {
-  to.insert(to.end(), values.begin(), values.end());
-}
-
 void append_as_floats(std::vector<float>& to, const double* values, int count) {
   std::transform(values, values + count, std::back_inserter(to),
                  [](double value) { return static_cast<float>(value); });
@@ -45,11 +40,7 @@ MakeOptions rl_recording_options(const CollectionPlan& plan) {
   options.auto_reset = AutoReset::kOff;
   options.terminate_on_success = false;
   options.terminate_on_failure = false;
-  options.image_options.renderer = plan.renderer;
-  options.rules = plan.rules;
-  options.control_mode = plan.control_mode;
-  options.constants = plan.constants;
-  options.perturbations = plan.perturbations;
+  plan.set_environment(options);
   return options;
 }
 
@@ -152,13 +143,7 @@ void RlFolder::check_plan() const {
     throw Error(Error::kIo, "'" + note_.string() + "' is not engram's; without it, the files of '" +
                                 path_.string() + "' are trusted");
   }
-  for (const auto& [key, value] : provenance(*entry_, plan_)) {
-    const Document other = value_or_null(*found, key);
-    if (other == value) continue;
-    throw Error(Error::kInvalidArgument, "'" + path_.string() + "' was collected with " + key +
-                                             " " + to_line(other) + ", " + to_line(value) +
-                                             " given; the same, or another folder, allowed");
-  }
+  require_same_provenance(path_, *found, *entry_, plan_);
 }
 
 fs::path RlFolder::file(int episode) const {
