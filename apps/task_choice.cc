@@ -38,7 +38,7 @@ std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& i
 
   std::vector<const RegistryEntry*> tasks = select(filter);
   if (!filter.split) {
-    std::erase_if(tasks, [](const RegistryEntry* task) { return task->split == Split::kRl; });
+    std::erase_if(tasks, [](const RegistryEntry* task) { return task->is_rl(); });
   }
   if (tasks.empty()) {
     throw Error(Error::kInvalidArgument, "the filters leave no task; `engram list` shows all");

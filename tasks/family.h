@@ -15,9 +15,9 @@ namespace engram {
 class Task;            // core/env/task.h
 struct RegistryEntry;  // tasks/registry.h
 
-// Parts of the benchmark. The VLA tasks by length of an episode: up to 200 control steps, up to 601,
-// and more; those outside the canonical list, and users' own, are kExtended, whatever their length.
-// The RL tasks are one part.
+// Parts of the benchmark. The VLA tasks by length of an episode: up to 200 control steps, up to
+// 601, and more; those outside the canonical list, and users' own, are kExtended, whatever their
+// length. The RL tasks are one part.
 enum class Split { kShort, kMedium, kLong, kExtended, kRl };
 
 // "short", "medium", "long", "extended" or "rl".
@@ -31,6 +31,8 @@ struct TaskRow {
   double oracle_floor = 0.95;         // least share of episodes that the oracle solves
   std::string_view instruction = {};  // where it is not the family's
   std::string_view memory_type = {};  // likewise
+
+  constexpr bool is_rl() const { return split == Split::kRl; }
 };
 
 // Facts that hold for every task of a family; tests check them.

@@ -67,18 +67,18 @@ struct UserTask {
 using UserTasks = std::vector<std::unique_ptr<UserTask>>;
 
 RegistryEntry entry_of(const Family& family, const TaskRow& row) noexcept {
-  return {.id = row.id,
-          .family = family.name,
-          .horizon = row.horizon,
-          .split = row.split,
-          .memory_type = row.memory_type.empty() ? family.memory_type : row.memory_type,
-          .canonical = row.split != Split::kExtended && row.split != Split::kRl,
-          .instruction = row.instruction.empty() ? family.instruction : row.instruction,
-          .oracle_floor = row.oracle_floor,
-          .definition = &family,
-          .base = row.id,
-          .control_mode = row.split == Split::kRl ? ControlMode::kPdJointDeltaPos
-                                                  : ControlMode::kPdEeDeltaPose};
+  return {
+      .id = row.id,
+      .family = family.name,
+      .horizon = row.horizon,
+      .split = row.split,
+      .memory_type = row.memory_type.empty() ? family.memory_type : row.memory_type,
+      .canonical = row.split != Split::kExtended && !row.is_rl(),
+      .instruction = row.instruction.empty() ? family.instruction : row.instruction,
+      .oracle_floor = row.oracle_floor,
+      .definition = &family,
+      .base = row.id,
+      .control_mode = row.is_rl() ? ControlMode::kPdJointDeltaPos : ControlMode::kPdEeDeltaPose};
 }
 
 // All tasks: the benchmark's, which never change, then users' own.
@@ -138,7 +138,7 @@ class TaskRegistry {
   void add_tasks(bool rl) {
     for (const Family* family : kFamilies) {
       for (const TaskRow& row : family->tasks) {
-        if ((row.split == Split::kRl) == rl) add(*family, row);
+        if (row.is_rl() == rl) add(*family, row);
       }
     }
   }
@@ -204,7 +204,7 @@ void require_registrable(const TaskRow& row, const Family& family, const UserTas
     throw Error(Error::kInvalidArgument,
                 "task '" + std::string(id) + "': a family without `make` given, a function needed");
   }
-  if (row.split == Split::kRl) {
+  if (row.is_rl()) {
     throw Error(Error::kInvalidArgument, "split of '" + std::string(id) +
                                              "': rl given, which is the benchmark's own; short, "
                                              "medium, long or extended allowed");

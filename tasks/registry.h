@@ -32,8 +32,10 @@ struct RegistryEntry {
   // Control steps after which a user truncates episodes, even if that is too early to succeed; 0:
   // the horizon.
   int max_episode_steps = 0;
-  bool wrist_camera = true;  // false: the plain Panda
+  bool wrist_camera = true;                                // false: the plain Panda
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;  // of batches that are given none
+
+  bool is_rl() const { return split == Split::kRl; }
 };
 
 // A new id for a task with other constants.

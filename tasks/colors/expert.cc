@@ -118,7 +118,7 @@ void ColorRecallExpert::touch(int env, int color, float* action) const {
 // Moves at one height, just above the cubes, to the near edge of where the cube is touched, and
 // stops there for a step.
 void ColorRecallExpert::touch_in_passing(int env, int color, float* action) const {
-  constexpr double kCoasting = 0.02;  // s: so far the TCP moves on when it is told to stop
+  constexpr double kCoasting = 0.02;  // s: so far the TCP moves on when a stop is commanded
   const State& state = *view_.engine.state;
   const auto [above, before, rest] = passing(view_.touch.radius());
   const Eigen::Vector3d point = view_.touch.touch_point(env, color);

@@ -126,7 +126,6 @@ void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {
       "the touches up to the first one that is wrong, or to the last one that is needed; a digit "
       "per touch, in their order: 1 + the colour's number";
   const bool button = params.has_button();
-  info.termination = button ? Termination::kNever : Termination::kSuccess;
   info.success_reward = button ? kColorSuccessReward : kColorTouchSuccessReward;
   info.oracle_dim = params.SEQUENCE_LENGTH;
   info.hidden_variable = "sequence";

@@ -30,7 +30,7 @@ struct ColorRecallParams {
 
   // True for the VLA tasks, which end with a press. Where there is no button, cubes stand closer
   // together, and are touched within CUBE_HALFSIZE instead of GOAL_THRESH.
-  bool has_button() const { return task.split != Split::kRl; }
+  bool has_button() const { return !task.is_rl(); }
   // Number of times that the cue lasts as long as is drawn.
   int cue_items() const { return rule == ColorRule::kBunch ? 1 : SEQUENCE_LENGTH; }
   // The step count by which all cubes stand on the table, whatever an episode draws.

@@ -159,8 +159,8 @@ class ColorRecall final : public ColorTouchBase {
 
 template <const auto& kVariants>
 std::unique_ptr<Task> make_color_task(const RegistryEntry& entry, const ConstantTable& constants) {
-  return entry.split == Split::kRl ? make_variant<ColorTouch, kVariants>(entry, constants)
-                                   : make_variant<ColorRecall, kVariants>(entry, constants);
+  return entry.is_rl() ? make_variant<ColorTouch, kVariants>(entry, constants)
+                       : make_variant<ColorRecall, kVariants>(entry, constants);
 }
 
 }  // namespace

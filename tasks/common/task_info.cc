@@ -14,6 +14,7 @@ TaskInfo describe(const RegistryEntry& entry) {
   info.canonical = entry.canonical;
   info.horizon = entry.horizon;
   info.control_mode = entry.control_mode;
+  if (entry.is_rl()) info.termination = Termination::kSuccess;
   return info;
 }
 

@@ -7,7 +7,7 @@
 
 namespace engram::tasks {
 
-// A TaskInfo with what the registry knows.
+// A TaskInfo with what the registry knows. RL tasks end at success.
 TaskInfo describe(const RegistryEntry& entry);
 
 // Addition to TaskInfo::answer of tasks that end at success, before the robot rests.

@@ -48,8 +48,7 @@ BallVariables::BallVariables(RandomVariables list, const BallParams& params)
                            "of the ball's launch")),
       velocity_y(list.of(params.VELOCITY_RANGE)) {}
 
-void describe_launch(const RegistryEntry& entry, TaskInfo& info) {
-  info.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
+void describe_launch(TaskInfo& info) {
   info.oracle_dim = 3;
   info.oracle_is_real = true;
   info.phases = {{"manipulation", "always"}};

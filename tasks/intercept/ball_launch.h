@@ -64,7 +64,7 @@ constexpr BallParams rl_ball(double slowest, double fastest) {
 }
 
 // Fills in the part of TaskInfo that both families share.
-void describe_launch(const RegistryEntry& entry, TaskInfo& info);
+void describe_launch(TaskInfo& info);
 
 class BallLaunch {
  public:

@@ -75,7 +75,7 @@ class Intercept final : public FamilyBase {
                  .ball = params.ball,
                  .goal_radius = params.GOAL_RADIUS}),
         annotator_(engine_, InterceptGoal::kDeflect) {
-    describe_launch(entry, info_);
+    describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
     declare_state(*this);

@@ -64,7 +64,7 @@ class InterceptGrab final : public FamilyBase {
         launch_({RandomVariables(info_.random_variables), params.ball}, params.ball.BALL_RADIUS),
         expert_(engine_, params.ball),
         annotator_(engine_, InterceptGoal::kGrab) {
-    describe_launch(entry, info_);
+    describe_launch(info_);
     info_.success_reward = kSuccessReward;
     info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
     declare_state(*this);

@@ -26,16 +26,15 @@ constexpr ArcParams kRound{.radius = 0.3, .compression = 0};
 constexpr int APPEAR_SETTLE_STEPS = 3;
 
 struct FindSameParams : ObjectRecallParams {
-  constexpr bool is_rl() const { return task.split == Split::kRl; }
   // Steps in which objects are put back; cubes, and all objects of the RL tasks, in the first
   // alone.
   constexpr int settle_steps() const {
-    return is_rl() || objects.vocabulary == kColor ? 1 : APPEAR_SETTLE_STEPS;
+    return task.is_rl() || objects.vocabulary == kColor ? 1 : APPEAR_SETTLE_STEPS;
   }
   // The original sets the poses of cubes, to where they are, in every control step.
-  constexpr bool forgets_contacts() const { return !is_rl() && objects.vocabulary == kColor; }
+  constexpr bool forgets_contacts() const { return !task.is_rl() && objects.vocabulary == kColor; }
   // Three objects are spread and stretched.
-  constexpr bool spreads() const { return !is_rl() && objects.count == 3; }
+  constexpr bool spreads() const { return !task.is_rl() && objects.count == 3; }
 
   void declare(ConstantBinder& constants) {
     ObjectRecallParams::declare(constants);
@@ -115,7 +114,7 @@ class FindSame final : public ObjectRecall {
         settle_steps_(params.settle_steps()),
         forgets_contacts_(params.forgets_contacts()),
         spread_(params.spreads()) {
-    if (params.is_rl()) return;
+    if (params.task.is_rl()) return;
     success_in_cue_ =
         TaskOptions(info_.options)
             .on_off("success_in_cue", "1: to rest at the object of the cue is a success, too",

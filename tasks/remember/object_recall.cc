@@ -55,7 +55,7 @@ void check_layouts(const ObjectRecallParams& params) {
 }  // namespace
 
 void ObjectRecallParams::declare(ConstantBinder& constants) {
-  const bool rl = task.split == Split::kRl;
+  const bool rl = task.is_rl();
   objects.declare(constants, !rl);
   // The original's RL tasks have one length of each phase, by other names.
   constants
@@ -112,7 +112,6 @@ ObjectRecall::ObjectRecall(const RegistryEntry& entry, const ObjectRecallParams&
                   .goal_thresh = params.GOAL_THRESH,
                   .imposter = wording.imposter}) {
   info_.candidates = count();
-  info_.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
   // The canonical chain freezes the short ids only.
   info_.frozen_cue = entry.split == Split::kShort;
   info_.success_reward = kTouchSuccessReward;

@@ -47,7 +47,6 @@ struct Params {
   // None: rewards know no action cost.
   std::optional<SmoothnessParams> smoothness = SmoothnessParams{};
 
-  bool is_rl() const { return task.split == Split::kRl; }
   TermNames term_names() const;
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
@@ -72,7 +71,7 @@ void Params::declare(ConstantBinder& constants) {
 }
 
 TermNames Params::term_names() const {
-  if (!is_rl()) return {"correct_angle", strict ? "y_angle_diff_deg" : "angle_diff_deg"};
+  if (!task.is_rl()) return {"correct_angle", strict ? "y_angle_diff_deg" : "angle_diff_deg"};
   if (strict) return {"correct_angle", "y_angle_diff"};
   return {"self.correct_angle", "self.angle_diff"};
 }
@@ -170,7 +169,6 @@ class Rotate final : public FamilyBase {
                     .initial_yaw = initial_yaw_,
                     .threshold = params.angle_threshold,
                     .peg_half_length = params.PEG_HALF_LENGTH}) {
-    info_.termination = params.is_rl() ? Termination::kSuccess : Termination::kNever;
     info_.candidates = candidates(params);
     info_.answer_rate = guess_rate(params.MODE, params.angle_threshold);
     info_.guess_rate = std::min(1.0, info_.answer_rate + kOnTheWay);
@@ -199,9 +197,9 @@ class Rotate final : public FamilyBase {
                             : Column<float>();
     };
     relative_angle_ = info.add<float>("relative_angle", 1, "rad", "turned since the beginning");
-    if (params_.is_rl()) x_pos_error_ = add_pos_error("x_pos_error");  // the original's order
+    if (params_.task.is_rl()) x_pos_error_ = add_pos_error("x_pos_error");  // the original's order
     y_angle_error_ = info.add<float>("y_angle_error", 1, "rad", "rotation still to be done");
-    if (!params_.is_rl()) x_pos_error_ = add_pos_error("x_pos_error");
+    if (!params_.task.is_rl()) x_pos_error_ = add_pos_error("x_pos_error");
     y_pos_error_ = add_pos_error("y_pos_error");
     reward_dict_.bind(bindings, info_.reward_terms.size());
     ColumnStore& memory = *bindings.memory;

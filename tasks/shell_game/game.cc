@@ -27,7 +27,7 @@ ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, 
       setup_(setup),
       variables_(RandomVariables(info_.random_variables), params, setup) {
   info_.candidates = kCups;
-  info_.frozen_cue = setup.frozen && !params.is_rl();
+  info_.frozen_cue = setup.frozen && !params.task.is_rl();
   info_.success_reward = setup.success_reward;
   info_.oracle_dim = 1;
   declare_sampled_values(*this);

@@ -5,7 +5,7 @@
 namespace engram::tasks {
 
 GoalChoice::GoalChoice(TaskInfo& info, const ShellGameParams& params) {
-  if (params.is_rl()) return;
+  if (params.task.is_rl()) return;
   mug_at_goal_ =
       TaskOptions(info.options)
           .on_off("mug_at_goal",
@@ -23,9 +23,9 @@ void ShellGameParams::declare(ConstantBinder& constants) {
   constants
       .steps("CUE_PHASE_STEPS", CUE_PHASE_STEPS, kPhaseSteps, "how long the cue is shown",
              {"cue_steps", "length of the cue phase"})
-      .published = !is_rl();
+      .published = !task.is_rl();
   // The original's RL tasks have one length, by another name.
-  if (is_rl()) constants.fixed({{"TIME_OFFSET", CUE_PHASE_STEPS.high}});
+  if (task.is_rl()) constants.fixed({{"TIME_OFFSET", CUE_PHASE_STEPS.high}});
   constants.real("MIN_DIST", MIN_DIST, {0.1, 0.35}, "m", "from one cup's slot to the next one's");
   constants.real("BALL_RADIUS", BALL_RADIUS, {0.01, 0.06}, "m", "of the balls under the cups");
   constants.real("GOAL_THRESH", GOAL_THRESH, {0.01, 0.3}, "m",

@@ -31,7 +31,6 @@ struct ShellGameParams {
   double MUG_SCALE = mjcf::kMugScale;
   int first_success = 0;  // control steps of the manipulation phase in which nothing succeeds
 
-  bool is_rl() const { return task.split == Split::kRl; }
   // Size of the mugs, as a multiple of the benchmark's.
   double mug_ratio() const { return MUG_SCALE / mjcf::kMugScale; }
   // Height of the origin of a mug that stands, m.
@@ -66,7 +65,7 @@ void require_goal(const Params& params, GoalItem item) {
 // Throws Error if they do with every item that may count.
 template <class Params>
 void require_possible_goal(const Params& params) {
-  const bool either = !params.is_rl() && !params.contradiction(GoalItem::kMug).empty();
+  const bool either = !params.task.is_rl() && !params.contradiction(GoalItem::kMug).empty();
   require_goal(params, either ? GoalItem::kBall : GoalItem::kMug);
 }
 

@@ -193,7 +193,7 @@ constexpr auto kRows = rows_of(kPickVariants);
 
 // The RL task has other rules.
 std::unique_ptr<Task> make_pick(const RegistryEntry& entry, const ConstantTable& constants) {
-  const bool rl = find_variant(kPickVariants, entry.base).is_rl();
+  const bool rl = find_variant(kPickVariants, entry.base).task.is_rl();
   return rl ? make_mug_pick(entry, constants) : make_variant<Pick, kPickVariants>(entry, constants);
 }
 

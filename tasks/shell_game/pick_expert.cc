@@ -40,7 +40,7 @@ Eigen::Vector3d turned(const Eigen::Vector3d& v, double angle) {
 
 PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params)
     : ShellGameExpert(game),
-      waits_(params.is_rl()),
+      waits_(params.task.is_rl()),
       grip_from_mug_(params.mug_ratio() * kGripFromMug +
                      std::max(0.0, 1 - params.mug_ratio()) * kFartherOut),
       grip_height_(std::max(params.resting_height(), kGripHeight + params.extra_height())),

@@ -20,7 +20,7 @@ constexpr int kTimeToTurn = 20;        // control steps until it does, where it 
 
 double PickParams::answer_distance(GoalItem item) const {
   // From there on a mug may show what is under it.
-  if (is_rl() || item == GoalItem::kBall) return kLiftThatShows;
+  if (task.is_rl() || item == GoalItem::kBall) return kLiftThatShows;
   return lift() / 2;
 }
 
@@ -33,12 +33,12 @@ std::string PickParams::contradiction(GoalItem item) const {
 
 void PickParams::declare(ConstantBinder& constants) {
   ShellGameParams::declare(constants);
-  if (is_rl()) return;
+  if (task.is_rl()) return;
   constants.fixed({{"HANDLE_OFFSET_X", HANDLE_OFFSET_X}, {"HANDLE_OFFSET_Y", HANDLE_OFFSET_Y}});
 }
 
 void PickParams::check(int horizon) const {
-  if (is_rl()) {
+  if (task.is_rl()) {
     for (const MugStance& stance : kHandleTurns) check_mugs(*this, stance, kFingerRoom);
   } else {
     check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
@@ -46,7 +46,7 @@ void PickParams::check(int horizon) const {
   require_possible_goal(*this);
   const int more = static_cast<int>(std::max(0.0, lift() - kUsualLift) / kLiftPerStep);
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}},
-                kTimeToPick + (is_rl() ? kTimeToTurn : 0) + more);
+                kTimeToPick + (task.is_rl() ? kTimeToTurn : 0) + more);
 }
 
 }  // namespace engram::tasks

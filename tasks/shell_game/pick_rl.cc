@@ -50,7 +50,6 @@ class MugPick final : public ShellGame {
         goal_(add_goal_site(params.GOAL_THRESH)),
         expert_(*this, params),
         annotator_({.game = *this, .deed = ShellGameAnnotator::Deed::kPick, .ball = ball_}) {
-    info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
         "the first cup that is moved by more than 4 mm, from where on it may show what is under "

@@ -113,13 +113,13 @@ class Push final : public ShellGame {
         annotator_({.game = *this, .deed = ShellGameAnnotator::Deed::kPush, .ball = ball_}) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
-    info_.answer = params.is_rl()
+    info_.answer = params.task.is_rl()
                        ? "the first cup that is moved by more than half the least way to the goal "
                          "region; its slot"
                        : "the first cup that is moved by more than 4 mm, with mug_at_goal by more "
                          "than half the least way to the goal region; its slot";
     info_.reward_terms =
-        reward_terms_of([&](auto& row) { list_terms(row, params.is_rl(), {}, {}); });
+        reward_terms_of([&](auto& row) { list_terms(row, params.task.is_rl(), {}, {}); });
     declare_state(*this);
   }
 
@@ -163,7 +163,7 @@ class Push final : public ShellGame {
       in.to_goal = obj_to_goal(env).norm();
       fill_in(env, in);
       const PushTerms terms = push_reward(in);
-      reward_dict().note(env, [&](auto& row) { list_terms(row, push_.is_rl(), in, terms); });
+      reward_dict().note(env, [&](auto& row) { list_terms(row, push_.task.is_rl(), in, terms); });
       *out.row(env) = static_cast<float>(terms.reward);
     }
   }

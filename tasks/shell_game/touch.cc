@@ -16,7 +16,7 @@ constexpr double kMovedMug = 0.01;  // m: a mug moved further is an answer
 struct ShovingParams : TouchParams {
   void declare(ConstantBinder& constants) {
     TouchParams::declare(constants);
-    if (!is_rl()) TouchRule::declare(constants);
+    if (!task.is_rl()) TouchRule::declare(constants);
   }
 };
 
@@ -24,7 +24,7 @@ class Touch final : public ShellGame {
  public:
   Touch(const RegistryEntry& entry, const ShovingParams& params)
       : ShellGame(entry, params, {}),
-        rule_(params, {.shoving = !params.is_rl(), .placed_term = TouchRule::kPlacedInfo}),
+        rule_(params, {.shoving = !params.task.is_rl(), .placed_term = TouchRule::kPlacedInfo}),
         ball_(add_red_ball()),
         expert_(*this, params, params.CUE_PHASE_STEPS.high),
         annotator_({.game = *this, .ball = ball_}) {

@@ -34,7 +34,7 @@ Eigen::Quaterniond tool_over(const Eigen::Vector3d& goal) {
 
 void TouchExpert::act(Range envs, Script script, FloatRows actions) const {
   // Demonstrations of the Long ids keep the fingers open all the time.
-  const bool open = !game_.info().frozen_cue && !game_.params().is_rl();
+  const bool open = !game_.info().frozen_cue && !game_.params().task.is_rl();
   const double gripper = open ? kGripperOpen : kGripperClosed;
   for (int env = envs.begin; env < envs.end; ++env) {
     float* action = actions.row(env);

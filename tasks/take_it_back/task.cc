@@ -151,9 +151,8 @@ class TakeItBack final : public FamilyBase {
     info_.answer =
         "where the cube comes, or rests, first after the target: its first place, or the same in "
         "another slot; the slot, -1, 0 or 1";
-    if (entry.split == Split::kRl) info_.answer += kSuccessAnswers;
+    if (entry.is_rl()) info_.answer += kSuccessAnswers;
     info_.answer_rate = 1.0 / kSlots;
-    info_.termination = entry.split == Split::kRl ? Termination::kSuccess : Termination::kNever;
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
