@@ -46,9 +46,10 @@ template <class Look, class Begin = void (*)(const Batch&, int)>
 std::pair<int, int> play_rl(
     const std::string& id, const Look& look,
     const Begin& begin = [](const Batch& /*env*/, int /*index*/) {}) {
-  constexpr int kEnvs = 20;
+  constexpr int kSteps = 5400;  // at least, of all policies
+  constexpr int kPolicies = 3;
   BatchOptions options;
-  options.num_envs = kEnvs;
+  options.num_envs = std::max(20, kSteps / (kPolicies * require_entry(id).horizon));
   options.threads = 2;
   options.reward_mode = RewardMode::kDense;
   options.terminate_on_success = false;
@@ -58,10 +59,10 @@ std::pair<int, int> play_rl(
   int successes = 0;
   for (const Policy policy : {Policy::kOracle, Policy::kRandom, Policy::kBlind}) {
     env->reset();
-    for (int i = 0; i < kEnvs; ++i) begin(*env, i);
+    for (int i = 0; i < options.num_envs; ++i) begin(*env, i);
     for (int t = 1; t <= env->info().horizon; ++t) {
       step(*env, policy);
-      for (int i = 0; i < kEnvs; ++i) {
+      for (int i = 0; i < options.num_envs; ++i) {
         look(*env, i);
         successes += env->success()[static_cast<std::size_t>(i)];
         ++steps;

@@ -359,7 +359,8 @@ class Reference {
   std::set<int> touched_;
 };
 
-TEST_CASE("RL colours: rewards are those of the formula, whoever plays", "[color_recall][rl]") {
+TEST_CASE("RL colours: rewards are those of the formula, whatever the policy",
+          "[color_recall][rl]") {
   constexpr int kEnvs = 5;
   for (const char* family : kFamilies) {
     int steps = 0;

@@ -8,6 +8,7 @@
 
 #include "tasks/remember/find_same.h"
 #include "tests/tasks/remember/recall_env.h"
+#include "tests/tasks/rl_episodes.h"
 
 namespace engram {
 namespace {
@@ -17,7 +18,6 @@ using test::make_env;
 using test::memory_int;
 using test::object_pos;
 using test::Part;
-using test::row;
 using test::stored_pos;
 
 constexpr int kCueEnd = 5;
@@ -31,16 +31,7 @@ TEST_CASE("The RL tasks of Remember are those of the published list", "[remember
                                  "RememberShapeAndColor3x2-v0", "RememberShapeAndColor3x3-v0",
                                  "RememberShapeAndColor5x3-v0"});
   for (const std::string& id : test::ids_of("Remember", Part::kRl)) {
-    const auto env = make_env(id);
-    INFO(id);
-    CHECK(env->info().horizon == kHorizon);
-    CHECK(env->info().memory_type == "Object");
-    CHECK(env->info().split == "rl");
-    CHECK_FALSE(env->info().canonical);
-    CHECK_FALSE(env->info().frozen_cue);
-    CHECK(env->info().termination == Termination::kSuccess);
-    CHECK(env->control_mode() == ControlMode::kPdJointDeltaPos);
-    CHECK(env->action_dim() == 8);
+    test::check_rl_facts(id, kHorizon, "Object");
   }
 }
 
@@ -172,9 +163,7 @@ TEST_CASE("RL tasks of Remember tell no action cost", "[remember][rl]") {
       "success",         "static_reward",   "obj_to_goal_pos_y", "obj_to_goal_pos_x"};
   for (const std::string& id : test::ids_of("Remember", Part::kRl)) {
     const std::unique_ptr<Task> task = make_task(id);
-    std::vector<std::string> names;
-    for (const Field& field : task->info().reward_terms) names.push_back(field.name);
-    CHECK(names == expected);
+    CHECK(test::names_of(task->info().reward_terms) == expected);
     CHECK(task->info().success_reward == 3);
   }
 }
@@ -201,28 +190,10 @@ double published_reward(const Batch& env, int index) {
 TEST_CASE("Rewards of RL tasks are those of the published formula over 5,000 steps",
           "[remember][rl]") {
   for (const char* id : {"RememberColor9-v0", "RememberShape5-v0", "RememberShapeAndColor3x2-v0"}) {
-    BatchOptions options;
-    options.num_envs = 30;
-    options.threads = 2;
-    options.reward_mode = RewardMode::kDense;
-    options.terminate_on_success = false;
-    options.auto_reset = AutoReset::kOff;
-    const auto env = make_env(id, options);
-    int successes = 0;
-    int steps = 0;
-    for (const Policy policy : {Policy::kOracle, Policy::kRandom, Policy::kBlind}) {
-      env->reset();
-      for (int t = 1; t <= kHorizon; ++t) {
-        test::step(*env, policy);
-        for (int i = 0; i < options.num_envs; ++i) {
-          const auto at = static_cast<std::size_t>(i);
-          CHECK(static_cast<double>(env->reward()[at]) ==
-                Approx(published_reward(*env, i)).margin(2e-6));
-          successes += env->success()[at];
-          ++steps;
-        }
-      }
-    }
+    const auto [steps, successes] = test::play_rl(id, [](const Batch& env, int i) {
+      CHECK(static_cast<double>(env.reward()[static_cast<std::size_t>(i)]) ==
+            Approx(published_reward(env, i)).margin(2e-6));
+    });
     INFO(id);
     CHECK(steps >= 5000);
     CHECK(successes > 100);
@@ -232,23 +203,7 @@ TEST_CASE("Rewards of RL tasks are those of the published formula over 5,000 ste
 TEST_CASE("The oracle solves the RL tasks of Remember in both of its usual modes",
           "[remember][rl][oracle]") {
   for (const std::string& id : test::ids_of("Remember", Part::kRl)) {
-    for (const ControlMode mode : {ControlMode::kPdJointDeltaPos, ControlMode::kPdEeDeltaPose}) {
-      BatchOptions options;
-      options.num_envs = 40;
-      options.threads = 2;
-      options.seed = 1000;
-      options.control_mode = mode;
-      options.auto_reset = AutoReset::kOff;
-      const auto env = make_env(id, options);
-      env->reset();
-      for (int t = 0; t < kHorizon; ++t) test::step(*env, Policy::kOracle);
-      int solved = 0;
-      for (int i = 0; i < options.num_envs; ++i) {
-        solved += *row<std::uint8_t>(env->output("success_once"), i);
-      }
-      INFO(id << ", " << name_of(mode));
-      CHECK(solved >= 38);
-    }
+    test::check_rl_oracle(id);
   }
 }
 
