@@ -48,7 +48,8 @@ def test_a_thousand_batches_leave_nothing_behind():
     for number in range(1000):
         cycle(number)
     after = resources()
-    assert after["threads"] == before["threads"]
-    assert after["descriptors"] == before["descriptors"]
+    # Those of tests that ran before may end meanwhile.
+    assert after["threads"] <= before["threads"]
+    assert after["descriptors"] <= before["descriptors"]
     # The allocator's own noise is a few MiB; a batch that stayed takes hundreds of KiB.
     assert after["memory"] - before["memory"] < 8 * 2**20

@@ -61,28 +61,36 @@ def run() -> NoReturn:
 class _Interruption:
     """Notes a Ctrl-C.
 
-    Python loses a KeyboardInterrupt that comes while it deletes an object; the stream that the
-    Ctrl-C ends as well then looks as if it had failed.
+    Python loses a KeyboardInterrupt that comes while it deletes an object, and prints it; the
+    stream that the Ctrl-C ends as well then looks as if it had failed.
     """
 
     def __init__(self) -> None:
         self.noted = False
         self._before: Any = None
+        self._print_lost = sys.unraisablehook
 
     def __enter__(self) -> _Interruption:
         if threading.current_thread() is threading.main_thread():
             self._before = signal.getsignal(signal.SIGINT)
         if self._before is signal.default_int_handler:
+            self._print_lost = sys.unraisablehook
+            sys.unraisablehook = self._lost
             signal.signal(signal.SIGINT, self._note)
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._before is signal.default_int_handler:
             signal.signal(signal.SIGINT, self._before)
+            sys.unraisablehook = self._print_lost
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self.noted = True
         signal.default_int_handler(number, frame)
+
+    def _lost(self, lost: sys.UnraisableHookArgs) -> None:
+        if not issubclass(lost.exc_type, KeyboardInterrupt):
+            self._print_lost(lost)
 
 
 def _parser() -> argparse.ArgumentParser:
