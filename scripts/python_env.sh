@@ -16,7 +16,7 @@ data=$env-data
 run_time=nanobind-backend  # of engram's own
 readers=(pyarrow av pandas pillow protobuf google-crc32c h5py)  # data sets
 shared=(
-  "$run_time" pytest numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
+  "$run_time" pytest pytest-xdist numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
   stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   statsmodels scipy  # what intervals and tests of results are checked against
@@ -43,7 +43,7 @@ install "$env" "scikit-build-core>=0.10" "nanobind>=3.1" "gymnasium>=1.1" "${sha
 install "$old" "gymnasium==0.29.1" "numpy<2" "${shared[@]}" "pyarrow<22"  # newer ones need NumPy 2
 install "$env" --no-deps "${partners[@]}"
 install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
-  tensorflow-datasets pytest "${readers[@]}"
+  tensorflow-datasets pytest pytest-xdist "${readers[@]}"
 
 # The compiler by the name that the main build calls it, and precompiled headers as there, so that
 # ccache finds its objects again. With ENGRAM_PCH=OFF they are all compiled, and every file of the

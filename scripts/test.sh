@@ -35,7 +35,9 @@ skipped=build/skipped.txt
 python_tests() {  # ENVIRONMENT REASON-TO-SKIP ARGUMENT...
   local env=$1 may_skip=$2 log=build/pytest.log
   shift 2
-  "$env/bin/python" -m pytest -rs --may-skip "$may_skip" "${without_long_python[@]}" "$@" 2>&1 | tee "$log" ||
+  # A file's tests run in one process, because they share what it sets up.
+  "$env/bin/python" -m pytest -n 2 --dist loadfile -rs --may-skip "$may_skip" \
+    "${without_long_python[@]}" "$@" 2>&1 | tee "$log" ||
     failed+=("Python tests in $env")
   { grep '^SKIPPED' "$log" || echo nothing; } | sed "s|^|$env: |" >> "$skipped"
 }
