@@ -13,10 +13,13 @@ several_tasks.py.
 """
 
 import argparse
+import math
 from pathlib import Path
 
+import numpy as np
 import torch
-from policy import N_APPEARANCES, MemoryLoss, Policy, groups
+from memory_loss import MemoryLoss
+from policy import N_APPEARANCES, Policy, groups
 from rgb_env import RgbEnv
 from several_tasks import TEN
 from torch import nn
@@ -34,6 +37,8 @@ from training import (
 )
 
 import engram
+
+LIMITED = 0.9  # an action of the oracle of this size stands for a larger one
 
 
 def arguments():
@@ -82,7 +87,7 @@ def arguments():
 
 @torch.no_grad()
 def collect(policy, scenes, first):
-    """An iteration's episodes: rows (T, N, D) and the oracle's actions.
+    """An iteration's episodes: rows (T, N, D) and the oracle's actions; NaN after an early end.
 
     The oracle's actions are used in the first iteration, and in half of the later episodes up to a
     random step: so training covers late states even if the student fails early.
@@ -92,10 +97,11 @@ def collect(policy, scenes, first):
     guided, until = torch.rand(2, scenes.num_envs, 1)
     until = scenes.horizons * (torch.ones_like(until) if first else until * (guided < 0.5))
     for t in range(scenes.horizon):
+        ended = torch.from_numpy(np.array(scenes.infos["elapsed_steps"])) < t
         label = scenes.oracle()
         choice, _, state, _ = policy(row[None], state)
         rows.append(scenes.truth)
-        labels.append(label)
+        labels.append(label.masked_fill(ended[:, None], math.nan))
         scenes.store()
         row, _ = scenes.step(torch.where(t < until, label, choice.best()[0]))
     return torch.stack(rows), torch.stack(labels)
@@ -105,11 +111,15 @@ def imitation(choice, actions, doubt=0.1):
     """Distance (T, N) of the action from the oracle's.
 
     A soft minimum over objects: attention learns the oracle's object, and actions are not averaged
-    over objects.
+    over objects. Steps without a label (NaN) have none.
     """
-    actions = actions[..., None, :].expand_as(choice.mean)
-    error = nn.functional.smooth_l1_loss(choice.mean, actions, reduction="none", beta=0.3).sum(-1)
-    return -doubt * torch.logsumexp(choice.weights - error / doubt, -1)
+    labelled = actions.isfinite().all(-1)
+    actions = actions.nan_to_num()[..., None, :].expand_as(choice.mean)
+    # The oracle's actions are limited: the student's may exceed such a one.
+    exceeds = (actions.abs() >= LIMITED) & (choice.mean * actions.sign() > actions.abs())
+    mean = torch.where(exceeds, actions, choice.mean)
+    error = nn.functional.smooth_l1_loss(mean, actions, reduction="none", beta=0.3).sum(-1)
+    return -doubt * torch.logsumexp(choice.weights - error / doubt, -1) * labelled
 
 
 def by_length(policy, scenes, rows, actions):

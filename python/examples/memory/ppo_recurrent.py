@@ -14,7 +14,8 @@ from pathlib import Path
 
 import data_parallel
 import torch
-from policy import MemoryLoss, Policy, can_act, groups
+from memory_loss import MemoryLoss
+from policy import Policy, can_act, groups
 from torch import nn
 from training import (
     EVALUATION_SEED,
