@@ -38,8 +38,6 @@ from training import (
 
 import engram
 
-LIMITED = 0.9  # an action of the oracle of this size stands for a larger one
-
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -97,26 +95,34 @@ def collect(policy, scenes, first):
     guided, until = torch.rand(2, scenes.num_envs, 1)
     until = scenes.horizons * (torch.ones_like(until) if first else until * (guided < 0.5))
     for t in range(scenes.horizon):
-        ended = torch.from_numpy(np.array(scenes.infos["elapsed_steps"])) < t
         label = scenes.oracle()
         choice, _, state, _ = policy(row[None], state)
         rows.append(scenes.truth)
-        labels.append(label.masked_fill(ended[:, None], math.nan))
         scenes.store()
         row, _ = scenes.step(torch.where(t < until, label, choice.best()[0]))
+        ended = torch.from_numpy(np.array(scenes.infos["elapsed_steps"])) <= t
+        labels.append(label.masked_fill(ended[:, None], math.nan))
     return torch.stack(rows), torch.stack(labels)
+
+
+def limited(actions):
+    """Parts of actions that stand for larger ones: all are limited to 1, a rotation by its norm."""
+    result = actions.abs() >= 1
+    unit = (actions[..., 3:6].norm(dim=-1, keepdim=True) - 1).abs() < 1e-3
+    result[..., 3:6] |= unit
+    return result
 
 
 def imitation(choice, actions, doubt=0.1):
     """Distance (T, N) of the action from the oracle's.
 
     A soft minimum over objects: attention learns the oracle's object, and actions are not averaged
-    over objects. Steps without a label (NaN) have none.
+    over objects. It may exceed an action that the oracle has limited. Steps without a label (NaN)
+    have no distance.
     """
     labelled = actions.isfinite().all(-1)
     actions = actions.nan_to_num()[..., None, :].expand_as(choice.mean)
-    # The oracle's actions are limited: the student's may exceed such a one.
-    exceeds = (actions.abs() >= LIMITED) & (choice.mean * actions.sign() > actions.abs())
+    exceeds = limited(actions) & (choice.mean * actions.sign() > actions.abs())
     mean = torch.where(exceeds, actions, choice.mean)
     error = nn.functional.smooth_l1_loss(mean, actions, reduction="none", beta=0.3).sum(-1)
     return -doubt * torch.logsumexp(choice.weights - error / doubt, -1) * labelled

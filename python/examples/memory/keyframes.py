@@ -6,14 +6,16 @@ the moment when an object went on, and clocks: steps since the view began and si
 on. The features are what has changed since then.
 """
 
+import math
+
 import torch
 
 ON, OFF = 0.35, 0.2  # thresholds with hysteresis of lit lamps and pressed buttons
 RATES = (1, 2, 4, 8, 16, 32)  # angular frequencies over the logarithm of a clock
 HEIGHTS = (5, 10, 20, 40)  # ... over the tool's rise, per 0.5 m
 # Features by object: its motion (3) and turn (3) in this view; the tool's way since it went on (3)
-# and rise in detail; that it is on, and goes on now.
-N_SINCE = 3 + 3 + 3 + 2 * len(HEIGHTS) + 2
+# and rise in detail; that it is on, and goes on now; what remains of a commanded turn (3).
+N_SINCE = 3 + 3 + 3 + 2 * len(HEIGHTS) + 2 + 3
 N_CLOCK = 2 * (1 + 2 * len(RATES))  # features of both clocks
 N_KEPT = 3 + 2 + 3 + 1 + 2  # numbers by object in the state
 
@@ -71,6 +73,15 @@ def clock_features(steps):
     return torch.cat([log / 3, phases.sin(), phases.cos()], -1)
 
 
+def remaining(layout, agent, angle):
+    """What remains (..., tokens, 3) of a commanded turn, coarse to fine, after these angles."""
+    if layout.turn is None:
+        return angle.new_zeros(*angle.shape[:-1], 3)
+    rest = math.pi * agent[..., None, layout.turn] - angle
+    rest = torch.remainder(rest + math.pi, 2 * math.pi) - math.pi
+    return torch.cat([rest, (5 * rest).tanh(), (25 * rest).tanh()], -1)
+
+
 @torch.no_grad()
 def keyframes(layout, rows, new, kept):
     """Continues from what is kept (N, tokens, N_KEPT); None begins an episode.
@@ -99,7 +110,9 @@ def keyframes(layout, rows, new, kept):
     now_on = torch.stack([on, 3 * rose], -1).float()
     way = (tool - tool_then) * went_on
     rise = way[..., 2:] * torch.tensor(HEIGHTS, device=way.device)
-    since = torch.cat([moved, turn, angle, 5 * way, rise.sin(), rise.cos(), now_on], -1) * seen
+    remains = remaining(layout, agent, angle)
+    since = [moved, turn, angle, 5 * way, rise.sin(), rise.cos(), now_on, remains]
+    since = torch.cat(since, -1) * seen
     of_clocks = torch.cat([clock_features(view), clock_features(change)], -1)
     both = torch.stack([view[-1], change[-1]], -1)[:, None].expand(*tokens.shape[1:3], 2)
     kept = torch.cat([pose[-1], tool_then[-1], on[-1, ..., None].float(), both], -1)

@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 import torch
-from keyframes import N_CLOCK, N_KEPT, N_SINCE, arrivals, keyframes, relative
+from keyframes import N_CLOCK, N_SINCE, arrivals, keyframes, relative
 from torch import nn
 
 TOKEN = "object_"
@@ -48,6 +48,7 @@ class ObservationLayout:
         place = {f["name"]: slice(f["offset"], f["offset"] + f["width"]) for f in fields}
         self.tcp = slice(place["tcp_pose"].start, place["tcp_pose"].start + 3)
         self.tool = slice(place["tcp_pose"].start + 3, place["tcp_pose"].stop)
+        self.turn = place.get("task_cue")  # by which an object is to turn
         self.arm_speed = slice(place["qvel"].start, place["qvel"].start + 7)
         self.place = self.part["position"]
         self.lamp, self.button = (
@@ -250,7 +251,9 @@ class Policy(nn.Module):
                 self.recall.weight *= 3
         # Initial prior: objects that were shown and are not yet touched, or that hide such.
         # Without memory, the nearest object: so the tool does not stop between objects.
-        self.prior_gain = nn.Parameter(torch.tensor([0.0, 0, 0, 4, 0, 4, 0, 0] if memory else [-8.0]))
+        self.prior_gain = nn.Parameter(
+            torch.tensor([0.0, 0, 0, 4, 0, 4, 0, 0] if memory else [-8.0])
+        )
         self.query = nn.Linear(seen + kept, token)
         object_width = token + (slot + N_PRIORS if memory else 0)
         self.key = nn.Linear(object_width, token)
