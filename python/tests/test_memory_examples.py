@@ -166,7 +166,7 @@ def test_an_object_in_the_place_of_another_begins_a_view(learners: SimpleNamespa
     assert in_place.any()  # or nothing is tested
     policy = fitted(learners, rows, layout)
     first = learners.memory_loss.MemoryLoss.labels(policy, rows)[0][-1, :, 2]
-    views = learners.memory_loss.MemoryLoss.VIEWS * first
+    views = learners.policy.N_VIEWS * first
     button = policy.code(pairs[0])[tokens[0, ..., layout.button] > 0]
     views = views.masked_fill(button > 0, 9).sort(-1).values
     assert (views[:, :3] == torch.arange(3)).all()

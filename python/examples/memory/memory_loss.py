@@ -5,7 +5,7 @@ Sequences are (T, N, ...) and begin where an episode begins.
 
 import torch
 from keyframes import OFF, ON, arrivals
-from policy import N_COUNTS
+from policy import N_COUNTS, N_VIEWS
 from torch import nn
 from torch.nn.functional import binary_cross_entropy_with_logits
 
@@ -24,10 +24,8 @@ class MemoryLoss:
       and the tool has not been lifted since.
     """
 
-    VIEWS = 8  # later ones count as the eighth
-
-    @classmethod
-    def labels(cls, policy, rows):
+    @staticmethod
+    def labels(policy, rows):
         """Labels of whole episodes (T, N, D).
 
         -> shown (T, N, 3, appearances); predecessor (T, N, tokens, appearances); labels by object
@@ -38,8 +36,8 @@ class MemoryLoss:
         new = arrivals(policy.layout.bodies(tokens, pairs))[..., 0]
         view = new.cumsum(0)[..., None] - 1
         code = policy.code(pairs)
-        first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
-        shown = torch.stack([first == 0, first < view, first.clamp(max=cls.VIEWS) / cls.VIEWS], -2)
+        first = torch.where(code.amax(-2) > 0, view, N_VIEWS).cummin(0).values
+        shown = torch.stack([first == 0, first < view, first.clamp(max=N_VIEWS) / N_VIEWS], -2)
         here = first_at_position(policy.layout, tokens, code)
         return shown, here, torch.cat(tracked(policy.layout, rows, code, new), -1)
 

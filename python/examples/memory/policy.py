@@ -14,6 +14,7 @@ from torch import nn
 TOKEN = "object_"
 N_APPEARANCES = 20  # pairs of colour and shape that are distinguished, by default
 N_COUNTS = 8  # numbers of changes of a lamp or a button that are distinguished
+N_VIEWS = 8  # that are distinguished; later ones count as the last
 N_MARKS = 4 + 7  # position encoding on the table: 4 values of x, 7 of y
 TOUCH = 0.1  # most distance of the tool from an object's top, 0.05 m
 STILL = 0.2 / math.pi  # most speed of a joint at rest, 0.2 rad/s
@@ -156,6 +157,13 @@ def yaw(quaternion):
     return direction / direction.norm(dim=-1, keepdim=True).clamp(min=1e-6)
 
 
+def view_code(was_shown):
+    """The first view (..., N_VIEWS) of objects that were shown before, about one-hot."""
+    views = torch.arange(N_VIEWS, device=was_shown.device)
+    away = N_VIEWS * was_shown[..., 2:] - views
+    return torch.exp(-((away / 0.5) ** 2)) * was_shown[..., 1:2]
+
+
 def tilt(quaternion):
     """Horizontal rotation vector (..., 2) that turns a tool to point straight down."""
     w, x, y, z = quaternion.unbind(-1)
@@ -255,7 +263,7 @@ class Policy(nn.Module):
             torch.tensor([0.0, 0, 0, 4, 0, 4, 0, 0] if memory else [-8.0])
         )
         self.query = nn.Linear(seen + kept, token)
-        object_width = token + (slot + N_PRIORS if memory else 0)
+        object_width = token + (slot + N_PRIORS + N_VIEWS if memory else 0)
         self.key = nn.Linear(object_width, token)
         self.context_proj = nn.Linear(seen + kept, width)
         here = N_GEOMETRY + len(layout.body) + (N_SINCE + 1 if memory else 0)
@@ -307,7 +315,7 @@ class Policy(nn.Module):
             )
             priors = self.priors(tokens, was_shown, recalled, distance)
             parts += [known, slots.sum(-2), (priors * seen).sum(-2)]
-            objects = torch.cat([read, 4 * priors, slots], -1)
+            objects = torch.cat([read, 4 * priors, slots, view_code(was_shown)], -1)
             here += [since, torch.sigmoid(recalled[2][..., -1:].detach())]
             parts.append(clocks)
         known = torch.cat(parts, -1)
