@@ -38,6 +38,8 @@ from training import (
 
 import engram
 
+RESTING = 0.1  # greatest part of an action that is no motion
+
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -162,9 +164,11 @@ def learn(policy, optimiser, episodes, args):
 
 def losses_of(policy, rows, actions, *labels):
     """Losses of actions and memory in whole episodes of one length."""
-    # Steps without motion have less weight: they are frequent and easy.
-    weight = torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
     choice, recalled, _, _ = policy(rows)
+    # Steps in which neither moves have less weight: they are frequent and easy.
+    moves = choice.best()[..., :-1].detach().abs().amax(-1) > RESTING
+    moves |= actions[..., :-1].abs().amax(-1) > 0
+    weight = torch.where(moves & actions.isfinite().all(-1), 1.0, 0.1)
     action = (imitation(choice, actions) * (weight / weight.sum())).sum()
     memory = MemoryLoss.loss(policy, rows, recalled, labels) if policy.memory else torch.zeros(())
     return action, memory

@@ -436,7 +436,7 @@ class Choice(NamedTuple):
     def mixed(self):
         """Mean and log deviation (T, N, actions) of the action, all objects weighed."""
         share = self.weights.exp()[..., None]
-        return (share * self.mean.clamp(-1, 1)).sum(-2), (share * self.deviation).sum(-2)
+        return (share * self.mean).sum(-2), (share * self.deviation).sum(-2)
 
 
 def groups(policy, lr, memory_lr, perception_lr):
