@@ -29,6 +29,7 @@ def learners() -> Iterator[SimpleNamespace]:
     sys.path.insert(0, str(EXAMPLES))
     try:
         import distil
+        import memory_loss
         import object_detector
         import policy
         import ppo_recurrent
@@ -37,6 +38,7 @@ def learners() -> Iterator[SimpleNamespace]:
 
         yield SimpleNamespace(
             distil=distil,
+            memory_loss=memory_loss,
             object_detector=object_detector,
             rgb_env=rgb_env,
             training=training,
@@ -71,7 +73,7 @@ def fitted(learners: SimpleNamespace, rows: Any, layout: Any, memory: bool = Tru
 def test_labels_have_the_appearance_that_the_cue_showed(learners: SimpleNamespace) -> None:
     rows, layout = episodes(learners, COLOR3)
     policy = fitted(learners, rows, layout)
-    shown, _, _ = learners.policy.MemoryLoss.labels(policy, rows)
+    shown, _, _ = learners.memory_loss.MemoryLoss.labels(policy, rows)
     tokens = layout.split(rows)[1]
     of_cue = policy.code(layout.pairs(tokens))[0].amax(-2)
     assert (of_cue.sum(-1) == 1).all()
@@ -85,7 +87,7 @@ def test_labels_track_an_object_under_a_moving_cup(learners: SimpleNamespace) ->
     """At the end the cup that the oracle touches hides the colour that the lamp shows."""
     rows, layout = episodes(learners, LAMP)
     policy = fitted(learners, rows, layout)
-    of_objects = learners.policy.MemoryLoss.labels(policy, rows)[2]
+    of_objects = learners.memory_loss.MemoryLoss.labels(policy, rows)[2]
     tokens = layout.split(rows)[1][-1]
     hidden = of_objects[-1, ..., : learners.policy.N_APPEARANCES] @ policy.colors()
     lamp = tokens[..., layout.part["kind"]].argmax(-1) == 8
@@ -102,7 +104,7 @@ def test_labels_count_the_changes_of_a_lamp(learners: SimpleNamespace) -> None:
     task = "BlinkCountButtonPressEasy-VLA-v0"
     rows, layout = episodes(learners, task)
     policy = fitted(learners, rows, layout)
-    counts = learners.policy.MemoryLoss.labels(policy, rows)[2][
+    counts = learners.memory_loss.MemoryLoss.labels(policy, rows)[2][
         ..., learners.policy.N_APPEARANCES :
     ]
     tokens = layout.split(rows)[1]
@@ -130,7 +132,7 @@ def presses(learners: SimpleNamespace, reach: float) -> tuple[Any, Any, Any, dic
     rows, layout = torch.stack(rows), scenes.layout
     tokens = layout.split(rows)[1]
     red = (tokens[0, ..., layout.part["color"]][..., 0] > 0) & (tokens[0, ..., layout.button] > 0)
-    known = learners.policy.MemoryLoss.labels(fitted(learners, rows, layout), rows)[2][1:, red]
+    known = learners.memory_loss.MemoryLoss.labels(fitted(learners, rows, layout), rows)[2][1:, red]
     depth = tokens[1:, red][..., layout.part["state"]][..., 0]
     counts = known[..., learners.policy.N_APPEARANCES : -1].argmax(-1)
     return depth, counts, known[..., -1], {k: torch.stack(v) for k, v in infos.items()}
@@ -163,8 +165,8 @@ def test_an_object_in_the_place_of_another_begins_a_view(learners: SimpleNamespa
     in_place = (seen[1:] == seen[:-1]).all(-1) & (pairs[1:] != pairs[:-1]).any(-1)
     assert in_place.any()  # or nothing is tested
     policy = fitted(learners, rows, layout)
-    first = learners.policy.MemoryLoss.labels(policy, rows)[0][-1, :, 2]
-    views = learners.policy.MemoryLoss.VIEWS * first
+    first = learners.memory_loss.MemoryLoss.labels(policy, rows)[0][-1, :, 2]
+    views = learners.policy.N_VIEWS * first
     button = policy.code(pairs[0])[tokens[0, ..., layout.button] > 0]
     views = views.masked_fill(button > 0, 9).sort(-1).values
     assert (views[:, :3] == torch.arange(3)).all()
@@ -174,7 +176,7 @@ def test_labels_keep_touched_objects(learners: SimpleNamespace) -> None:
     rows, layout = episodes(learners, "BunchOfColors3-VLA-v0", steps=100)
     policy = fitted(learners, rows, layout)
     tokens = layout.split(rows)[1]
-    touched = learners.policy.MemoryLoss.labels(policy, rows)[2][-1, ..., -1] > 0
+    touched = learners.memory_loss.MemoryLoss.labels(policy, rows)[2][-1, ..., -1] > 0
     cue = policy.code(layout.pairs(tokens))[0].amax(-2)  # three cubes to touch, and the button
     touched_appearances = (policy.code(layout.pairs(tokens))[-1] * touched[..., None]).amax(-2)
     assert (touched.sum(-1) == 3).all()

@@ -13,10 +13,13 @@ several_tasks.py.
 """
 
 import argparse
+import math
 from pathlib import Path
 
+import numpy as np
 import torch
-from policy import N_APPEARANCES, MemoryLoss, Policy, groups
+from memory_loss import MemoryLoss
+from policy import N_APPEARANCES, Policy, groups
 from rgb_env import RgbEnv
 from several_tasks import TEN
 from torch import nn
@@ -34,6 +37,8 @@ from training import (
 )
 
 import engram
+
+RESTING = 0.1  # greatest part of an action that is no motion
 
 
 def arguments():
@@ -82,7 +87,7 @@ def arguments():
 
 @torch.no_grad()
 def collect(policy, scenes, first):
-    """An iteration's episodes: rows (T, N, D) and the oracle's actions.
+    """An iteration's episodes: rows (T, N, D) and the oracle's actions; NaN after an early end.
 
     The oracle's actions are used in the first iteration, and in half of the later episodes up to a
     random step: so training covers late states even if the student fails early.
@@ -95,21 +100,34 @@ def collect(policy, scenes, first):
         label = scenes.oracle()
         choice, _, state, _ = policy(row[None], state)
         rows.append(scenes.truth)
-        labels.append(label)
         scenes.store()
         row, _ = scenes.step(torch.where(t < until, label, choice.best()[0]))
+        ended = torch.from_numpy(np.array(scenes.infos["elapsed_steps"])) <= t
+        labels.append(label.masked_fill(ended[:, None], math.nan))
     return torch.stack(rows), torch.stack(labels)
+
+
+def limited(actions):
+    """Parts of actions that stand for larger ones: all are limited to 1, a rotation by its norm."""
+    result = actions.abs() >= 1
+    unit = (actions[..., 3:6].norm(dim=-1, keepdim=True) - 1).abs() < 1e-3
+    result[..., 3:6] |= unit
+    return result
 
 
 def imitation(choice, actions, doubt=0.1):
     """Distance (T, N) of the action from the oracle's.
 
     A soft minimum over objects: attention learns the oracle's object, and actions are not averaged
-    over objects.
+    over objects. It may exceed an action that the oracle has limited. Steps without a label (NaN)
+    have no distance.
     """
-    actions = actions[..., None, :].expand_as(choice.mean)
-    error = nn.functional.smooth_l1_loss(choice.mean, actions, reduction="none", beta=0.3).sum(-1)
-    return -doubt * torch.logsumexp(choice.weights - error / doubt, -1)
+    labelled = actions.isfinite().all(-1)
+    actions = actions.nan_to_num()[..., None, :].expand_as(choice.mean)
+    exceeds = limited(actions) & (choice.mean * actions.sign() > actions.abs())
+    mean = torch.where(exceeds, actions, choice.mean)
+    error = nn.functional.smooth_l1_loss(mean, actions, reduction="none", beta=0.3).sum(-1)
+    return -doubt * torch.logsumexp(choice.weights - error / doubt, -1) * labelled
 
 
 def by_length(policy, scenes, rows, actions):
@@ -146,9 +164,11 @@ def learn(policy, optimiser, episodes, args):
 
 def losses_of(policy, rows, actions, *labels):
     """Losses of actions and memory in whole episodes of one length."""
-    # Steps without motion have less weight: they are frequent and easy.
-    weight = torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
     choice, recalled, _, _ = policy(rows)
+    # Steps in which neither moves have less weight: they are frequent and easy.
+    moves = choice.best()[..., :-1].detach().abs().amax(-1) > RESTING
+    moves |= actions[..., :-1].abs().amax(-1) > 0
+    weight = torch.where(moves & actions.isfinite().all(-1), 1.0, 0.1)
     action = (imitation(choice, actions) * (weight / weight.sum())).sum()
     memory = MemoryLoss.loss(policy, rows, recalled, labels) if policy.memory else torch.zeros(())
     return action, memory

@@ -49,6 +49,7 @@ def detector_layout(layout, appearances):
     result = copy.copy(layout)
     result.agent, result.tcp, result.tokens = ROBOT, slice(0, 3), len(appearances)
     result.arm_speed = slice(0, 0)  # proprio lacks it: a touch needs no rest
+    result.tool, result.turn = slice(0, 0), None
     return result
 
 

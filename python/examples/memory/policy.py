@@ -1,4 +1,4 @@
-"""Policy on object observations with an optional memory: networks, and the memory's loss.
+"""Policy on object observations with an optional memory.
 
 Observations are those of ``obs_mode="objects"``: the robot, then a token for every object.
 Sequences are (T, N, ...) and begin where an episode begins.
@@ -8,19 +8,19 @@ import math
 from typing import NamedTuple
 
 import torch
+from keyframes import N_CLOCK, N_SINCE, arrivals, keyframes, relative
 from torch import nn
-from torch.nn.functional import binary_cross_entropy_with_logits
 
 TOKEN = "object_"
 N_APPEARANCES = 20  # pairs of colour and shape that are distinguished, by default
 N_COUNTS = 8  # numbers of changes of a lamp or a button that are distinguished
+N_VIEWS = 8  # that are distinguished; later ones count as the last
 N_MARKS = 4 + 7  # position encoding on the table: 4 values of x, 7 of y
 TOUCH = 0.1  # most distance of the tool from an object's top, 0.05 m
 STILL = 0.2 / math.pi  # most speed of a joint at rest, 0.2 rad/s
-NEAR = 0.1  # most distance of equal positions, 0.05 m
-ON, OFF = 0.35, 0.2  # thresholds with hysteresis of lit lamps and pressed buttons
-LIFTED = 0.17  # rise of the tool that ends a press, 0.085 m
-N_PRIORS = 7  # features of attention priors: six of the memory, and the tool's distance
+N_GATES = 5  # weights of turns of the tool
+N_GEOMETRY = 3 + 5 + 5 + 2 + 2 + 4  # features of where an object is, seen from the tool
+N_PRIORS = 8  # features of attention priors: seven of the memory, and the tool's distance
 
 
 class ObservationLayout:
@@ -48,6 +48,8 @@ class ObservationLayout:
         }
         place = {f["name"]: slice(f["offset"], f["offset"] + f["width"]) for f in fields}
         self.tcp = slice(place["tcp_pose"].start, place["tcp_pose"].start + 3)
+        self.tool = slice(place["tcp_pose"].start + 3, place["tcp_pose"].stop)
+        self.turn = place.get("task_cue")  # by which an object is to turn
         self.arm_speed = slice(place["qvel"].start, place["qvel"].start + 7)
         self.place = self.part["position"]
         self.lamp, self.button = (
@@ -66,6 +68,28 @@ class ObservationLayout:
         tokens = rows[..., self.agent :].unflatten(-1, (self.tokens, self.width))
         return rows[..., : self.agent], tokens
 
+    def yaw(self, tokens):
+        """Cosine and sine (..., tokens, 2) of the objects' turn about the vertical."""
+        return yaw(tokens[..., self.part["orientation"]])
+
+    def tool_yaw(self, agent):
+        """Cosine and sine (..., 2) of the tool's turn about the vertical, from the robot's part."""
+        if self.tool.start == self.tool.stop:  # proprio lacks it
+            return torch.tensor([1.0, 0.0], device=agent.device).expand(*agent.shape[:-1], 2)
+        return yaw(agent[..., self.tool])
+
+    def geometry(self, rows):
+        """Where every object is, seen from the tool (..., tokens, N_GEOMETRY)."""
+        agent, tokens = self.split(rows)
+        offset = tokens[..., self.place] - agent[..., None, self.tcp]
+        turn = relative(self.tool_yaw(agent)[..., None, :], self.yaw(tokens))
+        half, quarter = alignments(turn)
+        along = turned(self.yaw(tokens), offset[..., :2], back=True)
+        ways = torch.cat([offset, along], -1)
+        scales = [5 * offset, (20 * ways).tanh(), (80 * ways).tanh(), 5 * along]
+        angles = torch.stack([half, quarter, (10 * half).tanh(), (10 * quarter).tanh()], -1)
+        return torch.cat([*scales, turn, angles], -1) * tokens[..., :1]
+
     def to_top(self, rows):
         """Vectors from the tool to the top of every object (..., tokens, 3)."""
         agent, tokens = self.split(rows)
@@ -82,6 +106,29 @@ class ObservationLayout:
             return mean
         reach = (5 * self.to_top(rows)).clamp(-1, 1)
         return torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
+
+    def servo(self, rows, own, gates):
+        """Actions by object (..., tokens, actions) of a servo to its top, as the oracle's gain.
+
+        own (..., tokens, 2): a motion along the object's own horizontal axes, added as well.
+        gates (..., tokens, N_GATES): weights of turns: to be upright; none, to face ahead, to be
+        aligned with the object, where it looks the same after half a turn, or a quarter.
+        """
+        agent, tokens = self.split(rows)
+        if not self.moves_tool:
+            return 0.0
+        direction, tool = self.yaw(tokens), self.tool_yaw(agent)[..., None, :]
+        reach = (8 * self.to_top(rows)).clamp(-3, 3)
+        reach = reach + nn.functional.pad(turned(direction, own), (0, 1))
+        if self.actions < 7 or self.tool.start == self.tool.stop:
+            return nn.functional.pad(reach, (0, self.actions - 3))
+        turns = [relative(tool, torch.tensor([1.0, 0], device=tool.device))]
+        turns = [angle(turns[0]).expand(*tokens.shape[:-1]), *alignments(relative(tool, direction))]
+        share = gates[..., 1:].softmax(-1)[..., 1:]
+        turn = (share * torch.stack(turns, -1)).sum(-1, keepdim=True)
+        upright = gates[..., :1].sigmoid() * tilt(agent[..., None, self.tool])
+        rotation = -16 * torch.cat([upright, turn], -1)  # the benchmark negates rotations
+        return torch.cat([reach, rotation, torch.zeros_like(turn)], -1)
 
     def touched(self, rows):
         """Visible objects (..., tokens) at whose top the tool rests."""
@@ -103,6 +150,47 @@ class ObservationLayout:
         return torch.where(lamp, self.colors * (self.shapes + 1), pairs)
 
 
+def yaw(quaternion):
+    """Cosine and sine (..., 2) of the turn of the x axis about the vertical."""
+    w, x, y, z = quaternion.unbind(-1)
+    direction = torch.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z)], -1)
+    return direction / direction.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+
+
+def view_code(was_shown):
+    """The first view (..., N_VIEWS) of objects that were shown before, about one-hot."""
+    views = torch.arange(N_VIEWS, device=was_shown.device)
+    away = N_VIEWS * was_shown[..., 2:] - views
+    return torch.exp(-((away / 0.5) ** 2)) * was_shown[..., 1:2]
+
+
+def tilt(quaternion):
+    """Horizontal rotation vector (..., 2) that turns a tool to point straight down."""
+    w, x, y, z = quaternion.unbind(-1)
+    return torch.stack([-2 * (y * z - w * x), 2 * (x * z + w * y)], -1)
+
+
+def angle(direction):
+    return torch.atan2(direction[..., 1], direction[..., 0])
+
+
+def alignments(turn):
+    """Least turns (...) after which things look the same as after this one (cosine, sine).
+
+    First for things that look the same after half a turn (a peg), then after a quarter (a cube).
+    """
+    whole = angle(turn)
+    return [torch.remainder(whole + p / 2, p) - p / 2 for p in (math.pi, math.pi / 2)]
+
+
+def turned(direction, vector, back=False):
+    """Vectors (..., 2) turned by a direction (cosine, sine), or back by it."""
+    a, b = direction.unbind(-1)
+    b = -b if back else b
+    x, y = vector.unbind(-1)
+    return torch.stack([a * x - b * y, b * x + a * y], -1)
+
+
 def indices(part):
     return range(part.start, part.stop)
 
@@ -113,17 +201,6 @@ def position_encoding(position):
     y = torch.linspace(-0.6, 0.6, 7, device=position.device)
     distance = torch.cat([position[..., :1] - x, position[..., 1:2] - y], -1)
     return torch.exp(-((distance / 0.2) ** 2))
-
-
-def arrivals(bodies, before=None):
-    """Steps (T, N, 1) in which an object appears: a new view begins, with fixed tokens.
-
-    bodies (T, N, tokens): those of `ObservationLayout.bodies`; another index means another object.
-    before: those (N, tokens) before the first step, or None.
-    """
-    earlier = torch.full_like(bodies[:1], -1) if before is None else before[None]
-    earlier = torch.cat([earlier, bodies[:-1]])
-    return ((bodies >= 0) & (bodies != earlier)).any(-1, keepdim=True).float()
 
 
 def mlp(*sizes, gain=1.0):
@@ -164,7 +241,7 @@ class Policy(nn.Module):
         self.register_buffer("vocabulary", torch.full((appearances,), -2))
         self.read = mlp(layout.width + 3, token, token)
         seen = layout.agent + token
-        kept = hidden + slot + N_PRIORS if memory else 0
+        kept = hidden + slot + N_PRIORS + N_CLOCK if memory else 0
         if memory:
             plain = appearances * (1 + N_MARKS) + len(layout.appearance) + 3
             # Raw inputs beside encoded ones: the memory learns faster to store them.
@@ -174,7 +251,7 @@ class Policy(nn.Module):
             self.global_proj = nn.Linear(hidden, slot)
             self.object_proj = nn.Linear(token + len(layout.appearance) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + N_MARKS) * appearances)
-            self.slots = nn.GRU(token + slot + 5 + appearances, slot)
+            self.slots = nn.GRU(token + slot + 5 + N_SINCE + appearances, slot)
             self.recall = nn.Linear(slot, appearances + N_COUNTS + 1)
             # Larger initial outputs speed up learning.
             with torch.no_grad():
@@ -182,13 +259,21 @@ class Policy(nn.Module):
                 self.recall.weight *= 3
         # Initial prior: objects that were shown and are not yet touched, or that hide such.
         # Without memory, the nearest object: so the tool does not stop between objects.
-        self.prior_gain = nn.Parameter(torch.tensor([0.0, 0, 0, 4, 0, 4, 0] if memory else [-8.0]))
+        self.prior_gain = nn.Parameter(
+            torch.tensor([0.0, 0, 0, 4, 0, 4, 0, 0] if memory else [-8.0])
+        )
         self.query = nn.Linear(seen + kept, token)
-        object_width = token + (slot + N_PRIORS if memory else 0)
+        object_width = token + (slot + N_PRIORS + N_VIEWS if memory else 0)
         self.key = nn.Linear(object_width, token)
         self.context_proj = nn.Linear(seen + kept, width)
-        self.offset_proj = nn.Linear(3 + len(layout.body), width, bias=False)
-        self.act = mlp(width, width, 2 * layout.actions, gain=0.01)
+        here = N_GEOMETRY + len(layout.body) + (N_SINCE + 1 if memory else 0)
+        self.offset_proj = nn.Linear(here, width, bias=False)
+        n = layout.actions
+        self.act = mlp(width, width, 2 * n + 2 + N_GATES, gain=0.01)
+        with torch.no_grad():
+            self.act[-1].bias[-N_GATES:] = torch.tensor([-2.0, 2, 0, 0, 0])  # mostly none
+        # Whether to come down can depend on how far the rest of the action is from its goal.
+        self.refine = mlp(width + n, width, n, gain=0.01)
 
     def fit(self, rows):
         """Sets normalization and vocabulary of appearances from these rows."""
@@ -223,21 +308,28 @@ class Policy(nn.Module):
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
         priors = distance = offset[..., :2].norm(dim=-1, keepdim=True)
         parts, objects, recalled = [scaled, read.sum(-2)], read, None
+        here = [layout.geometry(rows), tokens[..., layout.body]]
         if self.memory:
-            known, slots, was_shown, recalled, state = self.remember(rows, scaled, read, state)
+            known, slots, was_shown, recalled, state, (since, clocks) = self.remember(
+                rows, scaled, read, state
+            )
             priors = self.priors(tokens, was_shown, recalled, distance)
             parts += [known, slots.sum(-2), (priors * seen).sum(-2)]
-            objects = torch.cat([read, 4 * priors, slots], -1)
+            objects = torch.cat([read, 4 * priors, slots, view_code(was_shown)], -1)
+            here += [since, torch.sigmoid(recalled[2][..., -1:].detach())]
+            parts.append(clocks)
         known = torch.cat(parts, -1)
         match = (self.key(objects) * self.query(known)[..., None, :]).sum(-1)
         match = match / math.sqrt(read.shape[-1]) + priors @ self.prior_gain
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
         # The action sees neither appearances nor weights: it is the same function for all objects.
-        here = torch.cat([offset, tokens[..., layout.body]], -1)
+        here = torch.cat(here, -1)
         hidden = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
-        mean, deviation = self.act(hidden).chunk(2, -1)
+        n = layout.actions
+        mean, deviation, own, gates = self.act(hidden).split([n, n, 2, N_GATES], -1)
         # Initial action: toward the chosen object. (Otherwise the opposite direction is as good.)
-        mean = layout.towards(rows, mean)
+        mean = mean + layout.servo(rows, own, gates)
+        mean = mean + self.refine(torch.cat([hidden, mean.clamp(-1, 1)], -1))
         attended = (weights.exp()[..., None] * torch.cat([here, objects], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
@@ -252,8 +344,9 @@ class Policy(nn.Module):
         tokens = layout.split(rows)[1]
         seen, pairs = tokens[..., :1], layout.pairs(tokens)
         bodies = layout.bodies(tokens, pairs)
-        before, state, slot_state = state or (None, None, None)
+        before, state, slot_state, kept = state or (None, None, None, None)
         new = arrivals(bodies, before)
+        since, clocks, kept = keyframes(layout, rows, new, kept)
         code = self.code(pairs)
         plain = torch.cat([tokens[..., layout.appearance], tokens[..., layout.place]], -1)
         marks = position_encoding(tokens[..., layout.place])
@@ -272,11 +365,12 @@ class Policy(nn.Module):
         now = torch.cat(
             [3 * layout.touched(rows)[..., None], new[..., None, :].expand_as(seen)], -1
         )
-        entry = torch.cat([read, was_shown, gated, now], -1)
+        entry = torch.cat([read, was_shown, gated, now, since], -1)
         slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
         recalled = (shown[..., :3, :], predecessor, self.recall(slots))
-        return known, slots, was_shown, recalled, (bodies[-1], state, slot_state)
+        state = bodies[-1], state, slot_state, kept
+        return known, slots, was_shown, recalled, state, (since, clocks)
 
     def priors(self, tokens, was_shown, recalled, distance):
         """Features (T, N, tokens, N_PRIORS) of attention priors, by object."""
@@ -289,31 +383,38 @@ class Policy(nn.Module):
         )
         touched = torch.sigmoid(of_objects[..., -1:])
         remaining = was_shown[..., 1:2] * (1 - touched)
-        return torch.cat([was_shown, color_match, touched, remaining, distance], -1)
+        # How many of the others have gone on more often.
+        counts = (2 * of_objects[..., self.appearances : -1]).softmax(-1) * tokens[..., :1]
+        more = counts.sum(-1, keepdim=True) - counts.cumsum(-1)
+        exceeded = (counts * more.sum(-2, keepdim=True)).sum(-1, keepdim=True)
+        exceeded = exceeded - (counts * more).sum(-1, keepdim=True)
+        known = [color_match, touched, remaining, exceeded]
+        return torch.cat([was_shown, *known, distance], -1)
 
     def wipe(self, state, which):
         """The state with the memory of some environments (N,) reset to an episode's first step."""
         if state is None:
             return None
         retained = (~which).float()
-        before, known, slots = state
+        before, known, slots, kept = state
         return (
             before.masked_fill(which[:, None], -1),
             known * retained[None, :, None],
             slots * retained.repeat_interleave(self.layout.tokens)[None, :, None],
+            kept * retained[:, None, None],
         )
 
     @staticmethod
     def join(states):
         """One state of a batch, from states of batches of one."""
-        return tuple(torch.cat(parts, axis) for parts, axis in zip(zip(*states), (0, 1, 1)))
+        return tuple(torch.cat(parts, axis) for parts, axis in zip(zip(*states), (0, 1, 1, 0)))
 
     @staticmethod
     def split(state):
         """States of batches of one, from that of a batch."""
-        before, known, slots = state
+        before, known, slots, kept = state
         tokens = before.shape[1]
-        return zip(before.split(1), known.split(1, 1), slots.split(tokens, 1))
+        return zip(before.split(1), known.split(1, 1), slots.split(tokens, 1), kept.split(1))
 
 
 class Choice(NamedTuple):
@@ -340,7 +441,7 @@ class Choice(NamedTuple):
 
 def groups(policy, lr, memory_lr, perception_lr):
     """Parameter groups of an optimiser: action, memory, perception and attention."""
-    action = [policy.context_proj, policy.offset_proj, policy.act]
+    action = [policy.context_proj, policy.offset_proj, policy.act, policy.refine]
     memory = []
     if policy.memory:
         memory += [policy.encode, policy.norm, policy.gru, policy.shown]
@@ -350,115 +451,6 @@ def groups(policy, lr, memory_lr, perception_lr):
     rest = [p for p in policy.parameters() if id(p) not in parts[0] | parts[1]]
     rates = (lr, memory_lr, perception_lr)
     return [{"params": p, "lr": r} for p, r in zip([*chosen, rest], rates) if p]
-
-
-class MemoryLoss:
-    """Auxiliary loss of the memory. Labels come from the episode's own observations.
-
-    * shown: by appearance, its presence in the first view, in any earlier one, and the first such.
-    * predecessor: by visible object, the appearance of the object that was first at its position,
-      tracked as it moves.
-    * changed: by visible object, the number of times that it (a lamp, a button) has gone on.
-    * touched: by visible object, the tool has rested at its top; by button, it has been pressed
-      and the tool has not been lifted since.
-    """
-
-    VIEWS = 8  # later ones count as the eighth
-
-    @classmethod
-    def labels(cls, policy, rows):
-        """Labels of whole episodes (T, N, D).
-
-        -> shown (T, N, 3, appearances); predecessor (T, N, tokens, appearances); labels by object
-        (T, N, tokens, appearances + N_COUNTS + 1).
-        """
-        tokens = policy.layout.split(rows)[1]
-        pairs = policy.layout.pairs(tokens)
-        new = arrivals(policy.layout.bodies(tokens, pairs))[..., 0]
-        view = new.cumsum(0)[..., None] - 1
-        code = policy.code(pairs)
-        first = torch.where(code.amax(-2) > 0, view, cls.VIEWS).cummin(0).values
-        shown = torch.stack([first == 0, first < view, first.clamp(max=cls.VIEWS) / cls.VIEWS], -2)
-        here = first_at_position(policy.layout, tokens, code)
-        return shown, here, torch.cat(tracked(policy.layout, rows, code, new), -1)
-
-    @staticmethod
-    def loss(policy, rows, recalled, labels):
-        seen = policy.layout.split(rows)[1][..., 0]
-        (shown, predecessor, of_objects), (shown_label, here, object_label) = recalled, labels
-        error = binary_cross_entropy_with_logits(shown, shown_label, reduction="none")
-        # Appearances that the episode never shows are left out: they would dominate the loss.
-        error = error * shown_label[-1, ..., 2:, :].lt(1)
-        error[..., 2, :] *= shown_label[..., 1, :]
-        of_all = error.sum((-1, -2)).mean()
-        known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(N_COUNTS + 1) > 0])
-        error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
-        of_places = binary_cross_entropy_with_logits(predecessor, here, reduction="none")
-        error = error.sum(-1) + (of_places * known[: policy.appearances]).sum(-1)
-        return of_all + (error * seen).sum() / seen.sum()
-
-
-def first_at_position(layout, tokens, appearances):
-    """Appearance of the object first at every object's position (T, N, tokens, appearances)."""
-    where = tokens[..., layout.place][..., :2]
-    distance = (where[:, :, :, None] - where[0][None, :, None]).norm(dim=-1)
-    distance = distance.masked_fill(tokens[0, ..., 0][None, :, None] == 0, 9)
-    near, which = distance.min(-1)
-    predecessor = (
-        appearances[:1].expand_as(appearances).gather(2, which[..., None].expand_as(appearances))
-    )
-    return predecessor * (near < NEAR)[..., None] * tokens[..., :1]
-
-
-def tracked(layout, rows, appearances, new):
-    """Labels by object, tracked from view to view by positions.
-
-    -> appearance of the object that was first there, number of changes (one-hot), touched.
-    """
-    agent, tokens = layout.split(rows)
-    where = tokens[..., layout.place][..., :2]
-    seen = tokens[..., 0] > 0
-    state = tokens[..., layout.part["state"]][..., 0]
-    button = tokens[..., layout.button] > 0
-    height = agent[..., layout.tcp][..., 2:].expand_as(state)
-    touched_now = layout.touched(rows).float()
-    # By object: appearance, changes, touched, height of the tool when it went on.
-    at_first = known = nn.functional.pad(appearances[0], (0, 3))
-    result, on = [], state[0] >= ON
-    for t in range(len(tokens)):
-        if t > 0 and new[t].any():
-            moved = associate(
-                known, (where[t - 1], seen[t - 1]), at_first, (where[0], seen[0]), where[t]
-            )
-            known = torch.where(new[t][:, None, None] > 0, moved * seen[t][..., None], known)
-        same_view = (new[t] == 0)[:, None]
-        was_on, on = on, (state[t] >= ON) | (on & (state[t] > OFF) & same_view)
-        goes_on = on & ~was_on & same_view
-        changes, touched, began = known[..., -3:].unbind(-1)
-        began = torch.where(goes_on, height[t], began)
-        pressed = goes_on | (touched > 0) & (height[t] < began + LIFTED)
-        touched = torch.where(button[t], pressed.float(), torch.maximum(touched, touched_now[t]))
-        kept = torch.stack([changes + goes_on, touched, began], -1)
-        known = torch.cat([known[..., :-3], kept], -1)
-        result.append(known)
-    predecessor, changes, touched, _ = torch.stack(result).split(
-        [appearances.shape[-1], 1, 1, 1], -1
-    )
-    counts = changes[..., 0].long().clamp(max=N_COUNTS - 1)
-    return predecessor, nn.functional.one_hot(counts, N_COUNTS).float(), touched
-
-
-def associate(known, last, at_first, first, where):
-    """Labels of the objects at these positions in a new view (nearest-neighbour association).
-
-    They are those of the object last there, else those of the object first there.
-    """
-    distance = torch.cdist(where, torch.cat([last[0], first[0]], 1))
-    distance = distance.masked_fill(~torch.cat([last[1], first[1]], 1)[:, None], 9)
-    distance[..., known.shape[1] :] += NEAR
-    distance, which = distance.min(-1)
-    source = torch.cat([known, at_first], 1)
-    return source.gather(1, which[..., None].expand_as(known)) * (distance < 2 * NEAR)[..., None]
 
 
 def can_act(layout, rows):

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import data_parallel
 import torch
-from policy import MemoryLoss, Policy, can_act, groups
+from memory_loss import MemoryLoss
+from policy import Policy, can_act, groups
 from torch import nn
 from training import (
     EVALUATION_SEED,
@@ -65,6 +66,7 @@ class Agent(nn.Module):
         """-> distribution of the action, value (T, N), predictions of the memory, its state."""
         choice, recalled, state, context = self.policy(rows, state)
         mean, deviation = choice.mixed()
+        mean = mean.clamp(-1.5, 1.5)  # a servo's can be far beyond what acts
         value = self.critic(context)[..., 0]
         return torch.distributions.Normal(mean, deviation.exp()), value, recalled, state
 

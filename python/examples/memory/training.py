@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from keyframes import arrivals
 from object_detector import ObjectDetector, detector_layout
-from policy import N_APPEARANCES, ObservationLayout, Policy, arrivals
+from policy import N_APPEARANCES, ObservationLayout, Policy
 from several_tasks import TaskInputs
 from zoo_policy import ZooPolicy
 
