@@ -43,8 +43,21 @@ from training import (
 import engram
 
 LONG = 200  # steps; longer episodes are cut into chunks
-WHOLE = {"chunk": 0, "envs": 128, "most_steps": 120, "iterations": 14, "keep": 20}
-CHUNKED = {"chunk": 30, "envs": 64, "most_steps": 0, "iterations": 14, "keep": 6}
+WHOLE = {
+    "envs": 128,
+    "iterations": 14,
+    "updates": 64,
+    "keep": 20,
+    "evaluate_every": 4,
+}
+CUT = {
+    "chunk": 30,
+    "envs": 64,
+    "iterations": 16,
+    "updates": 24,
+    "keep": 4,
+    "evaluate_every": 0,
+}
 
 
 def arguments():
@@ -63,18 +76,16 @@ def arguments():
     )
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
-    add(
-        "--init", type=Path, help="agent.pt to begin with, of a task with the same kinds of objects"
-    )
+    add("--init", type=Path, help="agent.pt of a like task, to begin with")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true")
     add("--appearances", type=int, default=N_APPEARANCES, help="that the memory distinguishes")
     by_horizon = "default: by the task's horizon"
     add("--envs", type=int, help=f"episodes per iteration; {by_horizon}")
     add("--chunk", type=int, help=f"steps; 0: episodes are whole; {by_horizon}")
-    add("--most-steps", type=int, help=f"of a training episode; 0: any; {by_horizon}")
-    add("--iterations", type=int, help="default: 14")
-    add("--updates", type=int, default=64, help="per iteration")
+    add("--most-steps", type=int, default=120, help="of a training episode that is not cut")
+    add("--iterations", type=int, help=by_horizon)
+    add("--updates", type=int, help=f"per iteration; {by_horizon}")
     add("--detector-updates", type=int, default=80, help="per iteration, from images")
     add("--keep", type=int, help=f"iterations whose episodes are trained on; {by_horizon}")
     add("--batch", type=int, default=1600, help="steps per update")
@@ -82,7 +93,7 @@ def arguments():
     add("--memory-lr", type=float, default=1e-2)
     add("--perception-lr", type=float, default=3e-3, help="of encoder and attention")
     add("--recall", type=float, default=1.0, help="weight of the memory's loss")
-    add("--evaluate-every", type=int, default=4, help="iterations; 0: at the end only")
+    add("--evaluate-every", type=int, help=f"iterations; 0: at the end; {by_horizon}")
     args = parser.parse_args()
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
@@ -93,12 +104,14 @@ def arguments():
         parser.error("--id: an id is given twice")
     args.id = args.id if len(args.id) > 1 else args.id[0]
     args.perturb = dict(args.perturb)
-    long = isinstance(args.id, str) and args.obs == "objects" and horizon_of(args.id) > LONG
-    for name, value in (CHUNKED if long else WHOLE).items():
-        if getattr(args, name) is None:
+    if args.chunk is None:
+        long = isinstance(args.id, str) and args.obs == "objects" and horizon_of(args.id) > LONG
+        args.chunk = CUT["chunk"] if long else 0
+    for name, value in (CUT if args.chunk else WHOLE).items():
+        if getattr(args, name, None) is None:
             setattr(args, name, value)
-    if args.chunk and not isinstance(args.id, str):
-        parser.error("--chunk: one --id needed")
+    if args.chunk and (not isinstance(args.id, str) or args.obs == "rgb"):
+        parser.error("--chunk: one --id needed, and --obs objects")
     return args
 
 
@@ -195,7 +208,8 @@ def environments(args, detector):
         scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb, detector)
         return scenes, RgbEnv(args.id, 200, perturb=args.perturb, detector=scenes.detector)
     widest = Delays(args.id).widest() if args.chunk else None
-    scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb, widest)
+    most_steps = None if args.chunk else args.most_steps
+    scenes = ObjectsEnv(args.id, args.envs, args.seed, most_steps, args.perturb, widest)
     return scenes, ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)), perturb=args.perturb)
 
 
@@ -224,7 +238,7 @@ class Collector:
         share = share_of_delays(iteration / max(1, self.args.iterations - 1))
         seen = self.delays.narrow(self.scenes, share, self.args.chunk)
         if iteration == 0:
-            (self.policy.fit if first else self.policy.add_appearances)(seen)
+            (self.policy.fit if first else self.policy.replace_appearances)(seen)
         rows, actions = collect(self.policy, self.scenes, first, self.chunks)
         self.steps += len(seen) * seen.shape[1] + rows.shape[0] * rows.shape[1]
         return self.chunks.cut(rows, actions)
@@ -239,7 +253,10 @@ def main():
     begin = path if resumed else args.init
     policy, detector, init = load_policy(begin, args.id) if begin else (None, None, None)
     scenes, test = environments(args, detector)
-    policy = policy or Policy(scenes.layout, not args.no_memory, args.appearances)
+    if policy is None:
+        policy = Policy(scenes.layout, not args.no_memory, args.appearances)
+        if args.chunk:
+            policy.keep(horizon_of(args.id))
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
     collector = Collector(policy, scenes, args)

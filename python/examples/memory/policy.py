@@ -190,6 +190,18 @@ class Policy(nn.Module):
         self.offset_proj = nn.Linear(3 + len(layout.body), width, bias=False)
         self.act = mlp(width, width, 2 * layout.actions, gain=0.01)
 
+    @torch.no_grad()
+    def keep(self, steps):
+        """Biases update gates toward keeping, for memories of up to so many steps.
+
+        Time constants are spread evenly over their logarithm (chrono initialisation).
+        """
+        for gru in (self.gru, self.slots) if self.memory else ():
+            units = gru.hidden_size
+            gates = slice(units, 2 * units)
+            gru.bias_ih_l0[gates] = torch.rand(units) * math.log(steps)
+            gru.bias_hh_l0[gates] = 0.0
+
     def fit(self, rows):
         """Sets normalization and vocabulary of appearances from these rows."""
         agent, tokens = self.layout.split(rows)
@@ -200,13 +212,19 @@ class Policy(nn.Module):
         pairs = pairs[pairs >= 0][: self.appearances]
         self.vocabulary[: len(pairs)] = pairs
 
-    def add_appearances(self, rows):
-        """Puts those of these rows that are not in the vocabulary in its free places."""
+    def replace_appearances(self, rows):
+        """Puts new ones of these rows in the vocabulary: in places of others, then in free ones.
+
+        A place's weights are trained, so what the memory does with the old one serves the new one.
+        """
         pairs = self.layout.pairs(self.layout.split(rows)[1]).unique()
-        pairs = pairs[(pairs >= 0) & ~torch.isin(pairs, self.vocabulary)]
-        free = (self.vocabulary < 0).nonzero()[:, 0]
-        count = min(len(pairs), len(free))
-        self.vocabulary[free[:count]] = pairs[:count]
+        new = pairs[(pairs >= 0) & ~torch.isin(pairs, self.vocabulary)]
+        others = ~torch.isin(self.vocabulary, pairs)
+        order = torch.cat(
+            [(others & (self.vocabulary >= 0)).nonzero(), (self.vocabulary < 0).nonzero()]
+        )
+        places = order[: len(new), 0]
+        self.vocabulary[places] = new[: len(places)]
 
     def colors(self):
         """One-hot colours (appearances, colours) of the vocabulary."""
