@@ -253,10 +253,7 @@ def main():
     begin = path if resumed else args.init
     policy, detector, init = load_policy(begin, args.id) if begin else (None, None, None)
     scenes, test = environments(args, detector)
-    if policy is None:
-        policy = Policy(scenes.layout, not args.no_memory, args.appearances)
-        if args.chunk:
-            policy.keep(horizon_of(args.id))
+    policy = policy or Policy(scenes.layout, not args.no_memory, args.appearances)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
     collector = Collector(policy, scenes, args)

@@ -190,18 +190,6 @@ class Policy(nn.Module):
         self.offset_proj = nn.Linear(3 + len(layout.body), width, bias=False)
         self.act = mlp(width, width, 2 * layout.actions, gain=0.01)
 
-    @torch.no_grad()
-    def keep(self, steps):
-        """Biases update gates toward keeping, for memories of up to so many steps.
-
-        Time constants are spread evenly over their logarithm (chrono initialisation).
-        """
-        for gru in (self.gru, self.slots) if self.memory else ():
-            units = gru.hidden_size
-            gates = slice(units, 2 * units)
-            gru.bias_ih_l0[gates] = torch.rand(units) * math.log(steps)
-            gru.bias_hh_l0[gates] = 0.0
-
     def fit(self, rows):
         """Sets normalization and vocabulary of appearances from these rows."""
         agent, tokens = self.layout.split(rows)
