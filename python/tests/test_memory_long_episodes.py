@@ -208,7 +208,7 @@ def test_new_appearances_get_places_of_others(examples: SimpleNamespace) -> None
     scenes = examples.training.ObjectsEnv("RememberShape5-VLA-v0", 32, 3)
     policy = untrained(examples, scenes)
     color = examples.training.ObjectsEnv("RememberColor3-VLA-v0", 32, 3)
-    rows = color.reset(seed=3)
+    rows, policy.layout = color.reset(seed=3), color.layout
     old = policy.vocabulary.clone()
     pairs = color.layout.pairs(color.layout.split(rows)[1]).unique()
     assert (pairs >= 0).sum() == 3

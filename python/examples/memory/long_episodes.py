@@ -9,7 +9,7 @@ from training import decided, selected
 import engram
 
 SHORT = 5  # ranges up to here need no curriculum
-CHANGE = 1e-2  # least change of a token in a chunk that is no waiting, 1 cm
+CHANGE = 0.01  # least change of an object in a chunk that is no waiting, 5 mm
 ENOUGH = 0.97  # share of the oracle's episodes whose success ends its play
 SPARE = 1.15  # steps of the student's episodes, as a multiple of the oracle's
 WAITING = 0.25  # share of the chunks of mere waiting that are trained on
