@@ -2,6 +2,7 @@
 
     python -m engram.scores                         # runs what is missing, writes the tables
     python -m engram.scores --split short --jobs 2 --page scores.md
+    python -m engram.scores --split medium long --only distilled --seeds 1
 
 Every learner learns every task from several seeds, each run in a process of its own. Results are
 stored under ``--out``; the command can be stopped at any time and continues there.
@@ -58,7 +59,8 @@ def arguments(given: list[str] | None) -> argparse.Namespace:
     )
     add = parser.add_argument
     add("ids", nargs="*", metavar="ID", help="tasks; default: those of --split")
-    add("--split", default="short", choices=["short", "medium", "long", "extended", "rl"])
+    splits = ["short", "medium", "long", "extended", "rl"]
+    add("--split", nargs="+", default=["short"], choices=splits)
     add("--seeds", type=int, nargs="+", default=[1, 2, 3], help="of the learners' runs")
     add("--learners", type=Path, default=Path("python/examples/memory"), help="their folder")
     add("--only", nargs="+", choices=[*LEARNERS, *POLICIES], help="these columns only")
@@ -253,8 +255,14 @@ def table(head: list[str], rows: list[list[str]]) -> list[str]:
 
 
 def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
-    """Markdown: success, first answers, wiped memories and processor minutes."""
-    columns = [*LEARNERS, *POLICIES]
+    """Markdown: success, first answers, wiped memories and processor minutes.
+
+    Columns without any result are left out.
+    """
+    ran = {column for _, column in results}
+    columns = [c for c in (*LEARNERS, *POLICIES) if c in ran]
+    learners = [c for c in LEARNERS if c in ran]
+    with_memory = [c for c in learners if c != "memoryless"]
     success = [
         [task] + [rate_cell(results.get((task, c)), "success_once") for c in columns]
         for task in ids
@@ -268,15 +276,14 @@ def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
     wiped, minutes = [], []
     for task in ids:
         cells, times = [task], [task]
-        for column in LEARNERS:
+        for column in learners:
             runs = results.get((task, column), [])
-            if column != "memoryless":
+            if column in with_memory:
                 cells.append(rate_cell([r["wiped"] for r in runs if "wiped" in r], "success_once"))
             used = [run["cpu_s"] / 60 for run in runs]
             times.append(f"{statistics.median(used):.1f}, {max(used):.1f}" if used else "-")
         wiped.append(cells)
         minutes.append(times)
-    learners = list(LEARNERS)
     reached = []
     for column in learners:
         means = [
@@ -299,7 +306,7 @@ def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
             "",
             "## success_once, the memory reset whenever an object appears",
             "",
-            *table(["id", *learners[1:]], wiped),
+            *table(["id", *with_memory], wiped),
             "",
             "## Processor minutes of a run: median, most",
             "",
@@ -318,7 +325,7 @@ def write(page: Path, text: str) -> None:
 
 def main(given: list[str] | None = None) -> int:
     args = arguments(given)
-    ids = args.ids or [task["id"] for task in engram.list() if task["split"] == args.split]
+    ids = args.ids or [task["id"] for task in engram.list() if task["split"] in args.split]
     page = args.page or args.out / "scores.md"
     if not args.tables:
         run(args, ids, known_runs(args.out, page))

@@ -81,6 +81,21 @@ def test_finished_runs_are_not_repeated(tmp_path: Path, learners: Path) -> None:
     assert len(calls.read_text().split()) == 3
 
 
+def test_a_page_of_several_splits_has_the_columns_that_ran(tmp_path: Path, learners: Path) -> None:
+    task = "RememberColor3-Long-VLA-v0"
+    page = tmp_path / "page.md"
+    arguments = ["--only", "distilled", "--seeds", "1", "--out", str(tmp_path), "--page", str(page)]
+    assert main([task, *arguments, "--learners", str(learners)]) == 0
+    assert main(["--split", "medium", "long", *arguments, "--tables"]) == 0
+    success = page.read_text().split("## ")[1].splitlines()
+    rows = [line.split(" | ") for line in success if line.startswith("| ")]
+    assert rows[0] == ["| id", "distilled |"]
+    cells = {row[0].removeprefix("| "): row[1] for row in rows[1:] if "VLA" in row[0]}
+    assert len(cells) == 30 + 22
+    assert cells.pop(task).startswith("0.600")
+    assert set(cells.values()) == {"- |"}  # not run
+
+
 def test_a_page_keeps_its_text(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("# Who remembers\n\n<!-- scores -->\nold\n<!-- end of scores -->\n\nThe end.\n")

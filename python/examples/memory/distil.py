@@ -10,6 +10,12 @@ oracle's actions; with images, the positions of visible objects as well.
 
 Several ids make one policy of several tasks, which gets the task as an input. "ten" are those of
 several_tasks.py.
+
+Episodes of more than 200 steps are cut into chunks, with a curriculum over delays
+(long_episodes.py):
+
+    python distil.py --id RememberColor9-Long-VLA-v0 --out runs/long
+    python distil.py --id SeqOfColors5-Long-VLA-v0 --init runs/seq3/agent.pt --out runs/seq5
 """
 
 import argparse
@@ -18,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from long_episodes import Chunks, Delays, share_of_delays, unpack
 from memory_loss import MemoryLoss
 from policy import N_APPEARANCES, Policy, groups
 from rgb_env import RgbEnv
@@ -39,6 +46,22 @@ from training import (
 import engram
 
 RESTING = 0.1  # greatest part of an action that is no motion
+LONG = 200  # steps; longer episodes are cut into chunks
+WHOLE = {
+    "envs": 128,
+    "iterations": 14,
+    "updates": 64,
+    "keep": 20,
+    "evaluate_every": 4,
+}
+CUT = {
+    "chunk": 30,
+    "envs": 64,
+    "iterations": 16,
+    "updates": 24,
+    "keep": 4,
+    "evaluate_every": 0,
+}
 
 
 def arguments():
@@ -57,21 +80,24 @@ def arguments():
     )
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
+    add("--init", type=Path, help="agent.pt of a like task, to begin with")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true")
     add("--appearances", type=int, default=N_APPEARANCES, help="that the memory distinguishes")
-    add("--envs", type=int, default=128, help="episodes per iteration")
-    add("--most-steps", type=int, default=120, help="of a training episode")
-    add("--iterations", type=int, default=14)
-    add("--updates", type=int, default=64, help="per iteration")
+    by_horizon = "default: by the task's horizon"
+    add("--envs", type=int, help=f"episodes per iteration; {by_horizon}")
+    add("--chunk", type=int, help=f"steps; 0: episodes are whole; {by_horizon}")
+    add("--most-steps", type=int, default=120, help="of a training episode that is not cut")
+    add("--iterations", type=int, help=by_horizon)
+    add("--updates", type=int, help=f"per iteration; {by_horizon}")
     add("--detector-updates", type=int, default=80, help="per iteration, from images")
-    add("--keep", type=int, default=20, help="iterations whose episodes are trained on")
+    add("--keep", type=int, help=f"iterations whose episodes are trained on; {by_horizon}")
     add("--batch", type=int, default=1600, help="steps per update")
     add("--lr", type=float, default=3e-3)
     add("--memory-lr", type=float, default=1e-2)
     add("--perception-lr", type=float, default=3e-3, help="of encoder and attention")
     add("--recall", type=float, default=1.0, help="weight of the memory's loss")
-    add("--evaluate-every", type=int, default=4, help="iterations")
+    add("--evaluate-every", type=int, help=f"iterations; 0: at the end; {by_horizon}")
     args = parser.parse_args()
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
@@ -82,26 +108,45 @@ def arguments():
         parser.error("--id: an id is given twice")
     args.id = args.id if len(args.id) > 1 else args.id[0]
     args.perturb = dict(args.perturb)
+    if args.chunk is None:
+        long = isinstance(args.id, str) and args.obs == "objects" and horizon_of(args.id) > LONG
+        args.chunk = CUT["chunk"] if long else 0
+    for name, value in (CUT if args.chunk else WHOLE).items():
+        if getattr(args, name, None) is None:
+            setattr(args, name, value)
+    if args.chunk and (not isinstance(args.id, str) or args.obs == "rgb"):
+        parser.error("--chunk: one --id needed, and --obs objects")
     return args
 
 
+def horizon_of(task):
+    return engram.describe(task)["horizon"]
+
+
 @torch.no_grad()
-def collect(policy, scenes, first):
+def collect(policy, scenes, first, chunks=None):
     """An iteration's episodes: rows (T, N, D) and the oracle's actions; NaN after an early end.
 
     The oracle's actions are used in the first iteration, and in half of the later episodes up to a
     random step: so training covers late states even if the student fails early.
+    chunks: get the memory's states; episodes are only played until they are decided.
     """
     rows, labels, state = [], [], None
     row = scenes.reset()
     guided, until = torch.rand(2, scenes.num_envs, 1)
     until = scenes.horizons * (torch.ones_like(until) if first else until * (guided < 0.5))
+    played = torch.arange(scenes.num_envs)
     for t in range(scenes.horizon):
+        if chunks and t % chunks.length == 0:
+            played, state = chunks.begin(scenes, played, state)
+            if not len(played):
+                break
         label = scenes.oracle()
-        choice, _, state, _ = policy(row[None], state)
+        choice, _, state, _ = policy(row[None, played], state)
         rows.append(scenes.truth)
         scenes.store()
-        row, _ = scenes.step(torch.where(t < until, label, choice.best()[0]))
+        action = label.index_copy(0, played, choice.best()[0])
+        row, _ = scenes.step(torch.where(t < until, label, action))
         ended = torch.from_numpy(np.array(scenes.infos["elapsed_steps"])) <= t
         labels.append(label.masked_fill(ended[:, None], math.nan))
     return torch.stack(rows), torch.stack(labels)
@@ -140,7 +185,7 @@ def by_length(policy, scenes, rows, actions):
 
 
 def learn(policy, optimiser, episodes, args):
-    """episodes: by iteration, what `by_length` returns."""
+    """episodes: by iteration, what `by_length` or `Chunks.cut` returns, the latter in a list."""
     lengths = [[torch.cat(parts, 1) for parts in zip(*group)] for group in zip(*episodes)]
     counts = [rows.shape[1] for rows, *_ in lengths]
     shares = [count / sum(counts) for count in counts]  # so tasks have equal weight
@@ -162,16 +207,60 @@ def learn(policy, optimiser, episodes, args):
     return {name: round(value, 4) for name, value in sums.items()}
 
 
-def losses_of(policy, rows, actions, *labels):
-    """Losses of actions and memory in whole episodes of one length."""
-    choice, recalled, _, _ = policy(rows)
+def losses_of(policy, rows, actions, shown, predecessor, of_objects, ever=None, *begin):
+    """Losses of actions and memory in whole episodes of one length, or in chunks."""
+    choice, recalled, _, _ = policy(rows, unpack(*begin) if begin else None)
     # Steps in which neither moves have less weight: they are frequent and easy.
     moves = choice.best()[..., :-1].detach().abs().amax(-1) > RESTING
     moves |= actions[..., :-1].abs().amax(-1) > 0
     weight = torch.where(moves & actions.isfinite().all(-1), 1.0, 0.1)
     action = (imitation(choice, actions) * (weight / weight.sum())).sum()
-    memory = MemoryLoss.loss(policy, rows, recalled, labels) if policy.memory else torch.zeros(())
-    return action, memory
+    if not policy.memory:
+        return action, torch.zeros(())
+    labels = (shown, predecessor, of_objects)
+    return action, MemoryLoss.loss(policy, rows, recalled, labels, ever)
+
+
+def environments(args, detector):
+    """Environments of training and test."""
+    if args.obs == "rgb":
+        scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb, detector)
+        return scenes, RgbEnv(args.id, 200, perturb=args.perturb, detector=scenes.detector)
+    widest = Delays(args.id).widest() if args.chunk else None
+    most_steps = None if args.chunk else args.most_steps
+    scenes = ObjectsEnv(args.id, args.envs, args.seed, most_steps, args.perturb, widest)
+    return scenes, ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)), perturb=args.perturb)
+
+
+class Collector:
+    """Collects an iteration's episodes, and makes what `learn` gets of them."""
+
+    def __init__(self, policy, scenes, args):
+        self.policy, self.scenes, self.args = policy, scenes, args
+        self.chunks = Chunks(policy, args.chunk) if args.chunk else None
+        self.delays = Delays(args.id) if args.chunk else None
+        self.steps = 0
+
+    def __call__(self, iteration, trained):
+        """trained: the policy is not a new one."""
+        policy, scenes, first = self.policy, self.scenes, iteration == 0 and not trained
+        if self.chunks:
+            return [self.collect_chunks(iteration, first)]
+        rows, actions = collect(policy, scenes, first)
+        if first:
+            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, envs in scenes.by_length()]
+            policy.fit(torch.cat(seen))
+        self.steps += int(scenes.horizons.sum())
+        return by_length(policy, scenes, rows, actions)
+
+    def collect_chunks(self, iteration, first):
+        share = share_of_delays(iteration / max(1, self.args.iterations - 1))
+        seen = self.delays.narrow(self.scenes, share, self.args.chunk)
+        if iteration == 0:
+            (self.policy.fit if first else self.policy.replace_appearances)(seen)
+        rows, actions = collect(self.policy, self.scenes, first, self.chunks)
+        self.steps += len(seen) * seen.shape[1] + rows.shape[0] * rows.shape[1]
+        return self.chunks.cut(rows, actions)
 
 
 def main():
@@ -180,37 +269,31 @@ def main():
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
     resumed = args.resume and path.exists()
-    policy, detector, _ = load_policy(path) if resumed else (None, None, None)
-    if args.obs == "rgb":
-        scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb, detector)
-        test = RgbEnv(args.id, 200, perturb=args.perturb, detector=scenes.detector)
-    else:
-        scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb)
-        test = ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)), perturb=args.perturb)
+    begin = path if resumed else args.init
+    policy, detector, init = load_policy(begin, args.id) if begin else (None, None, None)
+    scenes, test = environments(args, detector)
     policy = policy or Policy(scenes.layout, not args.no_memory, args.appearances)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
+    collector = Collector(policy, scenes, args)
     scenes.reset(seed=args.seed)
     for iteration in range(args.iterations):
-        rows, actions = collect(policy, scenes, first=iteration == 0 and not resumed)
-        if iteration == 0 and not resumed:
-            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, envs in scenes.by_length()]
-            policy.fit(torch.cat(seen))
-        episodes.append(by_length(policy, scenes, rows, actions))
+        episodes.append(collector(iteration, begin is not None))
         del episodes[: -args.keep]
         scale = min(1, 2 - 2 * iteration / args.iterations)
         scale_lr(optimiser, scale)
         losses = learn(policy, optimiser, episodes, args)
         if scenes.detector:
             losses["detector"] = round(scenes.learn(args.detector_updates, scale), 4)
-        if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
+        every = args.evaluate_every
+        if every and (iteration + 1) % every and iteration + 1 < args.iterations:
             continue
-        scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED)
-        steps = (iteration + 1) * int(scenes.horizons.sum())
-        log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, **losses)
+        scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED) if every else {}
+        log.add(env_steps=collector.steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
             save_policy(policy, path, args.id, scenes.detector)
-    finish(policy, test, args, log, clock(), f"distilled from {args.obs}")
+    figures = {"init": init} if args.init else {}
+    finish(policy, test, args, log, clock(), f"distilled from {args.obs}", **figures)
 
 
 if __name__ == "__main__":

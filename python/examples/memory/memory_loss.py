@@ -42,19 +42,21 @@ class MemoryLoss:
         return shown, here, torch.cat(tracked(policy.layout, rows, code, new), -1)
 
     @staticmethod
-    def loss(policy, rows, recalled, labels):
+    def loss(policy, rows, recalled, labels, ever=None):
+        """ever: of chunks, what `shown` (1, N, 3, appearances) is at the ends of the episodes."""
         seen = policy.layout.split(rows)[1][..., 0]
         (shown, predecessor, of_objects), (shown_label, here, object_label) = recalled, labels
         error = binary_cross_entropy_with_logits(shown, shown_label, reduction="none")
         # Appearances that the episode never shows are left out: they would dominate the loss.
-        error = error * shown_label[-1, ..., 2:, :].lt(1)
+        ever = shown_label[-1:] if ever is None else ever
+        error = error * ever[..., 2:, :].lt(1)
         error[..., 2, :] *= shown_label[..., 1, :]
         of_all = error.sum((-1, -2)).mean()
         known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(N_COUNTS + 1) > 0])
         error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
         of_places = binary_cross_entropy_with_logits(predecessor, here, reduction="none")
         error = error.sum(-1) + (of_places * known[: policy.appearances]).sum(-1)
-        return of_all + (error * seen).sum() / seen.sum()
+        return of_all + (error * seen).sum() / seen.sum().clamp(min=1)
 
 
 def first_at_position(layout, tokens, appearances):

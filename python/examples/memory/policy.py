@@ -285,6 +285,20 @@ class Policy(nn.Module):
         pairs = pairs[pairs >= 0][: self.appearances]
         self.vocabulary[: len(pairs)] = pairs
 
+    def replace_appearances(self, rows):
+        """Puts new ones of these rows in the vocabulary: in places of others, then in free ones.
+
+        A place's weights are trained, so what the memory does with the old one serves the new one.
+        """
+        pairs = self.layout.pairs(self.layout.split(rows)[1]).unique()
+        new = pairs[(pairs >= 0) & ~torch.isin(pairs, self.vocabulary)]
+        others = ~torch.isin(self.vocabulary, pairs)
+        order = torch.cat(
+            [(others & (self.vocabulary >= 0)).nonzero(), (self.vocabulary < 0).nonzero()]
+        )
+        places = order[: len(new), 0]
+        self.vocabulary[places] = new[: len(places)]
+
     def colors(self):
         """One-hot colours (appearances, colours) of the vocabulary."""
         color = self.vocabulary.div(self.layout.shapes + 1, rounding_mode="floor")

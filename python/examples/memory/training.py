@@ -29,11 +29,11 @@ def perturbation(text):
         raise argparse.ArgumentTypeError(f"{text!r} given; AXIS=LEVEL needed") from None
 
 
-def make_batch(task, num_envs, seed, obs_mode, perturb=None):
+def make_batch(task, num_envs, seed, obs_mode, perturb=None, constants=None):
     """A batch without early ends: all episodes run to the horizon.
 
     task: an id, or a list of several. Shorter episodes stand still after their horizon.
-    perturb: levels of perturbations, by axis.
+    perturb: levels of perturbations, by axis. constants: those that differ from the task's.
     """
     return engram.make_vec(
         task,
@@ -46,6 +46,7 @@ def make_batch(task, num_envs, seed, obs_mode, perturb=None):
         terminate_on_success=False,
         language_in_info=False,
         perturb=perturb,
+        constants=constants,
     )
 
 
@@ -60,8 +61,8 @@ class ObjectsEnv:
 
     detector = None  # only images need one
 
-    def __init__(self, task, num_envs, seed=0, most_steps=None, perturb=None):
-        self.batch = make_batch(task, num_envs, seed, "objects", perturb)
+    def __init__(self, task, num_envs, seed=0, most_steps=None, perturb=None, constants=None):
+        self.batch = make_batch(task, num_envs, seed, "objects", perturb, constants)
         self.num_envs, description = num_envs, self.batch.description
         tasks = description.get("tasks", [])
         self.inputs = TaskInputs(description) if tasks else None
@@ -74,11 +75,16 @@ class ObjectsEnv:
             self.horizons[self.parts[one["id"]]] = one["horizon"]
         self.horizons.clamp_(max=most_steps or description["horizon"])
         self.horizon = int(self.horizons.max())
-        self.infos, self.truth = {}, None
+        self.infos, self.truth, self.narrowed = {}, None, None
+
+    def narrow(self, constants, steps):
+        """Ranges of the constants, and steps of the episodes, from the next reset on."""
+        self.narrowed, self.horizon = {"constants": constants}, steps
+        self.horizons.fill_(steps)
 
     def reset(self, seed=None):
         """-> observations of the student (N, D)."""
-        rows, self.infos = self.batch.reset(seed=seed)
+        rows, self.infos = self.batch.reset(seed=seed, options=self.narrowed)
         self.truth = self.student_rows(rows)
         return self.truth
 
@@ -135,19 +141,45 @@ def evaluate(policy, scenes, seed, forget=False):
     """Rates of success and of correct first answers; of several tasks, also those of each.
 
     forget: the memory is reset whenever an object appears.
+    The policy is not computed for episodes whose rates are decided.
     """
     layout, rows, state = policy.layout, scenes.reset(seed=seed), None
-    for _ in range(scenes.horizon):
+    actions = torch.zeros(len(rows), layout.actions)
+    played = torch.arange(len(rows))
+    for t in range(scenes.horizon):
+        if t > 0:
+            still = ~decided(scenes.infos)[played]
+            if not still.any():
+                break
+            if still.sum() < 0.8 * len(still):
+                played, state = played[still], selected(policy, state, still)
+        own = rows[played]
         if forget and state is not None:
-            tokens = layout.split(rows)[1]
+            tokens = layout.split(own)[1]
             bodies = layout.bodies(tokens, layout.pairs(tokens))
             state = policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
-        choice, _, state, _ = policy(rows[None], state)
-        rows, _ = scenes.step(choice.best()[0])
+        choice, _, state, _ = policy(own[None], state)
+        actions[played] = choice.best()[0]
+        rows, _ = scenes.step(actions)
     if not scenes.parts:
         return rates(scenes.infos, slice(None))
     tasks = {id: rates(scenes.infos, part) for id, part in scenes.parts.items()}
     return {**means(tasks), "tasks": tasks}
+
+
+def decided(infos):
+    """Episodes (N,) that have succeeded and, where the task has an answer, have given one."""
+    result = infos["success_once"]
+    if "answered" in infos:
+        result = result & (infos["answered"] | ~infos["_answered"])
+    return torch.from_numpy(np.array(result))
+
+
+def selected(policy, state, which):
+    """The state of some environments (N,)."""
+    if state is None:
+        return None
+    return policy.join([one for one, of_it in zip(policy.split(state), which) if of_it])
 
 
 def transfer(policy, ids, episodes=200):
@@ -223,7 +255,7 @@ class Log:
 
         Of several tasks: the success of each, and the mean.
         """
-        if self.folder is None:
+        if self.folder is None or not self.rows or "success_once" not in self.rows[0]:
             return
         import matplotlib
 
@@ -284,10 +316,13 @@ def save_policy(policy, path, task, detector=None):
     torch.save(saved, path)
 
 
-def load_policy(path):
-    """-> policy, its ObjectDetector (None for objects observations), its task or tasks."""
+def load_policy(path, task=None):
+    """-> policy, its ObjectDetector (None for objects observations), its task or tasks.
+
+    task: another task for the policy, or several; None: those that it was trained on.
+    """
     saved = torch.load(Path(path), weights_only=True)
-    layout, detector = layout_of(saved["task"]), None
+    layout, detector = layout_of(task or saved["task"]), None
     if "detector" in saved:
         detector = ObjectDetector(saved["detector"]["appearances"], saved["detector"]["templates"])
         detector.load_state_dict(saved["detector"])
@@ -299,7 +334,8 @@ def load_policy(path):
     try:
         policy.load_state_dict(saved["weights"])
     except RuntimeError as error:
-        raise ValueError(f"{path}: weights of another version of the policy") from error
+        given = "another version of the policy" if task is None else "a policy that does not fit"
+        raise ValueError(f"{path}: weights of {given}") from error
     return policy, detector, saved["task"]
 
 
