@@ -23,7 +23,7 @@ FOLDER = Path(__file__).parents[1] / "examples" / "memory"
 COLOR3 = "RememberColor3-Long-VLA-v0"
 COLOR5 = "RememberColor5-Long-VLA-v0"  # the cue's length is fixed
 CUPS = "ShellGameShuffleTouch-Long-VLA-v0"
-NAMES = ("distil", "long_episodes", "policy", "training")
+NAMES = ("distil", "long_episodes", "memory_loss", "policy", "training")
 
 
 @pytest.fixture(scope="module")
@@ -111,17 +111,18 @@ def test_chunks_continue_the_episode(
     """From its stored state, a chunk gives what the whole episode gives."""
     monkeypatch.setattr(examples.long_episodes, "WAITING", 1.0)
     policy, rows, actions, _ = collected
-    own_rows, own_actions, *labels, ever, before, known, slots = cut(examples, collected)
+    own_rows, own_actions, *others = cut(examples, collected)
+    labels, ever, state = others[:3], others[3], others[4:]
     assert own_rows.shape[:2] == (40, 3 * 4)
     assert torch.equal(torch.cat(own_rows.split(4, 1)), rows)
     assert torch.equal(torch.cat(own_actions.split(4, 1)), actions)
-    expected = examples.policy.MemoryLoss.labels(policy, rows)
+    expected = examples.memory_loss.MemoryLoss.labels(policy, rows)
     for part, whole in zip(labels, expected):
         assert torch.equal(torch.cat(part.split(4, 1)), whole)
     assert torch.equal(ever, expected[0][-1:].repeat(1, 3, 1, 1))
     with torch.no_grad():
         whole = policy(rows)[0]
-        choice = policy(own_rows, examples.long_episodes.unpack(before, known, slots))[0]
+        choice = policy(own_rows, examples.long_episodes.unpack(*state))[0]
     for part, all_of_it in zip(choice, whole):
         np.testing.assert_allclose(torch.cat(part.split(4, 1)), all_of_it, atol=1e-4)
 
@@ -132,7 +133,7 @@ def test_one_chunk_has_the_loss_of_a_whole_episode(
     policy, rows, actions, _ = collected
     chunks = examples.long_episodes.Chunks(policy, len(rows))
     chunks.begins = [(torch.arange(rows.shape[1]), None)]
-    labels = examples.policy.MemoryLoss.labels(policy, rows)
+    labels = examples.memory_loss.MemoryLoss.labels(policy, rows)
     with torch.no_grad():
         whole = examples.distil.losses_of(policy, rows, actions, *labels)
         one = examples.distil.losses_of(policy, *chunks.cut(rows, actions))
