@@ -7,39 +7,47 @@ oracle's actions; with images, the positions of visible objects as well.
     python distil.py --id RememberColor9-VLA-v0 --out runs/color9
     python distil.py --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
     python distil.py --id ten --out runs/ten
+    python distil.py --id short --out runs/short
 
-Several ids make one policy of several tasks, which gets the task as an input. "ten" are those of
-several_tasks.py.
+Several ids make one policy of several tasks, which gets the task as an input: its number, or its
+instruction. "ten" are those of several_tasks.py, "short" is the benchmark's short split.
 """
 
 import argparse
 from pathlib import Path
 
+import instructions
 import torch
 from policy import N_APPEARANCES, MemoryLoss, Policy, groups
 from rgb_env import RgbEnv
-from several_tasks import TEN
+from several_tasks import SETS, TASK_INPUTS, TaskInputs
 from torch import nn
 from training import (
     EVALUATION_SEED,
+    FINAL_SEED,
     Clock,
     Log,
     ObjectsEnv,
+    end_progress,
     evaluate,
     finish,
     load_policy,
+    load_progress,
     perturbation,
     save_policy,
+    save_progress,
     scale_lr,
 )
 
 import engram
 
+EPISODES = 200  # of the last evaluation, of each task
+
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
-    add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; or: ten")
+    add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; ten; short")
     add("--tasks", type=Path, help="file of tasks of your own, for its ids (docs/own_tasks.md)")
     add("--obs", default="objects", choices=["objects", "rgb"])
     add(
@@ -54,7 +62,10 @@ def arguments():
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true")
-    add("--appearances", type=int, default=N_APPEARANCES, help="that the memory distinguishes")
+    add("--task-input", choices=TASK_INPUTS, help="of several tasks; default: number; short: words")
+    add("--appearances", type=int, help="that the memory distinguishes; default: 20; short: 40")
+    add("--hidden", type=int, default=64, help="numbers of the memory of all objects")
+    add("--width", type=int, default=64, help="of the action's layers")
     add("--envs", type=int, default=128, help="episodes per iteration")
     add("--most-steps", type=int, default=120, help="of a training episode")
     add("--iterations", type=int, default=14)
@@ -67,10 +78,15 @@ def arguments():
     add("--perception-lr", type=float, default=3e-3, help="of encoder and attention")
     add("--recall", type=float, default=1.0, help="weight of the memory's loss")
     add("--evaluate-every", type=int, default=4, help="iterations")
+    add("--episodes", type=int, default=EPISODES, help="of an evaluation before the last, by task")
     args = parser.parse_args()
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
-    args.id = list(TEN) if args.id == ["ten"] else args.id
+    short = args.id == ["short"]
+    args.task_input = args.task_input or ("words" if short else "number")
+    args.appearances = args.appearances or (2 if short else 1) * N_APPEARANCES
+    if len(args.id) == 1 and args.id[0] in SETS:
+        args.id = list(SETS[args.id[0]]())
     if len(args.id) > 1 and args.obs == "rgb":
         parser.error("--obs rgb: one --id needed; several learn from objects")
     if len(set(args.id)) < len(args.id):
@@ -115,8 +131,8 @@ def imitation(choice, actions, doubt=0.1):
 def by_length(policy, scenes, rows, actions):
     """An iteration's episodes, whole: by length, rows, actions and the memory's labels."""
     result = []
-    for horizon, envs in scenes.by_length():
-        own = rows[:horizon, envs]
+    for horizon, width, envs in scenes.by_length():
+        own = rows[:horizon, envs, :width]
         result.append((own, actions[:horizon, envs], *MemoryLoss.labels(policy, own)))
     return result
 
@@ -154,6 +170,25 @@ def losses_of(policy, rows, actions, *labels):
     return action, memory
 
 
+def task_inputs(args, policy):
+    """Inputs of a policy of several tasks, those of the policy if there is one; else None."""
+    if isinstance(args.id, str):
+        return None
+    if policy is not None:
+        return TaskInputs.like(args.id, policy.layout)
+    return TaskInputs.of(args.id, *TASK_INPUTS[args.task_input])
+
+
+def evaluation_scenes(args, episodes, scenes, wording=instructions.own):
+    """Scenes of an evaluation: of several tasks by id, each alone."""
+    if args.obs == "rgb":
+        return RgbEnv(args.id, episodes, perturb=args.perturb, detector=scenes.detector)
+    given = {"perturb": args.perturb, "inputs": scenes.inputs, "wording": wording}
+    if isinstance(args.id, str):
+        return ObjectsEnv(args.id, episodes, **given)
+    return {id: ObjectsEnv(id, episodes, **given) for id in args.id}
+
+
 def main():
     args = arguments()
     torch.manual_seed(args.seed)
@@ -161,20 +196,22 @@ def main():
     clock, path = Clock(), args.out and args.out / "agent.pt"
     resumed = args.resume and path.exists()
     policy, detector, _ = load_policy(path) if resumed else (None, None, None)
+    given = (args.id, args.envs, args.seed, args.most_steps, args.perturb)
     if args.obs == "rgb":
-        scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb, detector)
-        test = RgbEnv(args.id, 200, perturb=args.perturb, detector=scenes.detector)
+        scenes = RgbEnv(*given, detector)
     else:
-        scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb)
-        test = ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)), perturb=args.perturb)
-    policy = policy or Policy(scenes.layout, not args.no_memory, args.appearances)
+        scenes = ObjectsEnv(*given, task_inputs(args, policy), instructions.drawn)
+    test = evaluation_scenes(args, args.episodes, scenes)
+    sizes = {"appearances": args.appearances, "hidden": args.hidden, "width": args.width}
+    policy = policy or Policy(scenes.layout, not args.no_memory, **sizes)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
-    scenes.reset(seed=args.seed)
-    for iteration in range(args.iterations):
+    start = load_progress(args.out, optimiser, log, clock) if resumed else 0
+    scenes.reset(seed=args.seed + 1000 * start)
+    for iteration in range(start, args.iterations):
         rows, actions = collect(policy, scenes, first=iteration == 0 and not resumed)
         if iteration == 0 and not resumed:
-            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, envs in scenes.by_length()]
+            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, _, envs in scenes.by_length()]
             policy.fit(torch.cat(seen))
         episodes.append(by_length(policy, scenes, rows, actions))
         del episodes[: -args.keep]
@@ -190,7 +227,15 @@ def main():
         log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
             save_policy(policy, path, args.id, scenes.detector)
-    finish(policy, test, args, log, clock(), f"distilled from {args.obs}")
+            save_progress(args.out, iteration + 1, optimiser, log, clock)
+    cpu_s, figures = clock(), {}
+    if args.episodes != EPISODES:
+        test = evaluation_scenes(args, EPISODES, scenes)
+    if scenes.inputs and scenes.inputs.bag.words:
+        unseen = evaluation_scenes(args, EPISODES, scenes, instructions.held_out)
+        figures["held_out"] = evaluate(policy, unseen, FINAL_SEED)
+    finish(policy, test, args, log, cpu_s, f"distilled from {args.obs}", **figures)
+    end_progress(args.out)
 
 
 if __name__ == "__main__":
