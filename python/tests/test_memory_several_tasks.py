@@ -131,13 +131,29 @@ def test_episodes_end_with_their_own_horizon(
     assert [len(rows) for rows, *_ in episodes] == [25, 30, 60]
     for k, parts in enumerate(episodes):
         assert all(part.shape[:2] == (parts[0].shape[0], 3) for part in parts)
-        assert torch.equal(parts[0], rows[: len(parts[0]), 3 * k : 3 * k + 3])
+        own = rows[: len(parts[0]), 3 * k : 3 * k + 3]
+        width = parts[0].shape[-1]  # up to the last object that the task has
+        assert width == scenes.layout.agent + (3, 4, 2)[k] * scenes.layout.width
+        assert torch.equal(parts[0], own[..., :width])
+        assert not own[..., width:].any()
         assert torch.equal(parts[1], actions[: len(parts[0]), 3 * k : 3 * k + 3])
     spoiled = rows.clone()
     spoiled[25:, :3], spoiled[30:, 3:6] = 1e6, -1e6
     again = examples.distil.by_length(policy, scenes, spoiled, actions)
     for parts, others in zip(episodes, again):
         assert all(torch.equal(a, b) for a, b in zip(parts, others))
+
+
+@torch.no_grad()
+def test_objects_that_a_task_lacks_change_nothing(
+    examples: SimpleNamespace, collected: tuple[Any, Any, Any, Any]
+) -> None:
+    scenes, policy, rows, actions = collected
+    for own, *_ in examples.distil.by_length(policy, scenes, rows, actions):
+        padded = torch.nn.functional.pad(own, (0, rows.shape[-1] - own.shape[-1]))
+        choices = [policy(given)[0] for given in (own, padded)]
+        best = [choice.best() for choice in choices]
+        torch.testing.assert_close(best[0], best[1], rtol=0, atol=1e-4)
 
 
 def test_success_lasts_until_the_longest_episode_ends(

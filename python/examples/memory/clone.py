@@ -102,6 +102,7 @@ class StudentRunner:
     """
 
     obs = "rgb"
+    reads = False  # an instruction
 
     def __init__(self, student, task, forget=False):
         torch.set_num_threads(1)

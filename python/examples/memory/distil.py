@@ -7,9 +7,10 @@ oracle's actions; with images, the positions of visible objects as well.
     python distil.py --id RememberColor9-VLA-v0 --out runs/color9
     python distil.py --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
     python distil.py --id ten --out runs/ten
+    python distil.py --id short --out runs/short
 
-Several ids make one policy of several tasks, which gets the task as an input. "ten" are those of
-several_tasks.py.
+Several ids make one policy of several tasks, which gets the task as an input: its number, or its
+instruction. "ten" are those of several_tasks.py, "short" is the benchmark's short split.
 
 Episodes of more than 200 steps are cut into chunks, with a curriculum over delays
 (long_episodes.py):
@@ -22,24 +23,29 @@ import argparse
 import math
 from pathlib import Path
 
+import instructions
 import numpy as np
 import torch
 from long_episodes import Chunks, Delays, share_of_delays, unpack
 from memory_loss import MemoryLoss
 from policy import N_APPEARANCES, Policy, groups
 from rgb_env import RgbEnv
-from several_tasks import TEN
+from several_tasks import SETS, TASK_INPUTS, TaskInputs
 from torch import nn
 from training import (
     EVALUATION_SEED,
+    FINAL_SEED,
     Clock,
     Log,
     ObjectsEnv,
+    end_progress,
     evaluate,
     finish,
     load_policy,
+    load_progress,
     perturbation,
     save_policy,
+    save_progress,
     scale_lr,
 )
 
@@ -62,12 +68,13 @@ CUT = {
     "keep": 4,
     "evaluate_every": 0,
 }
+EPISODES = 200  # of the last evaluation, of each task
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
-    add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; or: ten")
+    add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; ten; short")
     add("--tasks", type=Path, help="file of tasks of your own, for its ids (docs/own_tasks.md)")
     add("--obs", default="objects", choices=["objects", "rgb"])
     add(
@@ -83,7 +90,10 @@ def arguments():
     add("--init", type=Path, help="agent.pt of a like task, to begin with")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true")
-    add("--appearances", type=int, default=N_APPEARANCES, help="that the memory distinguishes")
+    add("--task-input", choices=TASK_INPUTS, help="of several tasks; default: number; short: words")
+    add("--appearances", type=int, help="that the memory distinguishes; default: 20; short: 40")
+    add("--hidden", type=int, default=64, help="numbers of the memory of all objects")
+    add("--width", type=int, default=64, help="of the action's layers")
     by_horizon = "default: by the task's horizon"
     add("--envs", type=int, help=f"episodes per iteration; {by_horizon}")
     add("--chunk", type=int, help=f"steps; 0: episodes are whole; {by_horizon}")
@@ -98,10 +108,15 @@ def arguments():
     add("--perception-lr", type=float, default=3e-3, help="of encoder and attention")
     add("--recall", type=float, default=1.0, help="weight of the memory's loss")
     add("--evaluate-every", type=int, help=f"iterations; 0: at the end; {by_horizon}")
+    add("--episodes", type=int, default=EPISODES, help="of an evaluation before the last, by task")
     args = parser.parse_args()
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
-    args.id = list(TEN) if args.id == ["ten"] else args.id
+    short = args.id == ["short"]
+    args.task_input = args.task_input or ("words" if short else "number")
+    args.appearances = args.appearances or (2 if short else 1) * N_APPEARANCES
+    if len(args.id) == 1 and args.id[0] in SETS:
+        args.id = list(SETS[args.id[0]]())
     if len(args.id) > 1 and args.obs == "rgb":
         parser.error("--obs rgb: one --id needed; several learn from objects")
     if len(set(args.id)) < len(args.id):
@@ -178,8 +193,8 @@ def imitation(choice, actions, doubt=0.1):
 def by_length(policy, scenes, rows, actions):
     """An iteration's episodes, whole: by length, rows, actions and the memory's labels."""
     result = []
-    for horizon, envs in scenes.by_length():
-        own = rows[:horizon, envs]
+    for horizon, width, envs in scenes.by_length():
+        own = rows[:horizon, envs, :width]
         result.append((own, actions[:horizon, envs], *MemoryLoss.labels(policy, own)))
     return result
 
@@ -221,17 +236,6 @@ def losses_of(policy, rows, actions, shown, predecessor, of_objects, ever=None, 
     return action, MemoryLoss.loss(policy, rows, recalled, labels, ever)
 
 
-def environments(args, detector):
-    """Environments of training and test."""
-    if args.obs == "rgb":
-        scenes = RgbEnv(args.id, args.envs, args.seed, args.most_steps, args.perturb, detector)
-        return scenes, RgbEnv(args.id, 200, perturb=args.perturb, detector=scenes.detector)
-    widest = Delays(args.id).widest() if args.chunk else None
-    most_steps = None if args.chunk else args.most_steps
-    scenes = ObjectsEnv(args.id, args.envs, args.seed, most_steps, args.perturb, widest)
-    return scenes, ObjectsEnv(args.id, 200 * max(1, len(scenes.parts)), perturb=args.perturb)
-
-
 class Collector:
     """Collects an iteration's episodes, and makes what `learn` gets of them."""
 
@@ -248,7 +252,7 @@ class Collector:
             return [self.collect_chunks(iteration, first)]
         rows, actions = collect(policy, scenes, first)
         if first:
-            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, envs in scenes.by_length()]
+            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, _, envs in scenes.by_length()]
             policy.fit(torch.cat(seen))
         self.steps += int(scenes.horizons.sum())
         return by_length(policy, scenes, rows, actions)
@@ -263,6 +267,33 @@ class Collector:
         return self.chunks.cut(rows, actions)
 
 
+def task_inputs(args, policy):
+    """Inputs of a policy of several tasks, those of the policy if there is one; else None."""
+    if isinstance(args.id, str):
+        return None
+    if policy is not None:
+        return TaskInputs.like(args.id, policy.layout)
+    return TaskInputs.of(args.id, *TASK_INPUTS[args.task_input])
+
+
+def training_scenes(args, policy, detector):
+    given = (args.id, args.envs, args.seed, None if args.chunk else args.most_steps, args.perturb)
+    if args.obs == "rgb":
+        return RgbEnv(*given, detector)
+    widest = Delays(args.id).widest() if args.chunk else None
+    return ObjectsEnv(*given, widest, task_inputs(args, policy), instructions.drawn)
+
+
+def evaluation_scenes(args, episodes, scenes, wording=instructions.own):
+    """Scenes of an evaluation: of several tasks by id, each alone."""
+    if args.obs == "rgb":
+        return RgbEnv(args.id, episodes, perturb=args.perturb, detector=scenes.detector)
+    given = {"perturb": args.perturb, "inputs": scenes.inputs, "wording": wording}
+    if isinstance(args.id, str):
+        return ObjectsEnv(args.id, episodes, **given)
+    return {id: ObjectsEnv(id, episodes, **given) for id in args.id}
+
+
 def main():
     args = arguments()
     torch.manual_seed(args.seed)
@@ -271,13 +302,16 @@ def main():
     resumed = args.resume and path.exists()
     begin = path if resumed else args.init
     policy, detector, init = load_policy(begin, args.id) if begin else (None, None, None)
-    scenes, test = environments(args, detector)
-    policy = policy or Policy(scenes.layout, not args.no_memory, args.appearances)
+    scenes = training_scenes(args, policy, detector)
+    test = evaluation_scenes(args, args.episodes, scenes)
+    sizes = {"appearances": args.appearances, "hidden": args.hidden, "width": args.width}
+    policy = policy or Policy(scenes.layout, not args.no_memory, **sizes)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
+    start = load_progress(args.out, optimiser, log, clock) if resumed else 0
     collector = Collector(policy, scenes, args)
-    scenes.reset(seed=args.seed)
-    for iteration in range(args.iterations):
+    scenes.reset(seed=args.seed + 1000 * start)
+    for iteration in range(start, args.iterations):
         episodes.append(collector(iteration, begin is not None))
         del episodes[: -args.keep]
         scale = min(1, 2 - 2 * iteration / args.iterations)
@@ -292,8 +326,15 @@ def main():
         log.add(env_steps=collector.steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
             save_policy(policy, path, args.id, scenes.detector)
-    figures = {"init": init} if args.init else {}
-    finish(policy, test, args, log, clock(), f"distilled from {args.obs}", **figures)
+            save_progress(args.out, iteration + 1, optimiser, log, clock)
+    cpu_s, figures = clock(), {"init": init} if args.init else {}
+    if args.episodes != EPISODES:
+        test = evaluation_scenes(args, EPISODES, scenes)
+    if scenes.inputs and scenes.inputs.bag.words:
+        unseen = evaluation_scenes(args, EPISODES, scenes, instructions.held_out)
+        figures["held_out"] = evaluate(policy, unseen, FINAL_SEED)
+    finish(policy, test, args, log, cpu_s, f"distilled from {args.obs}", **figures)
+    end_progress(args.out)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
     python evaluate.py runs/color3/agent.pt
     python evaluate.py runs/color3/agent.pt --json
     python evaluate.py runs/ten/agent.pt           # each of its tasks
+    python evaluate.py runs/short/agent.pt --id ShellGamePush-VLA-v0 --instruction "Push that cup."
 
 50 episodes with the benchmark's seeds. Chance is the rate of guessing; the sweep tries one answer
 after the other without memory of the cue; the oracle uses privileged state.
@@ -26,6 +27,7 @@ def arguments():
     add("agent", type=Path, help="agent.pt of a learner's --out")
     add("--id", help="another task than that of its training")
     add("--tasks", type=Path, help="file of tasks of your own, if it is one of those")
+    add("--instruction", help="in place of the task's, for a policy that reads it")
     add("--episodes", type=int, default=50)
     add("--perturb", nargs="+", default=[], type=perturbation, metavar="AXIS=LEVEL")
     add("--seed", type=int, default=4242424242, help="of the first episode")
@@ -77,6 +79,10 @@ def main():
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
     runner = load_runner(args.agent)
+    if args.instruction is not None:
+        if not runner.reads:
+            raise SystemExit("evaluate.py: --instruction: this policy reads none")
+        runner.instruction = args.instruction
     tasks = args.id or runner.task
     for task in [tasks] if isinstance(tasks, str) else tasks:
         figures = evaluate(runner, task, args.episodes, args.seed, args.out, dict(args.perturb))

@@ -3,7 +3,8 @@
 runner = load_runner("runs/color3/agent.pt")
 engram.evaluate(runner, runner.task, obs=runner.obs, threads=1, num_envs=50)
 
-A policy of several tasks has their ids in runner.task, and plays each of them alone.
+A policy of several tasks has their ids in runner.task, and plays each of them alone. Told by
+instructions, it plays others as well.
 """
 
 import numpy as np
@@ -26,7 +27,10 @@ class PolicyRunner:
     def __init__(self, policy, detector=None, task=None):
         torch.set_num_threads(1)
         self.policy, self.detector, self.task = policy.eval(), detector, task
-        self.inputs = None if task is None or isinstance(task, str) else TaskInputs.of(task)
+        several = task is not None and not isinstance(task, str)
+        self.inputs = TaskInputs.like(task, policy.layout) if several else None
+        self.reads = bool(policy.layout.words)
+        self.instruction = None  # in place of those of the observations
         self.obs = "objects" if detector is None else "rgb"
         self.width = policy.layout.agent + policy.layout.tokens * policy.layout.width
         self.states = {}
@@ -63,7 +67,9 @@ class PolicyRunner:
             )
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
         if self.inputs is not None:
-            return self.inputs.of_task(observation["env_id"], rows)
+            given = self.instruction and [self.instruction] * len(rows)
+            sentences = given or observation["instruction"]
+            return self.inputs.of_task(observation["env_id"], rows, sentences)
         if rows.shape[1] != self.width:
             given = f"{rows.shape[1]} numbers given, {self.width} needed"
             raise ValueError(f"{given}: obs objects of {self.task}, or of a task like it")

@@ -8,6 +8,7 @@ import math
 from typing import NamedTuple
 
 import torch
+from instructions import EMBEDDING, InstructionEncoder
 from keyframes import N_CLOCK, N_SINCE, arrivals, keyframes, relative
 from torch import nn
 
@@ -26,15 +27,20 @@ N_PRIORS = 8  # features of attention priors: seven of the memory, and the tool'
 class ObservationLayout:
     """Offsets in a row of the objects observation, from the description of a batch.
 
-    tasks: numbers that follow the robot's, one for every task of a policy of several.
+    Of a policy of several tasks, behind the robot's numbers (`several_tasks.TaskInputs`):
+
+    tasks: one-hot of the task.
+    words: vocabulary of the bag of words of the instruction.
     """
 
-    def __init__(self, description, tasks=0):
+    def __init__(self, description, tasks=0, words=()):
         fields = description["state_fields"]
         self.actions = description["action_dim"]
         # Whether the first three numbers of an action move the tool along x, y, z.
         self.moves_tool = description["control_mode"].startswith("pd_ee_delta_")
-        self.agent = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN)) + tasks
+        self.tasks, self.words = tasks, list(words)
+        self.told = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN)) + tasks
+        self.agent = self.told + len(self.words)
         first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
         kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
         self.width = sum(f["width"] for f in first)
@@ -64,8 +70,11 @@ class ObservationLayout:
         self.body = [i for name in body for i in indices(self.part[name])]
 
     def split(self, rows):
-        """Rows (..., D) -> robot (..., agent), tokens (..., tokens, width)."""
-        tokens = rows[..., self.agent :].unflatten(-1, (self.tokens, self.width))
+        """Rows (..., D) -> robot (..., agent), tokens (..., tokens, width).
+
+        Rows may lack the last tokens, of objects that a task does not have.
+        """
+        tokens = rows[..., self.agent :].unflatten(-1, (-1, self.width))
         return rows[..., : self.agent], tokens
 
     def yaw(self, tokens):
@@ -234,18 +243,21 @@ class Policy(nn.Module):
     ):
         super().__init__()
         self.appearances = appearances
+        self.sizes = {"appearances": appearances, "hidden": hidden, "width": width}
         self.layout, self.memory = layout, memory
         self.predicts = memory  # what has been shown, for the memory's loss
         self.register_buffer("mean", torch.zeros(layout.agent))
         self.register_buffer("std", torch.ones(layout.agent))
         self.register_buffer("vocabulary", torch.full((appearances,), -2))
+        self.instruction = InstructionEncoder(len(layout.words)) if layout.words else None
+        told = layout.told + (EMBEDDING if layout.words else 0)
         self.read = mlp(layout.width + 3, token, token)
-        seen = layout.agent + token
+        seen = told + token
         kept = hidden + slot + N_PRIORS + N_CLOCK if memory else 0
         if memory:
             plain = appearances * (1 + N_MARKS) + len(layout.appearance) + 3
             # Raw inputs beside encoded ones: the memory learns faster to store them.
-            self.encode = mlp(layout.agent + plain + 1, hidden)
+            self.encode = mlp(told + plain + 1, hidden)
             self.norm = nn.LayerNorm(hidden)
             self.gru = nn.GRU(hidden, hidden)
             self.global_proj = nn.Linear(hidden, slot)
@@ -319,7 +331,7 @@ class Policy(nn.Module):
         seen = tokens[..., :1]
         offset = 5 * (tokens[..., layout.place] - agent[..., None, layout.tcp]) * seen
         read = self.read(torch.cat([tokens, offset], -1)) * seen
-        scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
+        scaled = self.scale(agent)
         priors = distance = offset[..., :2].norm(dim=-1, keepdim=True)
         parts, objects, recalled = [scaled, read.sum(-2)], read, None
         here = [layout.geometry(rows), tokens[..., layout.body]]
@@ -347,6 +359,15 @@ class Policy(nn.Module):
         attended = (weights.exp()[..., None] * torch.cat([here, objects], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
+
+    def scale(self, agent):
+        """The robot's numbers, normalised, and the embedding of the instruction."""
+        scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
+        if self.instruction is None:
+            return scaled
+        told = scaled[..., : self.layout.told]
+        words = self.instruction(agent[:1, ..., self.layout.told :])  # the same in all steps
+        return torch.cat([told, words.expand(*told.shape[:-1], -1)], -1)
 
     def remember(self, rows, scaled, read, state):
         """Integrates a sequence, starting from a state.
@@ -414,7 +435,7 @@ class Policy(nn.Module):
         return (
             before.masked_fill(which[:, None], -1),
             known * retained[None, :, None],
-            slots * retained.repeat_interleave(self.layout.tokens)[None, :, None],
+            slots * retained.repeat_interleave(before.shape[1])[None, :, None],
             kept * retained[:, None, None],
         )
 

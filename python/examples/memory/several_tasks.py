@@ -3,6 +3,7 @@
 import contextlib
 
 import torch
+from instructions import BagOfWords, vocabulary
 from policy import TOKEN, ObservationLayout
 
 import engram
@@ -22,45 +23,103 @@ TEN = (
 )
 
 
-class TaskInputs:
-    """Makes inputs: the robot, the task as one-hot, then the objects in the common layout.
+def short_split():
+    """The ids of the benchmark's short split. `distil.py --id short`."""
+    tasks = engram.list()
+    return tuple(t["id"] for t in tasks if t["split"] == "short" and t["canonical"])
 
+
+SETS = {"ten": lambda: TEN, "short": short_split}  # names of --id
+# What tells the task, by name: words, numbered of `TaskInputs.of`.
+TASK_INPUTS = {"number": (None, True), "words": (True, False), "both": (True, True)}
+
+
+class TaskInputs:
+    """Makes inputs: the robot, what tells the task, then the objects in the common layout.
+
+    The task is told by a one-hot of its number, by its instruction as a bag of words, or by both.
     Built from the description of a batch of several tasks, with objects observations.
+
+    Args:
+        words: the vocabulary, or None: no instruction
+        numbered: whether there is the one-hot
     """
 
-    def __init__(self, description):
+    def __init__(self, description, words=None, numbered=True):
         tasks, fields = description["tasks"], description["state_fields"]
         self.ids = [task["id"] for task in tasks]
-        self.layout = ObservationLayout(description, tasks=len(tasks))
+        self.bag, self.numbered = BagOfWords(words or ()), numbered
+        self.last = None, None  # sentences and their bags
+        count = len(tasks) if numbered else 0
+        self.layout = ObservationLayout(description, count, self.bag.words)
         self.robot = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN))
         self.width = description["state_dim"]
-        common = {field["name"]: field["offset"] for field in fields}
-        self.columns = {task["id"]: common_columns(task, common) for task in tasks}
+        self.common = {field["name"]: field["offset"] for field in fields}
+        self.columns = {task["id"]: common_columns(task, self.common) for task in tasks}
 
     @classmethod
-    def of(cls, ids):
+    def of(cls, ids, words=None, numbered=True):
+        """words: a vocabulary, True: that of the instructions of these tasks, or None."""
         with contextlib.closing(engram.make_vec(list(ids), obs_mode="objects", threads=1)) as batch:
-            return cls(batch.description)
+            words = vocabulary(batch.description["tasks"]) if words is True else words
+            return cls(batch.description, words, numbered)
 
-    def of_batch(self, rows, index):
-        """Inputs from rows (N, width) in the common layout, and the number of each one's task."""
-        task = torch.nn.functional.one_hot(index.long(), len(self.ids)).to(rows.dtype)
-        return torch.cat([rows[:, : self.robot], task, rows[:, self.robot :]], -1)
+    @classmethod
+    def like(cls, ids, layout):
+        """The inputs that a policy of this layout was trained with."""
+        return cls.of(ids, layout.words, layout.tasks > 0)
 
-    def of_task(self, id, rows):
-        """Inputs from rows of one task alone, in its own layout."""
-        if id not in self.columns:
-            raise ValueError(f"{id} given; tasks of this policy: {', '.join(self.ids)}")
-        columns = self.columns[id]
+    def of_batch(self, rows, index, sentences=()):
+        """Inputs from rows (N, width) in the common layout.
+
+        index (N,): number of each one's task; sentences: instruction of each, if there are words.
+        """
+        parts = [rows[:, : self.robot]]
+        if self.numbered:
+            one_hot = torch.nn.functional.one_hot(index.long(), len(self.ids))
+            parts.append(one_hot.to(rows.dtype))
+        if self.bag.words:
+            parts.append(self.bags(sentences))
+        return torch.cat([*parts, rows[:, self.robot :]], -1)
+
+    def bags(self, sentences):
+        if sentences is not self.last[0]:  # once per episode, not per step
+            self.last = sentences, self.bag(sentences)
+        return self.last[1]
+
+    def of_task(self, id, rows, sentences=()):
+        """Inputs from rows of one task alone, in its own layout.
+
+        A task told by its instruction alone need not be one of training.
+        """
+        columns = self.columns_of(id)
         if rows.shape[1] != len(columns):
             given = f"{rows.shape[1]} numbers given, {len(columns)} needed"
             raise ValueError(f"{given}: obs objects of {id}")
         common = rows.new_zeros(len(rows), self.width)
         common[:, columns] = rows
-        return self.of_batch(common, torch.full((len(rows),), self.ids.index(id)))
+        number = self.ids.index(id) if self.numbered else 0
+        return self.of_batch(common, torch.full((len(rows),), number), sentences)
+
+    def columns_of(self, id):
+        if id not in self.columns:
+            if self.numbered:
+                raise ValueError(f"{id} given; tasks of this policy: {', '.join(self.ids)}")
+            task = engram.describe(id, obs_mode="objects")
+            unknown = [f["name"] for f in task["state_fields"] if f["name"] not in self.common]
+            if unknown:
+                most = f"{self.layout.tokens} objects at most, as in training"
+                raise ValueError(f"{id} has {unknown[0]}; {most}")
+            self.columns[id] = common_columns(task, self.common)
+        return self.columns[id]
 
 
 def common_columns(task, common):
     """Columns of the common layout, in the order of a task's own row."""
     fields = sorted(task["state_fields"], key=lambda field: field["offset"])
     return [common[f["name"]] + i for f in fields for i in range(f["width"])]
+
+
+def tokens_of(task):
+    """Objects of a task, from its description with objects observations."""
+    return sum(field["name"].endswith("_seen") for field in task["state_fields"])

@@ -6,12 +6,13 @@ import json
 import time
 from pathlib import Path
 
+import instructions
 import numpy as np
 import torch
 from keyframes import arrivals
 from object_detector import ObjectDetector, detector_layout
-from policy import N_APPEARANCES, ObservationLayout, Policy
-from several_tasks import TaskInputs
+from policy import ObservationLayout, Policy
+from several_tasks import TaskInputs, tokens_of
 from zoo_policy import ZooPolicy
 
 import engram
@@ -57,16 +58,31 @@ class ObjectsEnv:
         horizon: Steps of the longest episodes.
         horizons: Steps (N, 1) of every environment's.
         parts: By task of several, its environments; empty for one task.
+
+    Args:
+        inputs: TaskInputs, of one task that a policy of several plays, or of several.
+        wording: Function of the batch at a reset -> the sentences that tell the tasks.
     """
 
     detector = None  # only images need one
 
-    def __init__(self, task, num_envs, seed=0, most_steps=None, perturb=None, constants=None):
+    def __init__(
+        self,
+        task,
+        num_envs,
+        seed=0,
+        most_steps=None,
+        perturb=None,
+        constants=None,
+        inputs=None,
+        wording=instructions.own,
+    ):
         self.batch = make_batch(task, num_envs, seed, "objects", perturb, constants)
         self.num_envs, description = num_envs, self.batch.description
         tasks = description.get("tasks", [])
-        self.inputs = TaskInputs(description) if tasks else None
-        self.layout = self.inputs.layout if tasks else ObservationLayout(description)
+        self.inputs = inputs or (TaskInputs(description) if tasks else None)
+        self.layout = self.inputs.layout if self.inputs else ObservationLayout(description)
+        self.wording, self.sentences = wording, []
         self.parts = {
             one["id"]: slice(one["first_env"], one["first_env"] + one["num_envs"]) for one in tasks
         }
@@ -85,6 +101,8 @@ class ObjectsEnv:
     def reset(self, seed=None):
         """-> observations of the student (N, D)."""
         rows, self.infos = self.batch.reset(seed=seed, options=self.narrowed)
+        if self.layout.words:
+            self.sentences = self.wording(self.batch)
         self.truth = self.student_rows(rows)
         return self.truth
 
@@ -98,12 +116,26 @@ class ObjectsEnv:
         rows = torch.from_numpy(np.array(rows))
         if self.inputs is None:
             return rows
-        return self.inputs.of_batch(rows, torch.from_numpy(np.array(self.infos["task_index"])))
+        if not self.parts:
+            rows = self.inputs.of_task(self.batch.description["id"], rows, self.sentences)
+            return rows[:, : self.width_of(self.batch.description)]
+        index = torch.from_numpy(np.array(self.infos["task_index"]))
+        return self.inputs.of_batch(rows, index, self.sentences)
 
     def by_length(self):
-        """Horizons, each with the indices of the environments that have it."""
-        lengths = self.horizons[:, 0].int()
-        return [(h, (lengths == h).nonzero()[:, 0]) for h in lengths.unique().tolist()]
+        """Horizons and widths of rows, each with the indices of the environments that have both.
+
+        A row ends with the objects that the task has.
+        """
+        widths = torch.full((self.num_envs,), self.truth.shape[1])
+        for one in self.batch.description.get("tasks", []):
+            widths[self.parts[one["id"]]] = self.width_of(one)
+        sizes = torch.stack([self.horizons[:, 0].long(), widths], -1)
+        kinds, which = sizes.unique(dim=0, return_inverse=True)
+        return [(*kind, (which == i).nonzero()[:, 0]) for i, kind in enumerate(kinds.tolist())]
+
+    def width_of(self, task):
+        return self.layout.agent + tokens_of(task) * self.layout.width
 
     def store(self):
         """Called in steps on which a detector is trained."""
@@ -140,9 +172,13 @@ def scale_lr(optimiser, scale):
 def evaluate(policy, scenes, seed, forget=False):
     """Rates of success and of correct first answers; of several tasks, also those of each.
 
+    scenes: of several tasks, by id.
     forget: the memory is reset whenever an object appears.
     The policy is not computed for episodes whose rates are decided.
     """
+    if isinstance(scenes, dict):
+        tasks = {id: evaluate(policy, one, seed, forget) for id, one in scenes.items()}
+        return {**means(tasks), "tasks": tasks}
     layout, rows, state = policy.layout, scenes.reset(seed=seed), None
     actions = torch.zeros(len(rows), layout.actions)
     played = torch.arange(len(rows))
@@ -161,10 +197,7 @@ def evaluate(policy, scenes, seed, forget=False):
         choice, _, state, _ = policy(own[None], state)
         actions[played] = choice.best()[0]
         rows, _ = scenes.step(actions)
-    if not scenes.parts:
-        return rates(scenes.infos, slice(None))
-    tasks = {id: rates(scenes.infos, part) for id, part in scenes.parts.items()}
-    return {**means(tasks), "tasks": tasks}
+    return rates(scenes.infos, slice(None))
 
 
 def decided(infos):
@@ -310,10 +343,17 @@ def save_policy(policy, path, task, detector=None):
     if isinstance(policy, ZooPolicy):
         saved |= {"kind": policy.kind, "size": policy.remember.size}
     else:
-        saved["appearances"] = policy.appearances
+        saved["sizes"] = policy.sizes
+        saved["told"] = {"words": policy.layout.words, "numbered": policy.layout.tasks > 0}
     if detector is not None:
         saved["detector"] = detector.state_dict()
-    torch.save(saved, path)
+    replace(path, saved)
+
+
+def replace(path, saved):
+    """Writes a file that is whole whenever the run is cut off."""
+    torch.save(saved, path.with_suffix(".part"))
+    path.with_suffix(".part").replace(path)
 
 
 def load_policy(path, task=None):
@@ -322,7 +362,7 @@ def load_policy(path, task=None):
     task: another task for the policy, or several; None: those that it was trained on.
     """
     saved = torch.load(Path(path), weights_only=True)
-    layout, detector = layout_of(task or saved["task"]), None
+    layout, detector = layout_of(task or saved["task"], saved.get("told", {})), None
     if "detector" in saved:
         detector = ObjectDetector(saved["detector"]["appearances"], saved["detector"]["templates"])
         detector.load_state_dict(saved["detector"])
@@ -330,7 +370,7 @@ def load_policy(path, task=None):
     if "kind" in saved:
         policy = ZooPolicy(layout, saved["kind"], saved["size"])
     else:
-        policy = Policy(layout, saved["memory"], saved.get("appearances", N_APPEARANCES))
+        policy = Policy(layout, saved["memory"], **saved.get("sizes", {}))
     try:
         policy.load_state_dict(saved["weights"])
     except RuntimeError as error:
@@ -339,8 +379,31 @@ def load_policy(path, task=None):
     return policy, detector, saved["task"]
 
 
-def layout_of(task):
-    """Layout of the inputs of a policy for an id, or for several."""
+def save_progress(folder, iterations, optimiser, log, clock):
+    """What a run that is cut off needs beside agent.pt. iterations: those that are done."""
+    saved = {"iterations": iterations, "cpu_s": clock(), "optimiser": optimiser.state_dict()}
+    replace(folder / "progress.pt", saved | {"rows": log.rows})
+
+
+def load_progress(folder, optimiser, log, clock):
+    """-> iterations that are done: 0 if the run has ended, and another one begins."""
+    path = folder / "progress.pt"
+    if not path.exists():
+        return 0
+    saved = torch.load(path, weights_only=True)
+    optimiser.load_state_dict(saved["optimiser"])
+    log.rows = saved["rows"]
+    clock.out -= saved["cpu_s"]
+    return saved["iterations"]
+
+
+def end_progress(folder):
+    if folder is not None:
+        (folder / "progress.pt").unlink(missing_ok=True)
+
+
+def layout_of(task, told):
+    """Layout of the inputs of a policy for an id, or for several. told: how they are told."""
     if isinstance(task, str):
         return ObservationLayout(engram.describe(task, obs_mode="objects"))
-    return TaskInputs.of(task).layout
+    return TaskInputs.of(task, **told).layout
