@@ -373,8 +373,10 @@ def test_labels_have_a_token_for_each_of_like_objects(learners: SimpleNamespace)
 
 def test_like_objects_keep_their_tokens(learners: SimpleNamespace) -> None:
     """Whatever the order in which they are proposed."""
+    bodies, tokens = torch.tensor([0, 1]), torch.tensor([0, 0, 1])
+    extent = torch.tensor([[-0.2, 0.2], [-0.2, 0.2]])
     detector = learners.object_detector.ObjectDetector(
-        torch.tensor([3, 5]), torch.zeros(2, 42), torch.tensor([0, 1]), torch.tensor([0, 0, 1])
+        torch.tensor([3, 5]), torch.zeros(2, 42), bodies, tokens, extent
     )
     places = torch.arange(6.0)[None, :, None].expand(1, 6, 3)
     names = torch.tensor([[-0.1, -3.0], [-0.1, -3.0], [-3.0, -0.1]]).repeat(2, 1)[None]

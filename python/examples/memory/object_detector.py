@@ -26,9 +26,7 @@ from views import (
 )
 
 HEIGHT = 0.02  # of the plane of the heat map
-X, Y = (-0.36, 0.36), (-0.46, 0.46)  # its extent in metres
 STEP, CELL = 0.01, 0.02  # metres of its input's pixels and of its cells
-LINES, COLUMNS = round((X[1] - X[0]) / CELL), round((Y[1] - Y[0]) / CELL)
 PATCH, PIXEL = 16, 0.0055  # side of a patch in pixels, and metres of one
 NEAR = 0.035  # most distance of a proposal from its object
 MOVED = 0.08  # most way of an object in a step
@@ -59,13 +57,14 @@ def detector_layout(layout, tokens):
     return result
 
 
-def grid(low, high, step):
-    return torch.arange(low + step / 2, high, step)
+def centres(low, high, step):
+    return torch.arange(float(low) + step / 2, float(high), step)
 
 
-def table():
-    """Points of the heat map's input (lines, columns, 3)."""
-    x, y = torch.meshgrid(grid(*X, STEP), grid(*Y, STEP), indexing="ij")
+def table(extent, step):
+    """Points (lines, columns, 3) of the table in an extent of x and y."""
+    x, y = (centres(low, high, step) for low, high in extent)
+    x, y = torch.meshgrid(x, y, indexing="ij")
     return torch.stack([x, y, torch.full_like(x, HEIGHT)], -1)
 
 
@@ -77,16 +76,25 @@ def around():
 
 
 class ObjectDetector(nn.Module):
-    """classes: what `Vocabulary` found; tokens: the body of each token."""
+    """Arguments: those of `vocabulary`.
 
-    def __init__(self, codes, templates, bodies, tokens):
+    codes: of the classes; templates: a token of each; bodies: that of each. tokens: the body of
+    each token. extent: of the heat map, in metres: low and high of x, and of y.
+    """
+
+    BUFFERS = ("codes", "templates", "bodies", "tokens", "extent")
+
+    def __init__(self, codes, templates, bodies, tokens, extent):
         super().__init__()
         self.register_buffer("codes", codes)
         self.register_buffer("templates", templates)
         self.register_buffer("bodies", bodies)
         self.register_buffer("tokens", tokens)
-        pixels = project(table().view(1, -1, 3), base_view())
-        self.register_buffer("pixels", pixels, persistent=False)
+        self.register_buffer("extent", extent)
+        points = table(extent, STEP)
+        pixels = project(points.view(1, -1, 3), base_view())
+        self.register_buffer("pixels", pixels.view(*points.shape[:2], 2), persistent=False)
+        self.register_buffer("cells", table(extent, CELL), persistent=False)
         self.register_buffer("around", around(), persistent=False)
         self.heat = nn.Sequential(
             nn.Conv2d(3, 12, 5, 2, 2), nn.ReLU(), nn.Conv2d(12, 16, 3, 1, 1), nn.ReLU()
@@ -106,8 +114,7 @@ class ObjectDetector(nn.Module):
 
     @classmethod
     def of_weights(cls, weights):
-        names = ("codes", "templates", "bodies", "tokens")
-        detector = cls(*(weights[name] for name in names))
+        detector = cls(*(weights[name] for name in cls.BUFFERS))
         detector.load_state_dict(weights)
         return detector
 
@@ -118,13 +125,11 @@ class ObjectDetector(nn.Module):
         return Tracks(torch.zeros(count, tokens, 3), known, torch.zeros(count, tokens, classes))
 
     def heat_map(self, pictures):
-        """Logits (N, LINES, COLUMNS) that an object appears in a cell."""
-        seen = sample(
-            pictures[..., :3],
-            torch.arange(len(pictures)),
-            self.pixels.expand(len(pictures), -1, -1),
-        )
-        seen = seen.unflatten(1, (2 * LINES, 2 * COLUMNS)).permute(0, 3, 1, 2)
+        """Logits (N, lines, columns) that an object appears in a cell."""
+        count = len(pictures)
+        pixels = self.pixels.flatten(0, 1).expand(count, -1, -1)
+        seen = sample(pictures[..., :3], torch.arange(count), pixels)
+        seen = seen.unflatten(1, self.pixels.shape[:2]).permute(0, 3, 1, 2)
         return self.peak(self.heat(seen))[:, 0]
 
     def proposals(self, pictures):
@@ -132,9 +137,7 @@ class ObjectDetector(nn.Module):
         heat = self.heat_map(pictures)
         peak = heat >= max_pool2d(heat[:, None], 3, 1, 1)[:, 0]
         height, cell = heat.masked_fill(~peak, -9).flatten(1).topk(len(self.tokens))
-        line, column = cell.div(COLUMNS, rounding_mode="floor"), cell % COLUMNS
-        x, y = X[0] + CELL * (line + 0.5), Y[0] + CELL * (column + 0.5)
-        return height, torch.stack([x, y, torch.full_like(x, HEIGHT)], -1)
+        return height, self.cells.flatten(0, 1)[cell]
 
     def features(self, pictures, proprio, which, places):
         """Features of places (M, 3) in pictures `which` (M,)."""
@@ -185,9 +188,8 @@ class ObjectDetector(nn.Module):
 
     def seen(self, pictures, proprio, chosen, places):
         """Features of the chosen (N, P) of places (N, P, 3), and these."""
-        return self.features(pictures, proprio, chosen.nonzero()[:, 0], places[chosen]), places[
-            chosen
-        ]
+        places = places[chosen]
+        return self.features(pictures, proprio, chosen.nonzero()[:, 0], places), places
 
     def assign(self, candidates, valid):
         """Chooses a candidate for every token: greedily, the most probable first.
@@ -232,7 +234,7 @@ class ObjectDetector(nn.Module):
         there = now.known >= 0
         shown = apparent(now.place, HEIGHT)
         few = slice(len(pictures) // 3)  # the heat map learns fast
-        heat = heat_loss(self.heat_map(pictures[few]), shown[few], there[few])
+        heat = heat_loss(self.heat_map(pictures[few]), self.cells, shown[few], there[few])
         places, known, target, place = self.examples(proprio, now, before, shown)
         valid = target > -2
         named, found = self.judge(*self.seen(pictures, proprio, valid, places), known[valid])
@@ -253,10 +255,8 @@ class ObjectDetector(nn.Module):
         noise = torch.randn(count, tokens, 3)
         scale = torch.rand(count, tokens, 1) * torch.tensor([0.015, 0.015, 0.0])
         proposed = torch.where(torch.rand(count, tokens, 1) < 0.5, shown, now.place) + scale * noise
-        random = torch.rand(count, others, 3)
-        random = random * torch.tensor([X[1] - X[0], Y[1] - Y[0], 0]) + torch.tensor(
-            [X[0], Y[0], HEIGHT]
-        )
+        cells = self.cells.flatten(0, 1)
+        random = cells[torch.randint(len(cells), (count, others))]
         hand = proprio[:, None, :3] + 0.06 * torch.randn(count, others, 3)
         hand[..., 2] = HEIGHT
         places = torch.cat([proposed, random, hand], 1)
@@ -283,12 +283,10 @@ class ObjectDetector(nn.Module):
         )
 
 
-def heat_loss(heat, shown, there):
+def heat_loss(heat, cells, shown, there):
     """Penalty-reduced focal loss of CenterNet."""
-    x = X[0] + CELL * (torch.arange(LINES) + 0.5)
-    y = Y[0] + CELL * (torch.arange(COLUMNS) + 0.5)
-    across = torch.exp(-(((shown[..., :1] - x) / CELL) ** 2))[..., :, None]
-    along = torch.exp(-(((shown[..., 1:2] - y) / CELL) ** 2))[..., None, :]
+    across = torch.exp(-(((shown[..., :1] - cells[:, 0, 0]) / CELL) ** 2))[..., :, None]
+    along = torch.exp(-(((shown[..., 1:2] - cells[0, :, 1]) / CELL) ** 2))[..., None, :]
     near = (across * along * there[..., None, None]).amax(1)
     peak = near >= 0.6  # of the nearest cell: at most 0.5 cells away in each direction
     log_p, log_not = nn.functional.logsigmoid(heat), nn.functional.logsigmoid(-heat)

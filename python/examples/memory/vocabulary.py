@@ -1,9 +1,10 @@
 """Vocabulary of an ObjectDetector: classes of objects, and the tokens of a task."""
 
 import torch
-from object_detector import Objects
-from views import METRES
+from object_detector import CELL, HEIGHT, Objects
+from views import METRES, SIDE, apparent, base_view, project
 
+MARGIN = 0.04  # metres of the heat map beyond the objects
 LIT = 0.5  # least state of a lit lamp and a pressed button
 
 
@@ -23,7 +24,23 @@ def vocabulary(layout, tokens):
     kinds = bodies[bodies >= 0].unique()
     most = [int((bodies == kind).sum(-1).max()) for kind in kinds]
     of_class = torch.stack([bodies[codes == one][0] for one in classes])
-    return classes, templates, of_class, kinds.repeat_interleave(torch.tensor(most))
+    tokens_of = kinds.repeat_interleave(torch.tensor(most))
+    shown = METRES * tokens[..., layout.place][codes >= 0]
+    return classes, templates, of_class, tokens_of, extent(shown[in_picture(shown)])
+
+
+def extent(places):
+    """Low and high of x and of y in which the base camera shows these places (P, 3)."""
+    places = apparent(places, HEIGHT)[:, :2]
+    low, high = places.amin(0) - MARGIN, places.amax(0) + MARGIN
+    cells = ((high - low) / CELL).ceil()
+    return torch.stack([low, low + CELL * (cells - 1e-3)], -1)
+
+
+def in_picture(places):
+    """Whether places (..., 3) are in the base camera's picture."""
+    pixels = project(places.reshape(1, -1, 3), base_view()).view(*places.shape[:-1], 2)
+    return ((pixels > 0) & (pixels < SIDE - 1)).all(-1)
 
 
 def template(layout, tokens):
@@ -46,4 +63,4 @@ def sort(layout, detector, tokens):
     equal = class_codes(layout, tokens)[..., None] == detector.codes
     named = torch.where(equal.any(-1), equal.float().argmax(-1), -1)
     known = torch.where(mine, named[..., None, :], -1).amax(-1)
-    return Objects(place, known)
+    return Objects(place, torch.where(in_picture(place), known, -1))
