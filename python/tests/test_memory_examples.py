@@ -371,6 +371,11 @@ def test_labels_have_a_token_for_each_of_like_objects(learners: SimpleNamespace)
     assert (cups - before).norm(dim=-1).max() < 0.08
 
 
+def test_a_detector_of_before_is_refused(learners: SimpleNamespace) -> None:
+    with pytest.raises(ValueError, match="another version of the detector"):
+        learners.object_detector.ObjectDetector.of_weights({"appearances": torch.zeros(3)})
+
+
 def test_like_objects_keep_their_tokens(learners: SimpleNamespace) -> None:
     """Whatever the order in which they are proposed."""
     bodies, tokens = torch.tensor([0, 1]), torch.tensor([0, 0, 1])

@@ -114,6 +114,8 @@ class ObjectDetector(nn.Module):
 
     @classmethod
     def of_weights(cls, weights):
+        if not weights.keys() >= set(cls.BUFFERS):
+            raise ValueError("weights of another version of the detector")
         detector = cls(*(weights[name] for name in cls.BUFFERS))
         detector.load_state_dict(weights)
         return detector
