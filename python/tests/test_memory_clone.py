@@ -29,7 +29,7 @@ def examples() -> Iterator[SimpleNamespace]:
     """Modules of the folder, which is on the search path for as long."""
     before = set(sys.modules)
     sys.path.insert(0, str(FOLDER))
-    names = ("clone", "inference", "object_detector")
+    names = ("clone", "inference")
     yield SimpleNamespace(**{name: importlib.import_module(name) for name in names})
     sys.path.remove(str(FOLDER))
     for name in set(sys.modules) - before:
@@ -78,9 +78,9 @@ def views(count: int = 3) -> tuple[Any, Any]:
 @torch.no_grad()
 def inputs(examples: SimpleNamespace, student: Any, rgb: Any, proprio: Any) -> list[Any]:
     """What the student gets (T, N, ...): positions and peaks of keypoints, the robot."""
-    place, peak = student.see(examples.object_detector.downsample(rgb.reshape(-1, *rgb.shape[2:])))
+    place, peak = student.see(examples.clone.downsample(rgb.reshape(-1, *rgb.shape[2:])))
     seen = [part.unflatten(0, rgb.shape[:2]) for part in (place, peak)]
-    return [*seen, examples.object_detector.robot_features(proprio)]
+    return [*seen, examples.clone.robot_features(proprio)]
 
 
 def test_the_loss_falls_and_the_student_plays(

@@ -17,15 +17,16 @@ from pathlib import Path
 import numpy as np
 import torch
 from distil import imitation
-from object_detector import METRES, ROBOT, SIDE, downsample, robot_features, unproject
 from policy import Choice, mlp
 from torch import nn
+from views import METRES, ROBOT, robot_features, unproject
 
 import engram
 from engram.datasets import DemonstrationFolder
 
 ACTIONS = 7
-HEIGHT = 0.02 / METRES  # of the points that keypoints mark: the middle of a cube on the table
+SIDE = 64  # pixels of a picture's side, after downsampling
+HEIGHT = 0.02  # of the points that keypoints mark: the middle of a cube on the table
 SEED = 2_000_000  # of the first evaluated episode; demonstrations begin at seed 0
 
 
@@ -74,7 +75,7 @@ class Student(nn.Module):
         tint = tint - tint.mean((-1, -2), keepdim=True)
         heat = self.hues @ tint.flatten(2)
         pixels = (4 * heat).softmax(-1) @ self.pixels
-        return unproject(pixels, torch.full_like(pixels[..., 0], HEIGHT)), heat.amax(-1)
+        return unproject(pixels, HEIGHT, SIDE)[..., :2] / METRES, heat.amax(-1)
 
     def forward(self, place, peak, robot, state=None):
         """What `see` returns (T, N, ...) -> Choice of actions, state of the memory."""
@@ -134,6 +135,12 @@ class StudentRunner:
         if self.student.memory:
             self.states.update(zip(keys, state.split(1, 1)))
         return choice.best()[0].numpy()
+
+
+def downsample(rgb):
+    """Base camera (N, SIDE, SIDE, 3) of pictures (N, 128, 128, 6), uint8 both."""
+    parts = np.asarray(rgb)[..., :3].reshape(-1, SIDE, 2, SIDE, 2, 3)
+    return torch.from_numpy(parts.mean((-4, -2), dtype=np.float32).astype(np.uint8))
 
 
 def load_demonstrations(folder):

@@ -10,7 +10,7 @@ instructions, it plays others as well.
 import numpy as np
 import torch
 from clone import StudentRunner
-from object_detector import downsample, robot_features
+from object_detector import Tracks
 from several_tasks import TaskInputs
 from training import load_policy
 
@@ -22,7 +22,10 @@ def load_runner(path):
 
 
 class PolicyRunner:
-    """Policy with the memory of every running episode, by (worker, slot)."""
+    """Policy with the memory of every running episode, by (worker, slot).
+
+    From pictures: also with the detector's tracks.
+    """
 
     def __init__(self, policy, detector=None, task=None):
         torch.set_num_threads(1)
@@ -33,7 +36,7 @@ class PolicyRunner:
         self.instruction = None  # in place of those of the observations
         self.obs = "objects" if detector is None else "rgb"
         self.width = policy.layout.agent + policy.layout.tokens * policy.layout.width
-        self.states = {}
+        self.states, self.tracks = {}, {}
         if policy.memory:
             state = policy(torch.zeros(1, 1, self.width))[2]
             self.initial = policy.wipe(state, torch.tensor([True]))
@@ -45,26 +48,23 @@ class PolicyRunner:
     @torch.no_grad()
     def __call__(self, observation):
         """Observation of `engram.evaluate` -> actions (N, A)."""
-        rows = self.rows(observation)
+        keys = [(observation["worker"], slot) for slot in observation["slot"]]
+        rows = self.rows(observation, keys)
         if not self.policy.memory:
             return self.policy(rows[None])[0].best()[0].numpy()
-        keys = [(observation["worker"], slot) for slot in observation["slot"]]
         begins = zip(keys, observation["first"])
         states = [self.initial if first else self.states[key] for key, first in begins]
         choice, _, state, _ = self.policy(rows[None], self.policy.join(states))
         self.states.update(zip(keys, self.policy.split(state)))
         return choice.best()[0].numpy()
 
-    def rows(self, observation):
-        """Inputs of the policy (N, width)."""
+    def rows(self, observation, keys):
+        """Inputs of the policy (N, width). keys: those of its states."""
         given = "pictures" if observation.get("rgb") is not None else "numbers"
         if (given == "numbers") != (self.detector is None):
             raise ValueError(f"{given} given, obs {self.obs} needed: it was trained on them")
         if self.detector is not None:
-            agent = robot_features(observation["proprio"])
-            return self.detector.rows(
-                downsample(observation["rgb"]), agent, self.policy.layout.place
-            )
+            return self.see(observation, keys)
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
         if self.inputs is not None:
             given = self.instruction and [self.instruction] * len(rows)
@@ -74,3 +74,13 @@ class PolicyRunner:
             given = f"{rows.shape[1]} numbers given, {self.width} needed"
             raise ValueError(f"{given}: obs objects of {self.task}, or of a task like it")
         return rows
+
+    def see(self, observation, keys):
+        """Inputs of the policy from pictures."""
+        pictures, proprio = (torch.from_numpy(np.array(observation[k])) for k in ("rgb", "proprio"))
+        begins, new = zip(keys, observation["first"]), self.detector.initial(1)
+        before = [new if first else self.tracks[key] for key, first in begins]
+        before = Tracks(*(torch.cat(parts) for parts in zip(*before)))
+        now = self.detector.update(pictures, proprio, before)
+        self.tracks.update(zip(keys, zip(*(part.split(1) for part in now))))
+        return self.detector.rows(proprio, now, self.policy.layout.place)

@@ -1,124 +1,299 @@
-"""Object detector: a small CNN whose output has the form of the objects observation.
+"""Object detector: from both cameras to objects in the form of the objects observation.
 
-One heat map per appearance in the task: its maximum is the pixel of the object, and the camera's
-pose gives the position on the table. Labels are the positions of visible objects in the objects
-observation, which are privileged and used in training only. For tasks whose objects all differ in
-appearance.
+A heat map over the table (base camera, seen from above) proposes places. A second network looks at
+a patch of both cameras' pictures around a place: what is there, and how far from it. It also looks
+where each object was in the step before, told what it was: so objects that the hand occludes are
+retained, and those that are taken away are not. Every object keeps its token.
+
+Labels are the visible objects of the objects observation, privileged and used in training only.
 """
 
 import copy
+from typing import NamedTuple
 
-import numpy as np
 import torch
 from torch import nn
+from torch.nn.functional import cross_entropy, max_pool2d, one_hot, smooth_l1_loss
+from views import (
+    METRES,
+    ROBOT,
+    apparent,
+    base_view,
+    project,
+    robot_features,
+    sample,
+    wrist_view,
+)
 
-SIDE = 64  # pixels of an image's side, after downsampling
-CELL = 4  # pixels of a cell's side
-CELLS = SIDE // CELL
-ROBOT = 8
-# Base camera of all tasks: position in the world in metres, and axes; 90 degrees field of view.
-CAMERA = torch.tensor([0.3, 0.0, 0.6])
-RIGHT = torch.tensor([0.0, 1.0, 0.0])
-UP = torch.tensor([-0.780869, 0.0, 0.624695])
-FORWARD = torch.tensor([-0.624695, 0.0, -0.780869])
-METRES = 0.5  # positions in tokens are in units of this
-
-
-def downsample(rgb):
-    """Base camera (N, 64, 64, 3) of pictures (N, 128, 128, 6), uint8 both."""
-    parts = np.asarray(rgb)[..., :3].reshape(-1, SIDE, 2, SIDE, 2, 3)
-    return torch.from_numpy(parts.mean((-4, -2), dtype=np.float32).astype(np.uint8))
-
-
-def robot_features(proprio):
-    """Continuous features of the robot (..., ROBOT), from proprio (..., 7)."""
-    proprio = torch.from_numpy(np.array(proprio))
-    angles, gripper = proprio[..., 3:6], proprio[..., 6:]
-    rotation = [angles.sin(), angles[..., 2:].cos()]
-    return torch.cat([proprio[..., :3] / 0.5, *rotation, gripper / 0.08], -1)
+HEIGHT = 0.02  # of the plane of the heat map
+STEP, CELL = 0.01, 0.02  # metres of its input's pixels and of its cells
+PATCH, PIXEL = 16, 0.0055  # side of a patch in pixels, and metres of one
+NEAR = 0.035  # most distance of a proposal from its object
+MOVED = 0.08  # most way of an object in a step
+KEPT = 0.9  # share of the evidence that remains in a step
+SAME = 0.025  # objects of one appearance that are nearer are one
 
 
-def by_appearance(layout, appearances, tokens):
-    """Tokens (..., appearances, width) sorted by appearance, from tokens in any order."""
-    mine = layout.pairs(tokens)[..., None, :] == appearances[:, None]
-    return mine.float() @ tokens
+class Objects(NamedTuple):
+    """By token: positions (N, tokens, 3) in metres, and classes (N, tokens), -1 for none."""
+
+    place: torch.Tensor
+    known: torch.Tensor
 
 
-def detector_layout(layout, appearances):
-    """Layout of rows that `robot_features` and an ObjectDetector for these appearances make."""
+class Tracks(NamedTuple):
+    """Objects, and what their looks have told: (N, tokens, classes), sums of log-probabilities."""
+
+    place: torch.Tensor
+    known: torch.Tensor
+    evidence: torch.Tensor
+
+
+def detector_layout(layout, tokens):
+    """Layout of the rows that an ObjectDetector makes."""
     result = copy.copy(layout)
-    result.agent, result.tcp, result.tokens = ROBOT, slice(0, 3), len(appearances)
+    result.agent, result.tcp, result.tokens = ROBOT, slice(0, 3), tokens
     result.arm_speed = slice(0, 0)  # proprio lacks it: a touch needs no rest
     result.tool, result.turn = slice(0, 0), None
     return result
 
 
-def project(position):
-    """Projects positions (..., 3) of tokens to pixels from the image's left and top (..., 2)."""
-    away = METRES * position - CAMERA
-    across = torch.stack([away @ RIGHT, -(away @ UP)], -1) / (away @ FORWARD)[..., None]
-    return (across + 1) * SIDE / 2 - 0.5
+def centres(low, high, step):
+    return torch.arange(float(low) + step / 2, float(high), step)
 
 
-def unproject(pixels, height):
-    """Inverse of `project` for positions of a known height, as in tokens: (..., 2)."""
-    across = (pixels + 0.5) * 2 / SIDE - 1
-    ray = FORWARD + across[..., :1] * RIGHT - across[..., 1:] * UP
-    reach = (METRES * height - CAMERA[2]) / ray[..., 2]
-    return (CAMERA[:2] + reach[..., None] * ray[..., :2]) / METRES
+def table(extent, step):
+    """Points (lines, columns, 3) of the table in an extent of x and y."""
+    x, y = (centres(low, high, step) for low, high in extent)
+    x, y = torch.meshgrid(x, y, indexing="ij")
+    return torch.stack([x, y, torch.full_like(x, HEIGHT)], -1)
 
 
-def at(maps, cell):
-    """Values (B, appearances, 2) of maps (B, 2, appearances, cells) in a cell (B, appearances)."""
-    cell = cell[:, None, :, None].expand(-1, 2, -1, -1)
-    return maps.gather(-1, cell)[..., 0].transpose(1, 2)
+def around():
+    """Points of a patch around its centre (PATCH * PATCH, 3)."""
+    side = PIXEL * (torch.arange(PATCH) - (PATCH - 1) / 2)
+    x, y = torch.meshgrid(side, side, indexing="ij")
+    return torch.stack([x, y, torch.zeros_like(x)], -1).flatten(0, 1)
 
 
 class ObjectDetector(nn.Module):
-    def __init__(self, appearances, templates):
-        """appearances: of `ObservationLayout.pairs`. templates: tokens (appearances, width)."""
+    """Arguments: those of `vocabulary`.
+
+    codes: of the classes; templates: a token of each; bodies: that of each. tokens: the body of
+    each token. extent: of the heat map, in metres: low and high of x, and of y.
+    """
+
+    BUFFERS = ("codes", "templates", "bodies", "tokens", "extent")
+
+    def __init__(self, codes, templates, bodies, tokens, extent):
         super().__init__()
-        self.register_buffer("appearances", appearances)
+        self.register_buffer("codes", codes)
         self.register_buffer("templates", templates)
-        layers = [nn.Conv2d(6, 16, 5, 2, 2), nn.ReLU(), nn.Conv2d(16, 24, 3, 2, 1), nn.ReLU()]
-        self.maps = nn.Sequential(*layers, nn.Conv2d(24, 3 * len(appearances), 3, 1, 1))
-        self.gain = nn.Parameter(torch.ones(len(appearances)))
-        self.bias = nn.Parameter(torch.zeros(len(appearances)))
+        self.register_buffer("bodies", bodies)
+        self.register_buffer("tokens", tokens)
+        self.register_buffer("extent", extent)
+        points = table(extent, STEP)
+        pixels = project(points.view(1, -1, 3), base_view())
+        self.register_buffer("pixels", pixels.view(*points.shape[:2], 2), persistent=False)
+        self.register_buffer("cells", table(extent, CELL), persistent=False)
+        self.register_buffer("around", around(), persistent=False)
+        self.heat = nn.Sequential(
+            nn.Conv2d(3, 12, 5, 2, 2), nn.ReLU(), nn.Conv2d(12, 16, 3, 1, 1), nn.ReLU()
+        )
+        self.peak = nn.Conv2d(16, 1, 1)
+        nn.init.constant_(self.peak.bias, -4.0)
+        self.look = nn.Sequential(
+            nn.Conv2d(6, 24, 3, 2, 1),
+            nn.ReLU(),
+            nn.Conv2d(24, 32, 3, 2, 1),
+            nn.ReLU(),
+            nn.Flatten(),
+        )
+        self.read = nn.Sequential(nn.Linear(512 + 6 + len(codes) + 1, 64), nn.ReLU())
+        self.name = nn.Linear(64, len(codes) + 1)  # the last: nothing
+        self.shift = nn.Linear(64, 3)
 
-    def forward(self, pictures):
-        """Images (B, 64, 64, 3) uint8 -> maps over cells.
+    @classmethod
+    def of_weights(cls, weights):
+        if not weights.keys() >= set(cls.BUFFERS):
+            raise ValueError("weights of another version of the detector")
+        detector = cls(*(weights[name] for name in cls.BUFFERS))
+        detector.load_state_dict(weights)
+        return detector
 
-        heat (B, appearances, cells): logits of the object's cell; within (B, 2, appearances,
-        cells): its offset from a cell in cells; seen (B, appearances): logits of its presence.
+    def initial(self, count):
+        """No objects, for the first step of episodes."""
+        tokens, classes = len(self.tokens), len(self.codes)
+        known = torch.full((count, tokens), -1)
+        return Tracks(torch.zeros(count, tokens, 3), known, torch.zeros(count, tokens, classes))
+
+    def heat_map(self, pictures):
+        """Logits (N, lines, columns) that an object appears in a cell."""
+        count = len(pictures)
+        pixels = self.pixels.flatten(0, 1).expand(count, -1, -1)
+        seen = sample(pictures[..., :3], torch.arange(count), pixels)
+        seen = seen.unflatten(1, self.pixels.shape[:2]).permute(0, 3, 1, 2)
+        return self.peak(self.heat(seen))[:, 0]
+
+    def proposals(self, pictures):
+        """Logits (N, tokens) of the greatest peaks, and their places (N, tokens, 3)."""
+        heat = self.heat_map(pictures)
+        peak = heat >= max_pool2d(heat[:, None], 3, 1, 1)[:, 0]
+        height, cell = heat.masked_fill(~peak, -9).flatten(1).topk(len(self.tokens))
+        return height, self.cells.flatten(0, 1)[cell]
+
+    def features(self, pictures, proprio, which, places):
+        """Features of places (M, 3) in pictures `which` (M,)."""
+        points = places[:, None] + self.around
+        position, axes = wrist_view(proprio)
+        views = (base_view(), (position[which], axes[which]))
+        seen = [
+            sample(pictures[..., 3 * i : 3 * i + 3], which, project(points, view))
+            for i, view in enumerate(views)
+        ]
+        seen = torch.cat(seen, -1).transpose(1, 2).unflatten(2, (PATCH, PATCH))
+        tool = 3 * (proprio[which, :3] - places)
+        # Along a ray of the base camera the picture is the same, but not the height.
+        return torch.cat([self.look(seen), places * torch.tensor([3, 3, 20]), tool], -1)
+
+    def judge(self, features, places, known):
+        """What is at places (M, 3); known (M,): classes in the step before, or -1.
+
+        -> log-probabilities of classes and of nothing (M, classes + 1), position of the object.
         """
-        color = pictures.permute(0, 3, 1, 2).float() / 255
-        tint = color / (color.sum(1, keepdim=True) + 0.1)
-        tint = tint - tint.mean((-1, -2), keepdim=True)
-        maps = self.maps(torch.cat([color - 0.5, 5 * tint], 1)).unflatten(1, (3, -1)).flatten(3)
-        heat, within = maps[:, 0], maps[:, 1:]
-        return heat, within, heat.amax(-1) * self.gain + self.bias
-
-    def groups(self):
-        fast = [self.gain, self.bias]
-        return [{"params": self.maps.parameters(), "lr": 3e-3}, {"params": fast, "lr": 2e-2}]
+        known = torch.as_tensor(known).expand(len(places))
+        before = one_hot(known + 1, len(self.codes) + 1).float()
+        hidden = self.read(torch.cat([features, before], -1))
+        return self.name(hidden).log_softmax(-1), places + 0.05 * self.shift(hidden)
 
     @torch.no_grad()
-    def rows(self, pictures, agent, place):
-        """Rows (N, D) of the detected objects. place: slice of a token."""
-        heat, within, seen = self(pictures)
-        cell = heat.argmax(-1)
-        pixels = CELL * (torch.stack([cell % CELLS, cell // CELLS], -1) + at(within, cell))
-        tokens = self.templates.repeat(len(seen), 1, 1)
-        tokens[..., place][..., :2] = unproject(pixels, self.templates[:, place][:, 2])
-        return torch.cat([agent, (tokens * (seen > 0)[..., None]).flatten(1)], -1)
+    def update(self, pictures, proprio, before):
+        """Tracks in these pictures (N, SIDE, SIDE, 6), from those in the pictures before."""
+        height, proposed = self.proposals(pictures)
+        alive = before.known >= 0
+        apart = torch.cdist(proposed[..., :2], apparent(before.place, HEIGHT)[..., :2])
+        apart = apart.masked_fill(~alive[:, None], 9).amin(-1)
+        new = (height > -1.5) & (apart > NEAR)
+        proposed[new] = self.judge(*self.seen(pictures, proprio, new, proposed), -1)[1]
+        places = torch.cat([before.place, proposed], 1)
+        known = torch.cat([before.known, torch.full_like(before.known, -1)], 1)
+        valid = torch.cat([alive, new], 1)
+        features, at = self.seen(pictures, proprio, valid, places)
+        named, there = self.judge(features, at, known[valid])
+        plain = self.judge(features, at, -1)[0][:, :-1].log_softmax(-1).clamp(min=-5)
+        places[valid] = there
+        names = named.new_full((*valid.shape, named.shape[-1]), -99.0)
+        names[valid] = named
+        evidence = torch.cat([KEPT * before.evidence, torch.zeros_like(before.evidence)], 1)
+        evidence[valid] += plain
+        valid = valid & (names[..., -1] < -0.7)
+        return self.assign(Tracks(places, names[..., :-1], evidence), valid)
 
-    def loss(self, pictures, tokens, place):
-        """Loss on images (B, 64, 64, 3) that show these tokens (B, appearances, width)."""
-        heat, within, seen = self(pictures)
-        there, pixels = tokens[..., 0], project(tokens[..., place])
-        nearest = (pixels / CELL).round().clamp(0, CELLS - 1)
-        cell = (nearest[..., 0] + CELLS * nearest[..., 1]).long()
-        away = (at(within, cell) - (pixels / CELL - nearest)).abs().sum(-1)
-        missed = nn.functional.cross_entropy(heat.transpose(1, 2), cell, reduction="none")
-        sure = nn.functional.binary_cross_entropy_with_logits(seen, there)
-        return sure + ((missed + away) * there).sum() / there.sum().clamp(min=1)
+    def seen(self, pictures, proprio, chosen, places):
+        """Features of the chosen (N, P) of places (N, P, 3), and these."""
+        places = places[chosen]
+        return self.features(pictures, proprio, chosen.nonzero()[:, 0], places), places
+
+    def assign(self, candidates, valid):
+        """Chooses a candidate for every token: greedily, the most probable first.
+
+        The first candidates are the objects of the step before, which tend to keep their tokens.
+        """
+        places, names, evidence = candidates
+        bodies = self.bodies[evidence.argmax(-1)]
+        close = (torch.cdist(places, places) < SAME) & (bodies[:, None] == bodies[:, :, None])
+        earlier = torch.ones(close.shape[1:]).tril(-1).bool()
+        valid = valid & ~(close & earlier & valid[:, None]).any(-1)
+        of_body = self.bodies[:, None] == self.tokens
+        score = evidence[..., None].masked_fill(~of_body, -99.0).logsumexp(-2)
+        score = score + 2 * torch.eye(*score.shape[1:])
+        score = score.masked_fill(~valid[..., None], -999.0)
+        result = self.initial(len(places))
+        rows = torch.arange(len(places))
+        own = names[..., None, :].masked_fill(~of_body.T, -99.0).argmax(-1)
+        for _ in self.tokens:
+            best, index = score.flatten(1).max(-1)
+            candidate = index.div(len(self.tokens), rounding_mode="floor")
+            token = index % len(self.tokens)
+            found = best > -50.0
+            n, candidate, token = rows[found], candidate[found], token[found]
+            result.place[n, token] = places[n, candidate]
+            result.known[n, token] = own[n, candidate, token]
+            result.evidence[n, token] = evidence[n, candidate]
+            score[n, candidate] = -999.0
+            score[n, :, token] = -999.0
+        return result
+
+    def rows(self, proprio, objects, place):
+        """Rows (N, D) of a policy. place: slice of a token."""
+        seen = objects.known >= 0
+        tokens = self.templates[objects.known]
+        tokens[..., place] = objects.place / METRES
+        tokens = tokens * seen[..., None]
+        return torch.cat([robot_features(proprio), tokens.flatten(1)], -1)
+
+    def loss(self, pictures, proprio, now, before):
+        """Loss on pictures that show these objects, and those before in the step before."""
+        there = now.known >= 0
+        shown = apparent(now.place, HEIGHT)
+        few = slice(len(pictures) // 3)  # the heat map learns fast
+        heat = heat_loss(self.heat_map(pictures[few]), self.cells, shown[few], there[few])
+        places, known, target, place = self.examples(proprio, now, before, shown)
+        valid = target > -2
+        named, found = self.judge(*self.seen(pictures, proprio, valid, places), known[valid])
+        target, place = target[valid], place[valid]
+        name = cross_entropy(named, target % named.shape[-1], reduction="none")
+        error = smooth_l1_loss(found, place, reduction="none", beta=0.01).sum(-1) * (target >= 0)
+        # Frames of a single object count as much as those of many.
+        weight = (3 / there.sum(-1).clamp(min=3))[valid.nonzero()[:, 0]]
+        return heat + (weight * (name + 60 * error)).sum() / weight.sum()
+
+    def examples(self, proprio, now, before, shown, others=4):
+        """Places to look at, and what is to be found there.
+
+        -> places (B, P, 3), classes before or -1 (B, P), classes to find (B, P): -1 for nothing,
+        -2 for no example; positions to find (B, P, 3).
+        """
+        count, tokens = now.known.shape
+        noise = torch.randn(count, tokens, 3)
+        scale = torch.rand(count, tokens, 1) * torch.tensor([0.015, 0.015, 0.0])
+        proposed = torch.where(torch.rand(count, tokens, 1) < 0.5, shown, now.place) + scale * noise
+        cells = self.cells.flatten(0, 1)
+        random = cells[torch.randint(len(cells), (count, others))]
+        hand = proprio[:, None, :3] + 0.06 * torch.randn(count, others, 3)
+        hand[..., 2] = HEIGHT
+        places = torch.cat([proposed, random, hand], 1)
+        apart = torch.cdist(places[..., :2], shown[..., :2])
+        apart, nearest = apart.masked_fill((now.known < 0)[:, None], 9).min(-1)
+        target = now.known.gather(1, nearest).masked_fill(apart > NEAR, -1)
+        target[:, :tokens].masked_fill_(now.known < 0, -2)
+        # Objects of the step before: where the nearest one with the same body is now.
+        last = before.place + 0.012 * torch.rand(count, tokens, 1) * noise.flip(0)
+        body = self.bodies[before.known][:, :, None] == self.bodies[now.known][:, None]
+        absent = ~body | (now.known < 0)[:, None]
+        apart, successor = torch.cdist(before.place, now.place).masked_fill(absent, 9).min(-1)
+        become = now.known.gather(1, successor).masked_fill(apart > MOVED, -1)
+        become = become.masked_fill(before.known < 0, -2)
+        wrong = torch.rand(count, tokens) < 0.1
+        prior = torch.where(wrong, torch.randint(len(self.codes), wrong.shape), before.known)
+        known = torch.cat([torch.full_like(nearest, -1), prior], 1)
+        index = torch.cat([nearest, successor], 1)[..., None].expand(-1, -1, 3)
+        return (
+            torch.cat([places, last], 1),
+            known,
+            torch.cat([target, become], 1),
+            now.place.gather(1, index),
+        )
+
+
+def heat_loss(heat, cells, shown, there):
+    """Penalty-reduced focal loss of CenterNet."""
+    across = torch.exp(-(((shown[..., :1] - cells[:, 0, 0]) / CELL) ** 2))[..., :, None]
+    along = torch.exp(-(((shown[..., 1:2] - cells[0, :, 1]) / CELL) ** 2))[..., None, :]
+    near = (across * along * there[..., None, None]).amax(1)
+    peak = near >= 0.6  # of the nearest cell: at most 0.5 cells away in each direction
+    log_p, log_not = nn.functional.logsigmoid(heat), nn.functional.logsigmoid(-heat)
+    p = heat.sigmoid()
+    found = (1 - p) ** 2 * log_p * peak
+    wrong = (1 - near) ** 4 * p**2 * log_not * ~peak
+    return -(found + wrong).sum() / peak.sum().clamp(min=1)

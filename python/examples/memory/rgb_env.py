@@ -1,18 +1,37 @@
 """Environment with image observations, beside a batch with the labels."""
 
 import torch
-from object_detector import (
-    ObjectDetector,
-    by_appearance,
-    detector_layout,
-    downsample,
-    robot_features,
-)
+from object_detector import ObjectDetector, Objects, detector_layout
 from training import ObjectsEnv, make_batch, scale_lr
+from vocabulary import sort, vocabulary
+
+NOISE = 0.004  # metres: deviation of the labels' positions, as of those of a detector
+
+
+class Frames:
+    """Frames with labels of this step and the step before; a random one goes when it is full."""
+
+    def __init__(self, most):
+        self.most, self.parts, self.weights = most, None, None
+
+    def add(self, weights, *parts):
+        if self.parts is None:
+            self.parts, self.weights = parts, weights
+            return
+        free = max(0, self.most - len(self.weights))
+        where = torch.randperm(len(self.weights))[: max(0, len(weights) - free)]
+        for kept, part in zip((*self.parts, self.weights), (*parts, weights)):
+            kept[where] = part[free:]
+        self.parts = [torch.cat([a, b[:free]]) for a, b in zip(self.parts, parts)]
+        self.weights = torch.cat([self.weights, weights[:free]])
+
+    def batch(self, count):
+        pick = torch.multinomial(self.weights, min(count, len(self.weights)))
+        return [part[pick] for part in self.parts]
 
 
 class RgbEnv(ObjectsEnv):
-    """The student's rows come from proprio and the base camera's image, by its ObjectDetector.
+    """The student's rows come from proprio and both cameras' images, by its ObjectDetector.
 
     Two batches have the same seeds and actions: one renders, the other has the labels.
     """
@@ -20,23 +39,23 @@ class RgbEnv(ObjectsEnv):
     def __init__(self, task, num_envs, seed=0, most_steps=None, perturb=None, detector=None):
         super().__init__(task, num_envs, seed, most_steps, perturb)
         self.camera = make_batch(task, num_envs, seed, "rgb", perturb)
-        self.objects, self.stored = self.layout, []
-        self.detector = detector or ObjectDetector(*self.collect_appearances(seed))
-        self.layout = detector_layout(self.objects, self.detector.appearances)
-        self.optimiser = torch.optim.Adam(self.detector.groups())
+        self.objects = self.layout
+        self.detector = detector or ObjectDetector(*self.collect_vocabulary(seed))
+        self.layout = detector_layout(self.objects, len(self.detector.tokens))
+        self.optimiser = torch.optim.Adam(self.detector.parameters(), 4e-3)
+        self.frames, self.first = Frames(2400), True
 
-    def collect_appearances(self, seed):
-        """Appearances in the task, and a token of each, from episodes of the oracle."""
+    def collect_vocabulary(self, seed):
+        """Vocabulary of the task, from episodes of the oracle."""
         tokens = [self.objects.split(super().reset(seed=seed))[1]]
         for _ in range(self.horizon - 1):
             tokens.append(self.objects.split(super().step(self.oracle())[0])[1])
-        tokens = torch.stack(tokens)
-        pairs = self.objects.pairs(tokens)
-        appearances = pairs[pairs >= 0].unique()
-        return appearances, torch.stack([tokens[pairs == one][0] for one in appearances])
+        return vocabulary(self.objects, torch.stack(tokens))
 
     def reset(self, seed=None):
         super().reset(seed=seed)
+        self.found = self.detector.initial(self.num_envs)
+        self.shown = Objects(*self.found[:2])
         return self.observe(self.camera.reset(seed=seed)[0])
 
     def step(self, actions):
@@ -44,28 +63,36 @@ class RgbEnv(ObjectsEnv):
         return self.observe(self.camera.step(actions.numpy())[0]), rewards
 
     def observe(self, observation):
-        picture, agent = downsample(observation["rgb"]), robot_features(observation["proprio"])
-        tokens = by_appearance(
-            self.objects, self.detector.appearances, self.objects.split(self.truth)[1]
-        )
-        self.truth = torch.cat([agent, tokens.flatten(1)], -1)
-        self.last = (picture, tokens)
-        return self.detector.rows(picture, agent, self.layout.place)
+        pictures, proprio = (torch.from_numpy(observation[k]) for k in ("rgb", "proprio"))
+        before = self.shown
+        self.shown = sort(self.objects, self.detector, self.objects.split(self.truth)[1])
+        self.last = (pictures, proprio, self.shown, before)
+        place = self.shown.place + NOISE * torch.randn_like(self.shown.place)
+        noisy = Objects(place, self.shown.known)
+        self.truth = self.detector.rows(proprio, noisy, self.layout.place)
+        self.found = self.detector.update(pictures, proprio, self.found)
+        return self.detector.rows(proprio, self.found, self.layout.place)
 
     def store(self):
-        """Stores the last image and its labels."""
-        self.stored.append(self.last)
+        """Stores some of the last frames; those in which objects appear or vanish count more."""
+        pictures, proprio, now, before = self.last
+        share = (1600 if self.first else 300) / (self.horizon * self.num_envs)
+        change = (now.known != before.known).any(-1)
+        chosen = (torch.rand(len(change)) < torch.where(change, 4 * share, share)).nonzero()[:, 0]
+        if len(chosen) > 0:
+            parts = (part[chosen] for part in (pictures, proprio, *now, *before))
+            self.frames.add(torch.where(change[chosen], 2.0, 1.0), *parts)
 
-    def learn(self, updates, lr_scale=1.0, batch=64, most=400):
-        """Trains the detector on the latest `most` steps, at a share of its learning rates."""
-        del self.stored[:-most]
+    def learn(self, updates, lr_scale=1.0, batch=24):
+        """Trains the detector on stored frames, at a share of its learning rate."""
         scale_lr(self.optimiser, lr_scale)
-        for _ in range(updates):
-            step = torch.randint(len(self.stored), (batch,)).tolist()
-            env = torch.randint(self.num_envs, (batch,)).tolist()
-            shown = [torch.stack([self.stored[s][i][e] for s, e in zip(step, env)]) for i in (0, 1)]
-            loss = self.detector.loss(*shown, self.layout.place)
+        mean = 0.0
+        for _ in range(4 * updates if self.first else updates):
+            pictures, proprio, *labels = self.frames.batch(batch)
+            loss = self.detector.loss(pictures, proprio, Objects(*labels[:2]), Objects(*labels[2:]))
             self.optimiser.zero_grad()
             loss.backward()
             self.optimiser.step()
-        return loss.item()
+            mean += 0.02 * (loss.item() - mean)
+        self.first = False
+        return mean

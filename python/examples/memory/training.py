@@ -364,9 +364,8 @@ def load_policy(path, task=None):
     saved = torch.load(Path(path), weights_only=True)
     layout, detector = layout_of(task or saved["task"], saved.get("told", {})), None
     if "detector" in saved:
-        detector = ObjectDetector(saved["detector"]["appearances"], saved["detector"]["templates"])
-        detector.load_state_dict(saved["detector"])
-        layout = detector_layout(layout, detector.appearances)
+        detector = ObjectDetector.of_weights(saved["detector"])
+        layout = detector_layout(layout, len(detector.tokens))
     if "kind" in saved:
         policy = ZooPolicy(layout, saved["kind"], saved["size"])
     else:

@@ -1,0 +1,66 @@
+"""Vocabulary of an ObjectDetector: classes of objects, and the tokens of a task."""
+
+import torch
+from object_detector import CELL, HEIGHT, Objects
+from views import METRES, SIDE, apparent, base_view, project
+
+MARGIN = 0.04  # metres of the heat map beyond the objects
+LIT = 0.5  # least state of a lit lamp and a pressed button
+
+
+def class_codes(layout, tokens):
+    """Code (...,) of every object's appearance, kind and state; -1 for invisible objects."""
+    pairs = layout.pairs(tokens)
+    kind = tokens[..., layout.part["kind"]].argmax(-1)
+    lit = tokens[..., layout.part["state"]][..., 0] > LIT
+    return torch.where(pairs >= 0, (pairs * 16 + kind) * 2 + lit, -1)
+
+
+def vocabulary(layout, tokens):
+    """Buffers of an ObjectDetector, from tokens (T, N, tokens, width) of episodes."""
+    codes, bodies = class_codes(layout, tokens), layout.bodies(tokens, layout.pairs(tokens))
+    classes = codes[codes >= 0].unique()
+    templates = torch.stack([template(layout, tokens[codes == one]) for one in classes])
+    kinds = bodies[bodies >= 0].unique()
+    most = [int((bodies == kind).sum(-1).max()) for kind in kinds]
+    of_class = torch.stack([bodies[codes == one][0] for one in classes])
+    tokens_of = kinds.repeat_interleave(torch.tensor(most))
+    shown = METRES * tokens[..., layout.place][codes >= 0]
+    return classes, templates, of_class, tokens_of, extent(shown[in_picture(shown)])
+
+
+def extent(places):
+    """Low and high of x and of y in which the base camera shows these places (P, 3)."""
+    places = apparent(places, HEIGHT)[:, :2]
+    low, high = places.amin(0) - MARGIN, places.amax(0) + MARGIN
+    cells = ((high - low) / CELL).ceil()
+    return torch.stack([low, low + CELL * (cells - 1e-3)], -1)
+
+
+def in_picture(places):
+    """Whether places (..., 3) are in the base camera's picture."""
+    pixels = project(places.reshape(1, -1, 3), base_view()).view(*places.shape[:-1], 2)
+    return ((pixels > 0) & (pixels < SIDE - 1)).all(-1)
+
+
+def template(layout, tokens):
+    """Token of a class: the first, with the mean state and height."""
+    result = tokens[0].clone()
+    result[layout.part["state"]] = tokens[:, layout.part["state"]].mean(0)
+    return result
+
+
+def sort(layout, detector, tokens):
+    """The labels of tokens (..., width) in any order, as Objects in the order of the detector."""
+    bodies = layout.bodies(tokens, layout.pairs(tokens))
+    rank_of_token = (detector.tokens == detector.tokens[:, None]).tril(-1).sum(-1)
+    same = bodies[..., None, :] == bodies[..., None]
+    rank = (same & torch.ones(same.shape[-2:]).tril(-1).bool()).sum(-1)
+    mine = (bodies[..., None, :] == detector.tokens[:, None]) & (
+        rank[..., None, :] == rank_of_token[:, None]
+    )
+    place = METRES * (mine.float() @ tokens[..., layout.place])
+    equal = class_codes(layout, tokens)[..., None] == detector.codes
+    named = torch.where(equal.any(-1), equal.float().argmax(-1), -1)
+    known = torch.where(mine, named[..., None, :], -1).amax(-1)
+    return Objects(place, torch.where(in_picture(place), known, -1))
