@@ -239,11 +239,11 @@ def losses_of(policy, rows, actions, shown, predecessor, of_objects, ever=None, 
 class Collector:
     """Collects an iteration's episodes, and makes what `learn` gets of them."""
 
-    def __init__(self, policy, scenes, args):
-        self.policy, self.scenes, self.args = policy, scenes, args
+    def __init__(self, policy, scenes, args, steps=0):
+        """steps: of environments, before this run."""
+        self.policy, self.scenes, self.args, self.steps = policy, scenes, args, steps
         self.chunks = Chunks(policy, args.chunk) if args.chunk else None
         self.delays = Delays(args.id) if args.chunk else None
-        self.steps = 0
 
     def __call__(self, iteration, trained):
         """trained: the policy is not a new one."""
@@ -309,7 +309,7 @@ def main():
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
     start = load_progress(args.out, optimiser, log, clock) if resumed else 0
-    collector = Collector(policy, scenes, args)
+    collector = Collector(policy, scenes, args, log.rows[-1]["env_steps"] if log.rows else 0)
     scenes.reset(seed=args.seed + 1000 * start)
     for iteration in range(start, args.iterations):
         episodes.append(collector(iteration, begin is not None))
