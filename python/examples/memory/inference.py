@@ -67,8 +67,9 @@ class PolicyRunner:
             return self.see(observation, keys)
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
         if self.inputs is not None:
-            given = self.instruction and [self.instruction] * len(rows)
-            sentences = given or observation["instruction"]
+            sentences = observation["instruction"]
+            if self.instruction is not None:
+                sentences = [self.instruction] * len(rows)
             return self.inputs.of_task(observation["env_id"], rows, sentences)
         if rows.shape[1] != self.width:
             given = f"{rows.shape[1]} numbers given, {self.width} needed"

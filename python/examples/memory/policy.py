@@ -39,8 +39,8 @@ class ObservationLayout:
         # Whether the first three numbers of an action move the tool along x, y, z.
         self.moves_tool = description["control_mode"].startswith("pd_ee_delta_")
         self.tasks, self.words = tasks, list(words)
-        self.told = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN)) + tasks
-        self.agent = self.told + len(self.words)
+        robot = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN))
+        self.agent = robot + tasks + len(self.words)
         first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
         kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
         self.width = sum(f["width"] for f in first)
@@ -68,6 +68,11 @@ class ObservationLayout:
         ]
         body = ("orientation", "size", "state", "kind")
         self.body = [i for name in body for i in indices(self.part[name])]
+
+    @property
+    def told(self):
+        """Numbers before the words."""
+        return self.agent - len(self.words)
 
     def split(self, rows):
         """Rows (..., D) -> robot (..., agent), tokens (..., tokens, width).
