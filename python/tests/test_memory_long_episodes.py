@@ -244,6 +244,15 @@ def test_a_long_task_begins_with_the_policy_of_a_short_one(
     assert collector.steps < 4 * 150
 
 
+def test_whole_episodes_of_another_task_have_their_appearances(examples: SimpleNamespace) -> None:
+    few = examples.training.ObjectsEnv("RememberColor3-VLA-v0", 8, 3)
+    policy = untrained(examples, few)
+    scenes = examples.training.ObjectsEnv("RememberColor5-VLA-v0", 8, 3)
+    policy.layout = scenes.layout
+    examples.distil.Collector(policy, scenes, SimpleNamespace(chunk=0))(0, trained=True)
+    assert (policy.vocabulary >= 0).sum() == 5
+
+
 def test_the_result_names_the_task_of_the_first_policy(tmp_path: Path) -> None:
     few = ("--envs", "8", "--iterations", "1", "--updates", "2", "--evaluate-every", "0")
     tasks = ("RememberColor3-VLA-v0", "RememberColor5-VLA-v0")

@@ -131,6 +131,8 @@ def arguments():
             setattr(args, name, value)
     if args.chunk and (not isinstance(args.id, str) or args.obs == "rgb"):
         parser.error("--chunk: one --id needed, and --obs objects")
+    if args.chunk:
+        args.chunk = min(args.chunk, horizon_of(args.id))
     return args
 
 
@@ -251,9 +253,9 @@ class Collector:
         if self.chunks:
             return [self.collect_chunks(iteration, first)]
         rows, actions = collect(policy, scenes, first)
-        if first:
+        if iteration == 0:
             seen = [rows[:horizon, envs].flatten(0, 1) for horizon, _, envs in scenes.by_length()]
-            policy.fit(torch.cat(seen))
+            (policy.fit if first else policy.replace_appearances)(torch.cat(seen))
         self.steps += int(scenes.horizons.sum())
         return by_length(policy, scenes, rows, actions)
 
