@@ -137,6 +137,25 @@ def test_the_oracle_s_limited_actions_may_be_exceeded(learners: SimpleNamespace)
     assert distance(beyond * torch.tensor([1, 1, 1, 1, 1, -1, 1])) > 0.5  # the wrong way
 
 
+def test_a_false_motion_weighs_as_much_as_a_true_one(learners: SimpleNamespace) -> None:
+    """Rests that the student keeps weigh a tenth."""
+    actions = torch.zeros(3, 1, 7)
+    actions[0, 0, 0] = 0.5
+    mean = actions[..., None, :].clone()
+    mean[1, ..., 0] = 0.8  # the oracle rests here, and in the last step
+    choice = learners.policy.Choice(torch.zeros(3, 1, 1), mean, None)
+
+    class Student(SimpleNamespace):
+        memory = False
+
+        def __call__(self, _rows: Any) -> Any:
+            return choice, None, None, None
+
+    action, _ = learners.distil.losses_of(Student(), None, actions)
+    error = learners.distil.imitation(choice, actions)
+    np.testing.assert_allclose(action, error[1, 0] / 2.1, rtol=1e-5)
+
+
 def test_steps_after_an_early_end_have_no_label(learners: SimpleNamespace) -> None:
     """BlinkCount ends when a wrong count is submitted."""
     scenes = learners.training.ObjectsEnv("BlinkCountButtonPressEasy-VLA-v0", 8, 3)
