@@ -12,7 +12,7 @@ oracle's actions; with images, the positions of visible objects as well.
 Several ids make one policy of several tasks, which gets the task as an input: its number, or its
 instruction. "ten" are those of several_tasks.py, "short" is the benchmark's short split.
 
-Episodes of more than 200 steps are cut into chunks, with a curriculum over delays
+Episodes of more than 400 steps are cut into chunks, with a curriculum over delays
 (long_episodes.py):
 
     python distil.py --id RememberColor9-Long-VLA-v0 --out runs/long
@@ -52,7 +52,7 @@ from training import (
 import engram
 
 RESTING = 0.1  # greatest part of an action that is no motion
-LONG = 200  # steps; longer episodes are cut into chunks
+LONG = 400  # steps; longer episodes are cut into chunks
 WHOLE = {
     "envs": 128,
     "iterations": 14,
@@ -224,8 +224,12 @@ def learn(policy, optimiser, episodes, args):
     return {name: round(value, 4) for name, value in sums.items()}
 
 
-def losses_of(policy, rows, actions, shown, predecessor, of_objects, ever=None, *begin):
-    """Losses of actions and memory in whole episodes of one length, or in chunks."""
+def losses_of(policy, rows, actions, *labels):
+    """Losses of actions and memory in whole episodes of one length, or in chunks.
+
+    labels: of the memory; of chunks also what else `Chunks.cut` returns.
+    """
+    ever, *begin = labels[3:] or (None,)
     choice, recalled, _, _ = policy(rows, unpack(*begin) if begin else None)
     # Steps in which neither moves have less weight: they are frequent and easy.
     moves = choice.best()[..., :-1].detach().abs().amax(-1) > RESTING
@@ -234,8 +238,7 @@ def losses_of(policy, rows, actions, shown, predecessor, of_objects, ever=None, 
     action = (imitation(choice, actions) * (weight / weight.sum())).sum()
     if not policy.memory:
         return action, torch.zeros(())
-    labels = (shown, predecessor, of_objects)
-    return action, MemoryLoss.loss(policy, rows, recalled, labels, ever)
+    return action, MemoryLoss.loss(policy, rows, recalled, labels[:3], ever)
 
 
 class Collector:
