@@ -148,7 +148,7 @@ def test_a_false_motion_weighs_as_much_as_a_true_one(learners: SimpleNamespace) 
     class Student(SimpleNamespace):
         memory = False
 
-        def __call__(self, _rows: Any) -> Any:
+        def __call__(self, _rows: Any, _state: Any) -> Any:
             return choice, None, None, None
 
     action, _ = learners.distil.losses_of(Student(), None, actions)
