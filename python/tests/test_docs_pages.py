@@ -31,7 +31,7 @@ NOT_RUN = {
     "openssl rand": "needs a policy, and a host that keeps a secret",
     "#!/bin/sh\n#SBATCH": "needs a cluster",
     "lerobot-eval": "needs a policy",
-    "engram collect TakeItBack-VLA-v0 --episodes 200": "takes long",
+    "engram collect TakeItBack-VLA-v0 --episodes 300": "takes long",
     "engram collect RememberColor3-VLA-v0 --episodes 300": "takes long",
     "sed -E": "needs a script of the original's",
     "engram info TouchSpot": "needs the task that the page adds",
