@@ -113,7 +113,7 @@ def test_the_rows_of_a_batch_and_of_one_task_have_the_same_words(examples: Simpl
     scenes = examples.training.ObjectsEnv(ids, 6, inputs=inputs)
     rows = scenes.reset(seed=7)
     layout = scenes.layout
-    bags = rows[:, layout.told : layout.agent]
+    bags = rows[:, layout.bag : layout.agent]
     assert bags.shape[1] == len(layout.words) > 30
     assert torch.equal(bags[0], bags[1])
     differ = [word for word, off in zip(layout.words, bags[0] != bags[2]) if off]
@@ -123,13 +123,13 @@ def test_the_rows_of_a_batch_and_of_one_task_have_the_same_words(examples: Simpl
         own = one.reset(seed=7)
         assert torch.equal(own, rows[scenes.parts[id], : own.shape[1]])
         assert not rows[scenes.parts[id], own.shape[1] :].any()
-    assert torch.equal(scenes.step(scenes.oracle())[0][:, layout.told : layout.agent], bags)
+    assert torch.equal(scenes.step(scenes.oracle())[0][:, layout.bag : layout.agent], bags)
 
 
 def test_number_words_or_both_tell_the_task(examples: SimpleNamespace) -> None:
     widths = {}
-    for name, told in examples.several_tasks.TASK_INPUTS.items():
-        layout = examples.several_tasks.TaskInputs.of([TOUCH, PUSH], *told).layout
+    for name, given in examples.several_tasks.TASK_INPUTS.items():
+        layout = examples.several_tasks.TaskInputs.of([TOUCH, PUSH], *given).layout
         widths[name] = layout.agent - 25
         again = examples.several_tasks.TaskInputs.like([TOUCH, PUSH], layout).layout
         assert (again.agent, again.words) == (layout.agent, layout.words)
@@ -235,8 +235,8 @@ def test_a_run_that_is_cut_off_is_continued(examples: SimpleNamespace, tmp_path:
     assert printed[-1]["held_out"]["tasks"].keys() == {TOUCH, PUSH}
     assert len((tmp_path / "log.csv").read_text().splitlines()) == 1 + 4
     assert sorted(path.name for path in tmp_path.glob("*.p*t")) == ["agent.pt"]
-    told = ["--id", PUSH, "--instruction", "Touch that cup.", "--episodes", "2", "--json"]
-    assert json.loads(run("evaluate.py", str(tmp_path / "agent.pt"), *told)[0])["id"] == PUSH
+    other = ["--id", PUSH, "--instruction", "Touch that cup.", "--episodes", "2", "--json"]
+    assert json.loads(run("evaluate.py", str(tmp_path / "agent.pt"), *other)[0])["id"] == PUSH
 
 
 def test_an_instruction_is_refused_by_a_policy_that_reads_none(
@@ -245,8 +245,8 @@ def test_an_instruction_is_refused_by_a_policy_that_reads_none(
     layout = examples.several_tasks.TaskInputs.of([TOUCH, PUSH]).layout
     policy = examples.policy.Policy(layout)
     examples.training.save_policy(policy, tmp_path / "agent.pt", [TOUCH, PUSH])
-    told = ["--instruction", "Touch that cup."]
-    command = [sys.executable, str(FOLDER / "evaluate.py"), str(tmp_path / "agent.pt"), *told]
+    other = ["--instruction", "Touch that cup."]
+    command = [sys.executable, str(FOLDER / "evaluate.py"), str(tmp_path / "agent.pt"), *other]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "this policy reads none" in done.stderr

@@ -235,7 +235,7 @@ def test_a_long_task_begins_with_the_policy_of_a_short_one(
     delays = examples.long_episodes.Delays(COLOR5)
     scenes = examples.training.ObjectsEnv(COLOR5, 4, 3, constants=delays.widest())
     args = SimpleNamespace(id=COLOR5, chunk=30, iterations=10, updates=2, batch=120, recall=1.0)
-    collector = examples.distil.Collector(warm, scenes, args)
+    collector = examples.distil.Collector(warm, scenes, args, delays)
     optimiser = torch.optim.Adam(warm.parameters(), 1e-3)
     losses = examples.distil.learn(warm, optimiser, [collector(0, True)], args)
     assert all(np.isfinite(loss) for loss in losses.values())

@@ -110,6 +110,12 @@ def arguments():
     add("--evaluate-every", type=int, help=f"iterations; 0: at the end; {by_horizon}")
     add("--episodes", type=int, default=EPISODES, help="of an evaluation before the last, by task")
     args = parser.parse_args()
+    complete(args, parser)
+    return args
+
+
+def complete(args, parser):
+    """Sets what follows from the given arguments; refuses those that do not fit."""
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
     short = args.id == ["short"]
@@ -133,7 +139,6 @@ def arguments():
         parser.error("--chunk: one --id needed, and --obs objects")
     if args.chunk:
         args.chunk = min(args.chunk, horizon_of(args.id))
-    return args
 
 
 def horizon_of(task):
@@ -244,11 +249,11 @@ def losses_of(policy, rows, actions, *labels):
 class Collector:
     """Collects an iteration's episodes, and makes what `learn` gets of them."""
 
-    def __init__(self, policy, scenes, args, steps=0):
-        """steps: of environments, before this run."""
-        self.policy, self.scenes, self.args, self.steps = policy, scenes, args, steps
+    def __init__(self, policy, scenes, args, delays=None, steps=0):
+        """delays: of the curriculum, if episodes are cut. steps: those before this run."""
+        self.policy, self.scenes, self.args = policy, scenes, args
+        self.delays, self.steps = delays, steps
         self.chunks = Chunks(policy, args.chunk) if args.chunk else None
-        self.delays = Delays(args.id) if args.chunk else None
 
     def __call__(self, iteration, trained):
         """trained: the policy is not a new one."""
@@ -258,15 +263,18 @@ class Collector:
         rows, actions = collect(policy, scenes, first)
         if iteration == 0:
             seen = [rows[:horizon, envs].flatten(0, 1) for horizon, _, envs in scenes.by_length()]
-            (policy.fit if first else policy.replace_appearances)(torch.cat(seen))
+            self.learn_appearances(torch.cat(seen), first)
         self.steps += int(scenes.horizons.sum())
         return by_length(policy, scenes, rows, actions)
+
+    def learn_appearances(self, seen, first):
+        (self.policy.fit if first else self.policy.replace_appearances)(seen)
 
     def collect_chunks(self, iteration, first):
         share = share_of_delays(iteration / max(1, self.args.iterations - 1))
         seen = self.delays.narrow(self.scenes, share, self.args.chunk)
         if iteration == 0:
-            (self.policy.fit if first else self.policy.replace_appearances)(seen)
+            self.learn_appearances(seen, first)
         rows, actions = collect(self.policy, self.scenes, first, self.chunks)
         self.steps += len(seen) * seen.shape[1] + rows.shape[0] * rows.shape[1]
         return self.chunks.cut(rows, actions)
@@ -281,11 +289,11 @@ def task_inputs(args, policy):
     return TaskInputs.of(args.id, *TASK_INPUTS[args.task_input])
 
 
-def training_scenes(args, policy, detector):
+def training_scenes(args, policy, detector, delays):
     given = (args.id, args.envs, args.seed, None if args.chunk else args.most_steps, args.perturb)
     if args.obs == "rgb":
         return RgbEnv(*given, detector)
-    widest = Delays(args.id).widest() if args.chunk else None
+    widest = delays.widest() if delays else None
     return ObjectsEnv(*given, widest, task_inputs(args, policy), instructions.drawn)
 
 
@@ -307,14 +315,16 @@ def main():
     resumed = args.resume and path.exists()
     begin = path if resumed else args.init
     policy, detector, init = load_policy(begin, args.id) if begin else (None, None, None)
-    scenes = training_scenes(args, policy, detector)
+    delays = Delays(args.id) if args.chunk else None
+    scenes = training_scenes(args, policy, detector, delays)
     test = evaluation_scenes(args, args.episodes, scenes)
     sizes = {"appearances": args.appearances, "hidden": args.hidden, "width": args.width}
     policy = policy or Policy(scenes.layout, not args.no_memory, **sizes)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
     start = load_progress(args.out, optimiser, log, clock) if resumed else 0
-    collector = Collector(policy, scenes, args, log.rows[-1]["env_steps"] if log.rows else 0)
+    steps = log.rows[-1]["env_steps"] if log.rows else 0
+    collector = Collector(policy, scenes, args, delays, steps)
     scenes.reset(seed=args.seed + 1000 * start)
     for iteration in range(start, args.iterations):
         episodes.append(collector(iteration, begin is not None))

@@ -3,7 +3,7 @@
 runner = load_runner("runs/color3/agent.pt")
 engram.evaluate(runner, runner.task, obs=runner.obs, threads=1, num_envs=50)
 
-A policy of several tasks has their ids in runner.task, and plays each of them alone. Told by
+A policy of several tasks has their ids in runner.task, and plays each of them alone. Conditioned on
 instructions, it plays others as well.
 """
 

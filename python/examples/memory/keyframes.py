@@ -9,6 +9,7 @@ on. The features are what has changed since then.
 import math
 
 import torch
+from rotations import angle, relative
 
 ON, OFF = 0.35, 0.2  # thresholds with hysteresis of lit lamps and pressed buttons
 RATES = (1, 2, 4, 8, 16, 32)  # angular frequencies over the logarithm of a clock
@@ -60,12 +61,6 @@ def rises(state, new, was_on):
     return on & ~before & ~new, on
 
 
-def relative(first, second):
-    """Turn from one direction (..., 2: cosine, sine) to another."""
-    (a, b), (c, d) = first.unbind(-1), second.unbind(-1)
-    return torch.stack([a * c + b * d, a * d - b * c], -1)
-
-
 def clock_features(steps):
     """Features (..., N_CLOCK / 2): equal shares of a duration are equally far apart."""
     log = (1 + steps).log()[..., None]
@@ -73,11 +68,11 @@ def clock_features(steps):
     return torch.cat([log / 3, phases.sin(), phases.cos()], -1)
 
 
-def remaining(layout, agent, angle):
+def remaining(layout, agent, turned_by):
     """What remains (..., tokens, 3) of a commanded turn, coarse to fine, after these angles."""
     if layout.turn is None:
-        return angle.new_zeros(*angle.shape[:-1], 3)
-    rest = math.pi * agent[..., None, layout.turn] - angle
+        return turned_by.new_zeros(*turned_by.shape[:-1], 3)
+    rest = math.pi * agent[..., None, layout.turn] - turned_by
     rest = torch.remainder(rest + math.pi, 2 * math.pi) - math.pi
     return torch.cat([rest, (5 * rest).tanh(), (25 * rest).tanh()], -1)
 
@@ -105,13 +100,13 @@ def keyframes(layout, rows, new, kept):
     went_on = (tool_then != 0).any(-1, keepdim=True)
     seen = tokens[..., :1]
     turn = relative(pose[..., 3:], now[..., 3:])
-    angle = torch.atan2(turn[..., 1:], turn[..., :1])
+    turned_by = angle(turn)[..., None]
     moved = 5 * (now[..., :3] - pose[..., :3])
     now_on = torch.stack([on, 3 * rose], -1).float()
     way = (tool - tool_then) * went_on
     rise = way[..., 2:] * torch.tensor(HEIGHTS, device=way.device)
-    remains = remaining(layout, agent, angle)
-    since = [moved, turn, angle, 5 * way, rise.sin(), rise.cos(), now_on, remains]
+    remains = remaining(layout, agent, turned_by)
+    since = [moved, turn, turned_by, 5 * way, rise.sin(), rise.cos(), now_on, remains]
     since = torch.cat(since, -1) * seen
     of_clocks = torch.cat([clock_features(view), clock_features(change)], -1)
     both = torch.stack([view[-1], change[-1]], -1)[:, None].expand(*tokens.shape[1:3], 2)

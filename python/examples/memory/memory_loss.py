@@ -4,7 +4,7 @@ Sequences are (T, N, ...) and begin where an episode begins.
 """
 
 import torch
-from keyframes import OFF, ON, arrivals
+from keyframes import arrivals, rises
 from policy import N_COUNTS, N_VIEWS
 from torch import nn
 from torch.nn.functional import binary_cross_entropy_with_logits
@@ -85,21 +85,19 @@ def tracked(layout, rows, appearances, new):
     touched_now = layout.touched(rows).float()
     # By object: appearance, changes, touched, height of the tool when it went on.
     at_first = known = nn.functional.pad(appearances[0], (0, 3))
-    result, on = [], state[0] >= ON
+    result, off = [], torch.zeros_like(seen[0])
+    rose = rises(state, (new > 0)[..., None].expand_as(seen), off)[0]
     for t in range(len(tokens)):
         if t > 0 and new[t].any():
             moved = associate(
                 known, (where[t - 1], seen[t - 1]), at_first, (where[0], seen[0]), where[t]
             )
             known = torch.where(new[t][:, None, None] > 0, moved * seen[t][..., None], known)
-        same_view = (new[t] == 0)[:, None]
-        was_on, on = on, (state[t] >= ON) | (on & (state[t] > OFF) & same_view)
-        goes_on = on & ~was_on & same_view
         changes, touched, began = known[..., -3:].unbind(-1)
-        began = torch.where(goes_on, height[t], began)
-        pressed = goes_on | (touched > 0) & (height[t] < began + LIFTED)
+        began = torch.where(rose[t], height[t], began)
+        pressed = rose[t] | (touched > 0) & (height[t] < began + LIFTED)
         touched = torch.where(button[t], pressed.float(), torch.maximum(touched, touched_now[t]))
-        kept = torch.stack([changes + goes_on, touched, began], -1)
+        kept = torch.stack([changes + rose[t], touched, began], -1)
         known = torch.cat([known[..., :-3], kept], -1)
         result.append(known)
     predecessor, changes, touched, _ = torch.stack(result).split(

@@ -2,7 +2,7 @@
 
 A heat map over the table (base camera, seen from above) proposes places. A second network looks at
 a patch of both cameras' pictures around a place: what is there, and how far from it. It also looks
-where each object was in the step before, told what it was: so objects that the hand occludes are
+where each object was in the step before, given its class: so objects that the hand occludes are
 retained, and those that are taken away are not. Every object keeps its token.
 
 Labels are the visible objects of the objects observation, privileged and used in training only.
@@ -42,7 +42,7 @@ class Objects(NamedTuple):
 
 
 class Tracks(NamedTuple):
-    """Objects, and what their looks have told: (N, tokens, classes), sums of log-probabilities."""
+    """Objects, and their classes' evidence (N, tokens, classes): sums of log-probabilities."""
 
     place: torch.Tensor
     known: torch.Tensor

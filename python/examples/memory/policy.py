@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import torch
 from instructions import EMBEDDING, InstructionEncoder
-from keyframes import N_CLOCK, N_SINCE, arrivals, keyframes, relative
+from keyframes import N_CLOCK, N_SINCE, arrivals, keyframes
+from rotations import alignments, angle, relative, tilt, turned, yaw
 from torch import nn
 
 TOKEN = "object_"
@@ -44,7 +45,7 @@ class ObservationLayout:
         first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
         kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
         self.width = sum(f["width"] for f in first)
-        self.tokens = sum(f["name"].endswith("_seen") for f in fields)
+        self.tokens = tokens_of(description)
         begin = first[0]["offset"]
         self.part = {
             f["name"].removeprefix(f"{TOKEN}0_"): slice(
@@ -70,8 +71,8 @@ class ObservationLayout:
         self.body = [i for name in body for i in indices(self.part[name])]
 
     @property
-    def told(self):
-        """Numbers before the words."""
+    def bag(self):
+        """Where the bag of words begins."""
         return self.agent - len(self.words)
 
     def split(self, rows):
@@ -110,16 +111,6 @@ class ObservationLayout:
         top = tokens[..., self.place].clone()
         top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]  # 0.05 m to 0.5 m
         return top - agent[..., None, self.tcp]
-
-    def towards(self, rows, mean):
-        """Actions by object (..., tokens, actions), with the way to its top added.
-
-        In control modes of joints there is nothing to add: which joints lead there is not known.
-        """
-        if not self.moves_tool:
-            return mean
-        reach = (5 * self.to_top(rows)).clamp(-1, 1)
-        return torch.cat([mean[..., :3] + reach, mean[..., 3:]], -1)
 
     def servo(self, rows, own, gates):
         """Actions by object (..., tokens, actions) of a servo to its top, as the oracle's gain.
@@ -164,11 +155,9 @@ class ObservationLayout:
         return torch.where(lamp, self.colors * (self.shapes + 1), pairs)
 
 
-def yaw(quaternion):
-    """Cosine and sine (..., 2) of the turn of the x axis about the vertical."""
-    w, x, y, z = quaternion.unbind(-1)
-    direction = torch.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z)], -1)
-    return direction / direction.norm(dim=-1, keepdim=True).clamp(min=1e-6)
+def tokens_of(task):
+    """Objects of a task, from its description with objects observations."""
+    return sum(field["name"].endswith("_seen") for field in task["state_fields"])
 
 
 def view_code(was_shown):
@@ -176,33 +165,6 @@ def view_code(was_shown):
     views = torch.arange(N_VIEWS, device=was_shown.device)
     away = N_VIEWS * was_shown[..., 2:] - views
     return torch.exp(-((away / 0.5) ** 2)) * was_shown[..., 1:2]
-
-
-def tilt(quaternion):
-    """Horizontal rotation vector (..., 2) that turns a tool to point straight down."""
-    w, x, y, z = quaternion.unbind(-1)
-    return torch.stack([-2 * (y * z - w * x), 2 * (x * z + w * y)], -1)
-
-
-def angle(direction):
-    return torch.atan2(direction[..., 1], direction[..., 0])
-
-
-def alignments(turn):
-    """Least turns (...) after which things look the same as after this one (cosine, sine).
-
-    First for things that look the same after half a turn (a peg), then after a quarter (a cube).
-    """
-    whole = angle(turn)
-    return [torch.remainder(whole + p / 2, p) - p / 2 for p in (math.pi, math.pi / 2)]
-
-
-def turned(direction, vector, back=False):
-    """Vectors (..., 2) turned by a direction (cosine, sine), or back by it."""
-    a, b = direction.unbind(-1)
-    b = -b if back else b
-    x, y = vector.unbind(-1)
-    return torch.stack([a * x - b * y, b * x + a * y], -1)
 
 
 def indices(part):
@@ -255,14 +217,14 @@ class Policy(nn.Module):
         self.register_buffer("std", torch.ones(layout.agent))
         self.register_buffer("vocabulary", torch.full((appearances,), -2))
         self.instruction = InstructionEncoder(len(layout.words)) if layout.words else None
-        told = layout.told + (EMBEDDING if layout.words else 0)
+        agent = layout.bag + (EMBEDDING if layout.words else 0)
         self.read = mlp(layout.width + 3, token, token)
-        seen = told + token
+        seen = agent + token
         kept = hidden + slot + N_PRIORS + N_CLOCK if memory else 0
         if memory:
             plain = appearances * (1 + N_MARKS) + len(layout.appearance) + 3
             # Raw inputs beside encoded ones: the memory learns faster to store them.
-            self.encode = mlp(told + plain + 1, hidden)
+            self.encode = mlp(agent + plain + 1, hidden)
             self.norm = nn.LayerNorm(hidden)
             self.gru = nn.GRU(hidden, hidden)
             self.global_proj = nn.Linear(hidden, slot)
@@ -370,9 +332,9 @@ class Policy(nn.Module):
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
         if self.instruction is None:
             return scaled
-        told = scaled[..., : self.layout.told]
-        words = self.instruction(agent[:1, ..., self.layout.told :])  # the same in all steps
-        return torch.cat([told, words.expand(*told.shape[:-1], -1)], -1)
+        numbers = scaled[..., : self.layout.bag]
+        words = self.instruction(agent[:1, ..., self.layout.bag :])  # the same in all steps
+        return torch.cat([numbers, words.expand(*numbers.shape[:-1], -1)], -1)
 
     def remember(self, rows, scaled, read, state):
         """Integrates a sequence, starting from a state.

@@ -30,14 +30,14 @@ def short_split():
 
 
 SETS = {"ten": lambda: TEN, "short": short_split}  # names of --id
-# What tells the task, by name: words, numbered of `TaskInputs.of`.
+# Conditioning on the task, by name: words, numbered of `TaskInputs.of`.
 TASK_INPUTS = {"number": (None, True), "words": (True, False), "both": (True, True)}
 
 
 class TaskInputs:
-    """Makes inputs: the robot, what tells the task, then the objects in the common layout.
+    """Makes inputs: the robot, the task, then the objects in the common layout.
 
-    The task is told by a one-hot of its number, by its instruction as a bag of words, or by both.
+    The task is a one-hot of its number, a bag of words of its instruction, or both.
     Built from the description of a batch of several tasks, with objects observations.
 
     Args:
@@ -90,7 +90,7 @@ class TaskInputs:
     def of_task(self, id, rows, sentences=()):
         """Inputs from rows of one task alone, in its own layout.
 
-        A task told by its instruction alone need not be one of training.
+        With instructions alone, a task need not be one of training.
         """
         columns = self.columns_of(id)
         if rows.shape[1] != len(columns):
@@ -118,8 +118,3 @@ def common_columns(task, common):
     """Columns of the common layout, in the order of a task's own row."""
     fields = sorted(task["state_fields"], key=lambda field: field["offset"])
     return [common[f["name"]] + i for f in fields for i in range(f["width"])]
-
-
-def tokens_of(task):
-    """Objects of a task, from its description with objects observations."""
-    return sum(field["name"].endswith("_seen") for field in task["state_fields"])

@@ -11,8 +11,8 @@ import numpy as np
 import torch
 from keyframes import arrivals
 from object_detector import ObjectDetector, detector_layout
-from policy import ObservationLayout, Policy
-from several_tasks import TaskInputs, tokens_of
+from policy import ObservationLayout, Policy, tokens_of
+from several_tasks import TaskInputs
 from zoo_policy import ZooPolicy
 
 import engram
@@ -61,7 +61,7 @@ class ObjectsEnv:
 
     Args:
         inputs: TaskInputs, of one task that a policy of several plays, or of several.
-        wording: Function of the batch at a reset -> the sentences that tell the tasks.
+        wording: Function of the batch at a reset -> the instructions.
     """
 
     detector = None  # only images need one
@@ -330,9 +330,8 @@ def finish(policy, scenes, args, log, cpu_s, learner, **figures):
     if policy.memory:
         result["wiped"] = evaluate(policy, scenes, FINAL_SEED, forget=True)
     if args.out:
-        partial = args.out / "result.part"
-        partial.write_text(json.dumps(result) + "\n")
-        partial.replace(args.out / "result.json")
+        text = json.dumps(result) + "\n"
+        write_whole(args.out / "result.json", lambda part: part.write_text(text))
     print(json.dumps(result), flush=True)
 
 
@@ -344,16 +343,20 @@ def save_policy(policy, path, task, detector=None):
         saved |= {"kind": policy.kind, "size": policy.remember.size}
     else:
         saved["sizes"] = policy.sizes
-        saved["told"] = {"words": policy.layout.words, "numbered": policy.layout.tasks > 0}
+        saved["task_inputs"] = {
+            "words": policy.layout.words,
+            "numbered": policy.layout.tasks > 0,
+        }
     if detector is not None:
         saved["detector"] = detector.state_dict()
-    replace(path, saved)
+    write_whole(path, lambda part: torch.save(saved, part))
 
 
-def replace(path, saved):
-    """Writes a file that is whole whenever the run is cut off."""
-    torch.save(saved, path.with_suffix(".part"))
-    path.with_suffix(".part").replace(path)
+def write_whole(path, write):
+    """Writes a file, by a function of a path, that is whole whenever the run is cut off."""
+    part = path.with_suffix(".part")
+    write(part)
+    part.replace(path)
 
 
 def load_policy(path, task=None):
@@ -362,7 +365,7 @@ def load_policy(path, task=None):
     task: another task for the policy, or several; None: those that it was trained on.
     """
     saved = torch.load(Path(path), weights_only=True)
-    layout, detector = layout_of(task or saved["task"], saved.get("told", {})), None
+    layout, detector = layout_of(task or saved["task"], saved.get("task_inputs", {})), None
     if "detector" in saved:
         detector = ObjectDetector.of_weights(saved["detector"])
         layout = detector_layout(layout, len(detector.tokens))
@@ -381,7 +384,8 @@ def load_policy(path, task=None):
 def save_progress(folder, iterations, optimiser, log, clock):
     """What a run that is cut off needs beside agent.pt. iterations: those that are done."""
     saved = {"iterations": iterations, "cpu_s": clock(), "optimiser": optimiser.state_dict()}
-    replace(folder / "progress.pt", saved | {"rows": log.rows})
+    saved["rows"] = log.rows
+    write_whole(folder / "progress.pt", lambda part: torch.save(saved, part))
 
 
 def load_progress(folder, optimiser, log, clock):
@@ -401,8 +405,8 @@ def end_progress(folder):
         (folder / "progress.pt").unlink(missing_ok=True)
 
 
-def layout_of(task, told):
-    """Layout of the inputs of a policy for an id, or for several. told: how they are told."""
+def layout_of(task, inputs):
+    """Layout of a policy's inputs, for an id or several. inputs: arguments of TaskInputs."""
     if isinstance(task, str):
         return ObservationLayout(engram.describe(task, obs_mode="objects"))
-    return TaskInputs.of(task, **told).layout
+    return TaskInputs.of(task, **inputs).layout

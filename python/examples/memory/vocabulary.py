@@ -24,9 +24,9 @@ def vocabulary(layout, tokens):
     kinds = bodies[bodies >= 0].unique()
     most = [int((bodies == kind).sum(-1).max()) for kind in kinds]
     of_class = torch.stack([bodies[codes == one][0] for one in classes])
-    tokens_of = kinds.repeat_interleave(torch.tensor(most))
+    of_token = kinds.repeat_interleave(torch.tensor(most))
     shown = METRES * tokens[..., layout.place][codes >= 0]
-    return classes, templates, of_class, tokens_of, extent(shown[in_picture(shown)])
+    return classes, templates, of_class, of_token, extent(shown[in_picture(shown)])
 
 
 def extent(places):

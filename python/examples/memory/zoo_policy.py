@@ -69,7 +69,7 @@ class ZooPolicy(nn.Module):
         hidden = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
         mean, deviation = self.act(hidden).chunk(2, -1)
         # Initial action: toward the chosen object.
-        mean = layout.towards(rows, mean)
+        mean = mean + towards(layout, rows)
         attended = (weights.exp()[..., None] * torch.cat([here, read], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
         return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), None, state, context
@@ -107,3 +107,14 @@ class ZooPolicy(nn.Module):
     def split(state):
         """States of batches of one, from that of a batch."""
         return zip(*(part.split(1) for part in state))
+
+
+def towards(layout, rows):
+    """Actions by object (..., tokens, actions) that lead to its top.
+
+    In control modes of joints there are none: which joints lead there is not known.
+    """
+    if not layout.moves_tool:
+        return 0.0
+    reach = (5 * layout.to_top(rows)).clamp(-1, 1)
+    return nn.functional.pad(reach, (0, layout.actions - 3))
