@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import subprocess
 import sys
@@ -14,27 +13,20 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import TASK
+from learners import FOLDER, modules
 
 import engram
 
 torch = pytest.importorskip("torch")
 
-FOLDER = Path(__file__).parents[1] / "examples" / "memory"
 COMMAND = [sys.executable, "-m", "engram"]
 OPTIONS = ["--updates", "24", "--evaluate-every", "12", "--batch", "8", "--episodes", "3"]
 
 
 @pytest.fixture(scope="module")
 def examples() -> Iterator[SimpleNamespace]:
-    """Modules of the folder, which is on the search path for as long."""
-    before = set(sys.modules)
-    sys.path.insert(0, str(FOLDER))
-    names = ("clone", "inference")
-    yield SimpleNamespace(**{name: importlib.import_module(name) for name in names})
-    sys.path.remove(str(FOLDER))
-    for name in set(sys.modules) - before:
-        if str(FOLDER) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
+    with modules("clone", "inference") as found:
+        yield found
 
 
 @pytest.fixture(scope="module")

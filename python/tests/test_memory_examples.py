@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from learners import FOLDER, modules, run
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "memory"
 LAMP = "ShellGameShuffleColorLampTouch-VLA-v0"
 COLOR3 = "RememberColor3-VLA-v0"
 JOINTS = "RememberColor3-v0"  # actions move joints
@@ -26,29 +26,17 @@ JOINTS = "RememberColor3-v0"  # actions move joints
 
 @pytest.fixture(scope="module")
 def learners() -> Iterator[SimpleNamespace]:
-    sys.path.insert(0, str(EXAMPLES))
-    try:
-        import distil
-        import memory_loss
-        import object_detector
-        import policy
-        import ppo_recurrent
-        import rgb_env
-        import training
-        import views
-
-        yield SimpleNamespace(
-            distil=distil,
-            memory_loss=memory_loss,
-            object_detector=object_detector,
-            rgb_env=rgb_env,
-            training=training,
-            views=views,
-            policy=policy,
-            ppo=ppo_recurrent,
-        )
-    finally:
-        sys.path.remove(str(EXAMPLES))
+    with modules(
+        "distil",
+        "memory_loss",
+        "object_detector",
+        "rgb_env",
+        "training",
+        "views",
+        "policy",
+        ppo="ppo_recurrent",
+    ) as found:
+        yield found
 
 
 def episodes(
@@ -400,13 +388,6 @@ def test_like_objects_keep_their_tokens(learners: SimpleNamespace) -> None:
 # --- learners ---
 
 
-def run(script: str, *arguments: str) -> list[str]:
-    command = [sys.executable, str(EXAMPLES / script), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
-
-
 DISTIL = ["distil.py", "--iterations", "2", "--updates", "4", "--evaluate-every", "1"]
 PPO = ["--steps", "1600", "--evaluate-every", "1"]
 
@@ -470,7 +451,7 @@ def test_reinforcement_learns_with_memory_alone(tmp_path: Path) -> None:
 
 def test_data_parallel_training() -> None:
     command = [sys.executable, "-m", "torch.distributed.run", "--nproc-per-node", "2"]
-    script = [str(EXAMPLES / "ppo_recurrent.py"), *PPO, "--envs", "32"]
+    script = [str(FOLDER / "ppo_recurrent.py"), *PPO, "--envs", "32"]
     done = subprocess.run([*command, *script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     results = [line for line in done.stdout.splitlines() if '"learner"' in line]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import struct
 import subprocess
@@ -15,12 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import TASK
+from learners import FOLDER, modules, run
 
 import engram
 
 torch = pytest.importorskip("torch")
 
-FOLDER = Path(__file__).parents[1] / "examples" / "memory"
 HELLO, CHUNKS, FAILED = 1, 4, 5
 SEEDS = 4242424242
 EPISODES = 4
@@ -28,15 +27,8 @@ EPISODES = 4
 
 @pytest.fixture(scope="module")
 def examples() -> Iterator[SimpleNamespace]:
-    """Modules of the folder, which is on the search path for as long."""
-    before = set(sys.modules)
-    sys.path.insert(0, str(FOLDER))
-    names = ("inference", "training", "rgb_env", "policy")
-    yield SimpleNamespace(**{name: importlib.import_module(name) for name in names})
-    sys.path.remove(str(FOLDER))
-    for name in set(sys.modules) - before:
-        if str(FOLDER) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
+    with modules("inference", "training", "rgb_env", "policy") as found:
+        yield found
 
 
 def untrained(examples: SimpleNamespace, scenes: Any, memory: bool = True) -> Any:
@@ -236,22 +228,15 @@ def test_a_process_reports_unreadable_observations(agent: Path) -> None:
     assert pipe.close() != 0
 
 
-def run(name: str, *arguments: str) -> str:
-    command = [sys.executable, str(FOLDER / name), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 def test_a_policy_is_compared_with_others(agent: Path) -> None:
-    figures = json.loads(run("evaluate.py", str(agent), "--episodes", "3", "--json"))
+    figures = json.loads(run("evaluate.py", str(agent), "--episodes", "3", "--json")[0])
     known = engram.describe(TASK)
     assert (figures["id"], figures["episodes"], figures["seed"]) == (TASK, 3, SEEDS)
     assert figures["policy"]["success_once"] in (0, 1 / 3, 2 / 3, 1)
     assert figures["chance"]["success_once"] == known["chance"]
     for who in ("sweep", "oracle"):
         assert figures[who] == known["ceilings"][who]
-    lines = run("evaluate.py", str(agent), "--episodes", "3").splitlines()
+    lines = run("evaluate.py", str(agent), "--episodes", "3")
     assert lines[-1].split() == ["oracle", "1.00", "1.00"]
 
 

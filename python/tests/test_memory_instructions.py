@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import subprocess
 import sys
@@ -13,30 +12,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+from learners import FOLDER, modules, run
 
 import engram
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
 
-FOLDER = Path(__file__).parents[1] / "examples" / "memory"
 TOUCH, PUSH = "ShellGameTouch-VLA-v0", "ShellGamePush-VLA-v0"
 COLOR, ROTATE = "RememberColor3-VLA-v0", "RotateLenientPos-VLA-v0"
 SEED = 4242424242
+NAMES = ("distil", "inference", "instructions", "policy", "several_tasks", "training")
 
 
 @pytest.fixture(scope="module")
 def examples() -> Iterator[SimpleNamespace]:
-    """Modules of the folder, which is on the search path for as long."""
-    before = set(sys.modules)
-    sys.path.insert(0, str(FOLDER))
-    names = ("distil", "inference", "instructions", "policy", "several_tasks", "training")
-    torch.set_num_threads(1)  # as the scripts do
-    yield SimpleNamespace(**{name: importlib.import_module(name) for name in names})
-    sys.path.remove(str(FOLDER))
-    for name in set(sys.modules) - before:
-        if str(FOLDER) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
+    with modules(
+        "distil", "inference", "instructions", "policy", "several_tasks", "training"
+    ) as found:
+        yield found
 
 
 def readers(examples: SimpleNamespace, ids: list[str]) -> tuple[Any, Any]:
@@ -209,13 +203,6 @@ def test_an_evaluation_gives_the_instruction(examples: SimpleNamespace, tmp_path
 
 
 # --- the script ---
-
-
-def run(script: str, *arguments: str) -> list[str]:
-    command = [sys.executable, str(FOLDER / script), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
 
 
 BRIEF = ["--updates", "2", "--envs", "8", "--evaluate-every", "1", "--episodes", "2"]

@@ -3,34 +3,24 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from learners import modules
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "memory"
 ROTATE = "RotateStrictPosNeg-VLA-v0"
 
 
 @pytest.fixture(scope="module")
 def learners() -> Iterator[SimpleNamespace]:
-    sys.path.insert(0, str(EXAMPLES))
-    try:
-        import distil
-        import keyframes
-        import policy
-        import training
-
-        yield SimpleNamespace(distil=distil, keyframes=keyframes, policy=policy, training=training)
-    finally:
-        sys.path.remove(str(EXAMPLES))
+    with modules("distil", "keyframes", "policy", "rotations", "training") as found:
+        yield found
 
 
 def played(
@@ -113,10 +103,10 @@ def test_the_servo_turns_the_tool_as_the_oracle(learners: SimpleNamespace) -> No
     """Upright and across the peg, ahead of it by what is left of the turn (at most 0.3)."""
     layout, rows, actions, _ = played(learners, ROTATE, 10, envs=128)
     agent, tokens = layout.split(rows)
-    turn = learners.keyframes.relative(layout.tool_yaw(agent)[..., None, :], layout.yaw(tokens))
+    turn = learners.rotations.relative(layout.tool_yaw(agent)[..., None, :], layout.yaw(tokens))
     ahead = (math.pi * agent[..., 25]).clamp(-0.3, 0.3)  # task_cue
-    error = learners.policy.alignments(turn)[0][..., 0] + ahead
-    upright = learners.policy.tilt(agent[..., layout.tool])
+    error = learners.rotations.alignments(turn)[0][..., 0] + ahead
+    upright = learners.rotations.tilt(agent[..., layout.tool])
     rotation = -16 * torch.cat([upright, error[..., None]], -1)
     free = (rotation.norm(dim=-1) < 1) & (actions[..., 3:6].norm(dim=-1) < 0.99)
     free &= agent[..., layout.tcp][..., 2] > 0.12  # farther down it keeps its yaw

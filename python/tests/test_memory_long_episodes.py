@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import subprocess
 import sys
@@ -13,13 +12,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from learners import FOLDER, modules
 
 import engram
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
 
-FOLDER = Path(__file__).parents[1] / "examples" / "memory"
 COLOR3 = "RememberColor3-Long-VLA-v0"
 COLOR5 = "RememberColor5-Long-VLA-v0"  # the cue's length is fixed
 CUPS = "ShellGameShuffleTouch-Long-VLA-v0"
@@ -28,11 +27,8 @@ NAMES = ("distil", "long_episodes", "memory_loss", "policy", "training")
 
 @pytest.fixture(scope="module")
 def examples() -> Iterator[SimpleNamespace]:
-    sys.path.insert(0, str(FOLDER))
-    try:
-        yield SimpleNamespace(**{name: importlib.import_module(name) for name in NAMES})
-    finally:
-        sys.path.remove(str(FOLDER))
+    with modules(*NAMES) as found:
+        yield found
 
 
 def untrained(examples: SimpleNamespace, scenes: Any) -> Any:

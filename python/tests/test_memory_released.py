@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from learners import FOLDER
 
 pytest.importorskip("torch")
 
-LEARNERS = Path(__file__).parents[1] / "examples" / "memory"
-RELEASED = sorted((LEARNERS / "released").iterdir())
+RELEASED = sorted((FOLDER / "released").iterdir())
 SMALL = 400_000  # bytes
 
 
@@ -33,7 +33,7 @@ def test_it_has_its_scores(folder: Path) -> None:
 
 @pytest.mark.parametrize("folder", RELEASED, ids=lambda folder: folder.name)
 def test_eval_plays_it(folder: Path) -> None:
-    policy = shlex.join([sys.executable, str(LEARNERS / "serve.py"), str(folder / "agent.pt")])
+    policy = shlex.join([sys.executable, str(FOLDER / "serve.py"), str(folder / "agent.pt")])
     words = [
         "--episodes",
         "10",

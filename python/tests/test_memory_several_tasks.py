@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import importlib
 import json
 import subprocess
 import sys
@@ -14,13 +13,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from learners import FOLDER, modules, run
 
 import engram
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
 
-FOLDER = Path(__file__).parents[1] / "examples" / "memory"
 COLOR, SHAPE, CUPS = "RememberColor3-VLA-v0", "RememberShape5-VLA-v0", "ShellGameTouch-VLA-v0"
 INTERCEPT, ROTATE = "InterceptSlow-VLA-v0", "RotateLenientPos-VLA-v0"
 SEED = 4242424242
@@ -28,16 +27,8 @@ SEED = 4242424242
 
 @pytest.fixture(scope="module")
 def examples() -> Iterator[SimpleNamespace]:
-    """Modules of the folder, which is on the search path for as long."""
-    before = set(sys.modules)
-    sys.path.insert(0, str(FOLDER))
-    names = ("distil", "inference", "policy", "several_tasks", "training")
-    torch.set_num_threads(1)  # as the scripts do
-    yield SimpleNamespace(**{name: importlib.import_module(name) for name in names})
-    sys.path.remove(str(FOLDER))
-    for name in set(sys.modules) - before:
-        if str(FOLDER) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
+    with modules("distil", "inference", "policy", "several_tasks", "training") as found:
+        yield found
 
 
 def untrained(examples: SimpleNamespace, scenes: Any) -> Any:
@@ -220,13 +211,6 @@ def test_an_evaluation_plays_every_task_as_learners_do(
 
 
 # --- scripts ---
-
-
-def run(script: str, *arguments: str) -> list[str]:
-    command = [sys.executable, str(FOLDER / script), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
 
 
 BRIEF = ["--iterations", "2", "--updates", "2", "--envs", "16", "--evaluate-every", "2"]

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import TASK
+from learners import FOLDER, modules, run
 
 import engram
 
 torch = pytest.importorskip("torch")
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "memory"
 NAMES = ("none", "stack4", "gru", "lstm", "mingru", "lru", "mamba", "gtrxl", "xlstm")
 OTHER = "FindImposterColor3-VLA-v0"  # with as many objects
 STEPS, ENVS = 90, 3  # more than the window of gtrxl
@@ -30,31 +30,17 @@ STEPS, ENVS = 90, 3  # more than the window of gtrxl
 
 @pytest.fixture(scope="module")
 def zoo() -> Iterator[SimpleNamespace]:
-    """Modules of the folder, which is on the search path for as long."""
-    before = set(sys.modules)
-    sys.path.insert(0, str(EXAMPLES))
-    import forgetting
-    import inference
-    import memories
-    import training
-    import zoo_policy
-    import zoo_scores
-    from memories import gtrxl, scan
-
-    yield SimpleNamespace(
-        forgetting=forgetting,
-        inference=inference,
-        memories=memories,
-        training=training,
-        policy=zoo_policy,
-        scores=zoo_scores,
-        gtrxl=gtrxl,
-        scan=scan,
-    )
-    sys.path.remove(str(EXAMPLES))
-    for name in set(sys.modules) - before:
-        if str(EXAMPLES) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
+    with modules(
+        "forgetting",
+        "inference",
+        "memories",
+        "training",
+        policy="zoo_policy",
+        scores="zoo_scores",
+        gtrxl="memories.gtrxl",
+        scan="memories.scan",
+    ) as found:
+        yield found
 
 
 def made(zoo: SimpleNamespace, name: str) -> tuple[Any, Any]:
@@ -264,7 +250,7 @@ def test_an_agent_plays_by_engrams_programs(
     np.testing.assert_allclose(together, alone, rtol=0, atol=0.02)
     probed = engram.probe(runner, TASK, obs="objects", probes=["twins"], episodes=2)
     assert probed["tasks"][0]["twins"]["presents"]["equal"] == 10
-    policy = f"{sys.executable} {EXAMPLES / 'serve.py'} {path}"
+    policy = f"{sys.executable} {FOLDER / 'serve.py'} {path}"
     command = [sys.executable, "-m", "engram", "eval", TASK, "--obs", "objects", "--json"]
     command += ["--policy-command", policy, "--episodes", "4", "--threads", "1", "--num-envs", "4"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -274,13 +260,6 @@ def test_an_agent_plays_by_engrams_programs(
 
 
 # --- the learners ---
-
-
-def run(script: str, *arguments: str) -> list[str]:
-    command = [sys.executable, str(EXAMPLES / script), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
 
 
 SHORT = {
