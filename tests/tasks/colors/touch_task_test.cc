@@ -14,6 +14,7 @@
 #include "core/env/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"
+#include "tests/tasks/rl_episodes.h"
 #include "tests/tasks/spectator.h"
 
 namespace engram {
@@ -268,14 +269,10 @@ TEST_CASE("RL colours have the published sizes", "[color_recall][rl]") {
       const auto env = make_env(id);
       const TaskInfo& info = env->info();
       CHECK(env->state_dim() == width);
+      test::check_rl_facts(id, 120, is_chain(id) ? "Sequential" : "Capacity");
       CHECK(info.oracle_dim == length);
-      CHECK(info.horizon == 120);
-      CHECK(info.split == "rl");
-      CHECK(info.memory_type == (is_chain(id) ? "Sequential" : "Capacity"));
       CHECK(info.success_reward == 100);
-      CHECK(info.termination == Termination::kSuccess);
       CHECK(info.task_cue_dim == 0);
-      CHECK_FALSE(info.frozen_cue);
       CHECK(info.instruction.find("button") == std::string::npos);
       CHECK(info.candidates ==
             make_task(family + std::to_string(length) + "-VLA-v0")->info().candidates);
