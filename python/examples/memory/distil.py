@@ -28,7 +28,7 @@ import numpy as np
 import torch
 from long_episodes import Chunks, Delays, share_of_delays, unpack
 from memory_loss import MemoryLoss
-from policy import N_APPEARANCES, Policy, groups
+from policy import N_APPEARANCES, N_COUNTS, Policy, groups
 from rgb_env import RgbEnv
 from several_tasks import SETS, TASK_INPUTS, TaskInputs
 from torch import nn
@@ -92,6 +92,7 @@ def arguments():
     add("--no-memory", action="store_true")
     add("--task-input", choices=TASK_INPUTS, help="of several tasks; default: number; short: words")
     add("--appearances", type=int, help="that the memory distinguishes; default: 20; short: 40")
+    add("--counts", type=int, default=N_COUNTS, help="of a lamp or a button, to tell apart")
     add("--hidden", type=int, default=64, help="numbers of the memory of all objects")
     add("--width", type=int, default=64, help="of the action's layers")
     by_horizon = "default: by the task's horizon"
@@ -318,7 +319,7 @@ def main():
     delays = Delays(args.id) if args.chunk else None
     scenes = training_scenes(args, policy, detector, delays)
     test = evaluation_scenes(args, args.episodes, scenes)
-    sizes = {"appearances": args.appearances, "hidden": args.hidden, "width": args.width}
+    sizes = {name: getattr(args, name) for name in ("appearances", "counts", "hidden", "width")}
     policy = policy or Policy(scenes.layout, not args.no_memory, **sizes)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []

@@ -5,7 +5,7 @@ Sequences are (T, N, ...) and begin where an episode begins.
 
 import torch
 from keyframes import arrivals, rises
-from policy import N_COUNTS, N_VIEWS
+from policy import N_VIEWS
 from torch import nn
 from torch.nn.functional import binary_cross_entropy_with_logits
 
@@ -29,7 +29,7 @@ class MemoryLoss:
         """Labels of whole episodes (T, N, D).
 
         -> shown (T, N, 3, appearances); predecessor (T, N, tokens, appearances); labels by object
-        (T, N, tokens, appearances + N_COUNTS + 1).
+        (T, N, tokens, appearances + counts + 1).
         """
         tokens = policy.layout.split(rows)[1]
         pairs = policy.layout.pairs(tokens)
@@ -39,7 +39,8 @@ class MemoryLoss:
         first = torch.where(code.amax(-2) > 0, view, N_VIEWS).cummin(0).values
         shown = torch.stack([first == 0, first < view, first.clamp(max=N_VIEWS) / N_VIEWS], -2)
         here = first_at_position(policy.layout, tokens, code)
-        return shown, here, torch.cat(tracked(policy.layout, rows, code, new), -1)
+        by_object = tracked(policy.layout, rows, code, new, policy.counts)
+        return shown, here, torch.cat(by_object, -1)
 
     @staticmethod
     def loss(policy, rows, recalled, labels, ever=None):
@@ -52,7 +53,7 @@ class MemoryLoss:
         error = error * ever[..., 2:, :].lt(1)
         error[..., 2, :] *= shown_label[..., 1, :]
         of_all = error.sum((-1, -2)).mean()
-        known = torch.cat([policy.vocabulary >= 0, policy.vocabulary.new_ones(N_COUNTS + 1) > 0])
+        known = nn.functional.pad(policy.vocabulary >= 0, (0, policy.counts + 1), value=True)
         error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
         of_places = binary_cross_entropy_with_logits(predecessor, here, reduction="none")
         error = error.sum(-1) + (of_places * known[: policy.appearances]).sum(-1)
@@ -71,8 +72,8 @@ def first_at_position(layout, tokens, appearances):
     return predecessor * (near < NEAR)[..., None] * tokens[..., :1]
 
 
-def tracked(layout, rows, appearances, new):
-    """Labels by object, tracked from view to view by positions.
+def tracked(layout, rows, appearances, new, most):
+    """Labels by object, tracked from view to view by positions. most: numbers of changes.
 
     -> appearance of the object that was first there, number of changes (one-hot), touched.
     """
@@ -103,8 +104,8 @@ def tracked(layout, rows, appearances, new):
     predecessor, changes, touched, _ = torch.stack(result).split(
         [appearances.shape[-1], 1, 1, 1], -1
     )
-    counts = changes[..., 0].long().clamp(max=N_COUNTS - 1)
-    return predecessor, nn.functional.one_hot(counts, N_COUNTS).float(), touched
+    counts = changes[..., 0].long().clamp(max=most - 1)
+    return predecessor, nn.functional.one_hot(counts, most).float(), touched
 
 
 def associate(known, last, at_first, first, where):

@@ -15,7 +15,7 @@ from torch import nn
 
 TOKEN = "object_"
 N_APPEARANCES = 20  # pairs of colour and shape that are distinguished, by default
-N_COUNTS = 8  # numbers of changes of a lamp or a button that are distinguished
+N_COUNTS = 8  # numbers of changes of a lamp or a button that are distinguished, by default
 N_VIEWS = 8  # that are distinguished; later ones count as the last
 N_MARKS = 4 + 7  # position encoding on the table: 4 values of x, 7 of y
 TOUCH = 0.1  # most distance of the tool from an object's top, 0.05 m
@@ -203,14 +203,16 @@ class Policy(nn.Module):
         layout,
         memory=True,
         appearances=N_APPEARANCES,
+        counts=N_COUNTS,
         hidden=64,
         width=64,
         token=32,
         slot=32,
     ):
         super().__init__()
-        self.appearances = appearances
+        self.appearances, self.counts = appearances, counts
         self.sizes = {"appearances": appearances, "hidden": hidden, "width": width}
+        self.sizes |= {"counts": counts}
         self.layout, self.memory = layout, memory
         self.predicts = memory  # what has been shown, for the memory's loss
         self.register_buffer("mean", torch.zeros(layout.agent))
@@ -231,7 +233,7 @@ class Policy(nn.Module):
             self.object_proj = nn.Linear(token + len(layout.appearance) + 3, slot)
             self.shown = nn.Linear(hidden, (3 + N_MARKS) * appearances)
             self.slots = nn.GRU(token + slot + 5 + N_SINCE + appearances, slot)
-            self.recall = nn.Linear(slot, appearances + N_COUNTS + 1)
+            self.recall = nn.Linear(slot, appearances + counts + 1)
             # Larger initial outputs speed up learning.
             with torch.no_grad():
                 self.shown.weight *= 5
