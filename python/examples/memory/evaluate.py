@@ -28,6 +28,7 @@ def arguments():
     add("--id", help="another task than that of its training")
     add("--tasks", type=Path, help="file of tasks of your own, if it is one of those")
     add("--instruction", help="in place of the task's, for a policy that reads it")
+    add("--wiped", action="store_true", help="the memory is reset, as serve.py --wiped does")
     add("--episodes", type=int, default=50)
     add("--perturb", nargs="+", default=[], type=perturbation, metavar="AXIS=LEVEL")
     add("--seed", type=int, default=4242424242, help="of the first episode")
@@ -55,6 +56,7 @@ def evaluate(runner, task, episodes, seed, out=None, perturb=None):
     return {
         "id": task,
         "obs": runner.obs,
+        **({"wiped": True} if runner.forget else {}),
         "episodes": episodes,
         "seed": seed,
         "policy": dict(zip(FIGURES, (one["sr"], one["first_answer_correct"]))),
@@ -78,7 +80,7 @@ def main():
     args = arguments()
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
-    runner = load_runner(args.agent)
+    runner = load_runner(args.agent, args.wiped)
     if args.instruction is not None:
         if not runner.reads:
             raise SystemExit("evaluate.py: --instruction: this policy reads none")

@@ -12,19 +12,25 @@ import torch
 from clone import StudentRunner
 from object_detector import Tracks
 from several_tasks import TaskInputs
-from training import load_policy
+from training import forgotten, load_policy
 
 
-def load_runner(path):
-    """The runner of an agent.pt: of clone.py, or of the other learners."""
+def load_runner(path, forget=False):
+    """The runner of an agent.pt: of clone.py, or of the other learners.
+
+    forget: the memory is reset as in the learner's figures that are named `wiped`.
+    """
     cloned = "student" in torch.load(path, weights_only=True)
-    return (StudentRunner if cloned else PolicyRunner).load(path)
+    runner = (StudentRunner if cloned else PolicyRunner).load(path)
+    runner.forget = forget
+    return runner
 
 
 class PolicyRunner:
     """Policy with the memory of every running episode, by (worker, slot).
 
     From pictures: also with the detector's tracks.
+    forget: the memory is reset whenever an object appears. Tracks are not.
     """
 
     def __init__(self, policy, detector=None, task=None):
@@ -34,6 +40,7 @@ class PolicyRunner:
         self.inputs = TaskInputs.like(task, policy.layout) if several else None
         self.reads = bool(policy.layout.words)
         self.instruction = None  # in place of those of the observations
+        self.forget = False
         self.obs = "objects" if detector is None else "rgb"
         self.width = policy.layout.agent + policy.layout.tokens * policy.layout.width
         self.states, self.tracks = {}, {}
@@ -54,7 +61,10 @@ class PolicyRunner:
             return self.policy(rows[None])[0].best()[0].numpy()
         begins = zip(keys, observation["first"])
         states = [self.initial if first else self.states[key] for key, first in begins]
-        choice, _, state, _ = self.policy(rows[None], self.policy.join(states))
+        state = self.policy.join(states)
+        if self.forget:
+            state = forgotten(self.policy, rows, state)
+        choice, _, state, _ = self.policy(rows[None], state)
         self.states.update(zip(keys, self.policy.split(state)))
         return choice.best()[0].numpy()
 

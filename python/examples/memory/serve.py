@@ -6,11 +6,15 @@
         --threads 1 --num-envs 50
     engram record RememberColor3-VLA-v0 --obs objects --policy-command "$agent" --out video.mp4
 
-`--obs rgb` is for a policy that was trained on images. One thread requests all episodes at once;
+`--obs rgb` is for a policy that was trained on images. `serve.py AGENT --wiped` resets the memory
+whenever an object appears (in students of clone.py until the hand moves): what is left is guessing.
+
+One thread requests all episodes at once;
 more threads start a process each. The size of a request changes the rounding of sums, and so the
 last digits of returns.
 """
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -34,6 +38,8 @@ def serve(runner):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit("serve.py: one agent.pt is needed")
-    serve(load_runner(sys.argv[1]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("agent", type=Path, help="agent.pt of a learner's --out")
+    parser.add_argument("--wiped", action="store_true", help="the memory is reset")
+    args = parser.parse_args()
+    serve(load_runner(args.agent, args.wiped))

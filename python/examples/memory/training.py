@@ -191,13 +191,18 @@ def evaluate(policy, scenes, seed, forget=False):
                 played, state = played[still], selected(policy, state, still)
         own = rows[played]
         if forget and state is not None:
-            tokens = layout.split(own)[1]
-            bodies = layout.bodies(tokens, layout.pairs(tokens))
-            state = policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
+            state = forgotten(policy, own, state)
         choice, _, state, _ = policy(own[None], state)
         actions[played] = choice.best()[0]
         rows, _ = scenes.step(actions)
     return rates(scenes.infos, slice(None))
+
+
+def forgotten(policy, rows, state):
+    """The state before a step, reset in the episodes (N,) in which an object appears in it."""
+    tokens = policy.layout.split(rows)[1]
+    bodies = policy.layout.bodies(tokens, policy.layout.pairs(tokens))
+    return policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
 
 
 def decided(infos):
