@@ -13,6 +13,7 @@ import argparse
 import json
 from pathlib import Path
 
+from env_options import of_evaluation
 from inference import load_runner
 from training import perturbation
 
@@ -39,6 +40,7 @@ def arguments():
 
 def evaluate(runner, task, episodes, seed, out=None, perturb=None):
     """Rates of a policy, and those of chance, sweep and oracle."""
+    options = of_evaluation(runner.options)
     results = engram.evaluate(
         runner,
         task,
@@ -49,14 +51,16 @@ def evaluate(runner, task, episodes, seed, out=None, perturb=None):
         num_envs=50,
         output=out,
         perturb=perturb,
+        **options,
     )
-    one, known = results["tasks"][0], engram.describe(task)
+    one, known = results["tasks"][0], engram.describe(task, **options)
     others = known["ceilings"] or {}  # measured for engram's own tasks, not for variants
     unknown = dict.fromkeys(FIGURES)
     return {
         "id": task,
         "obs": runner.obs,
         **({"wiped": True} if runner.forget else {}),
+        **({"options": runner.options} if runner.options else {}),
         "episodes": episodes,
         "seed": seed,
         "policy": dict(zip(FIGURES, (one["sr"], one["first_answer_correct"]))),

@@ -10,9 +10,10 @@ instructions, it plays others as well.
 import numpy as np
 import torch
 from clone import StudentRunner
+from env_options import TIME, Time
 from object_detector import Tracks
 from several_tasks import TaskInputs
-from training import forgotten, load_policy
+from training import forgotten, load_policy, options_of
 
 
 def load_runner(path, forget=False):
@@ -33,11 +34,13 @@ class PolicyRunner:
     forget: the memory is reset whenever an object appears. Tracks are not.
     """
 
-    def __init__(self, policy, detector=None, task=None):
+    def __init__(self, policy, detector=None, task=None, options=None):
         torch.set_num_threads(1)
         self.policy, self.detector, self.task = policy.eval(), detector, task
+        self.options = options or {}  # of the environment
+        self.time = Time(self.options) if self.options.get(TIME) else None
         several = task is not None and not isinstance(task, str)
-        self.inputs = TaskInputs.like(task, policy.layout) if several else None
+        self.inputs = TaskInputs.like(task, policy.layout, options) if several else None
         self.reads = bool(policy.layout.words)
         self.instruction = None  # in place of those of the observations
         self.forget = False
@@ -50,7 +53,7 @@ class PolicyRunner:
 
     @classmethod
     def load(cls, path):
-        return cls(*load_policy(path))
+        return cls(*load_policy(path), options_of(path))
 
     @torch.no_grad()
     def __call__(self, observation):
@@ -76,6 +79,8 @@ class PolicyRunner:
         if self.detector is not None:
             return self.see(observation, keys)
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
+        if self.time is not None:
+            rows = self.time.add(observation["env_id"], rows, observation["step"])
         if self.inputs is not None:
             sentences = observation["instruction"]
             if self.instruction is not None:
