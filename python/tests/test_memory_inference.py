@@ -141,6 +141,22 @@ def test_memories_last_until_a_new_episode(examples: SimpleNamespace, policy: An
     assert np.abs(kept - fresh).max(-1).min() > 1e-3
 
 
+def test_a_wiped_memory_begins_anew_when_objects_appear(
+    examples: SimpleNamespace, policy: Any, agent: Path
+) -> None:
+    wiped = examples.inference.load_runner(agent, forget=True)
+    plain, begun = (examples.inference.PolicyRunner(policy, task=TASK) for _ in range(2))
+    before = np.zeros(EPISODES)
+    for request in requests():
+        tokens = policy.layout.split(torch.from_numpy(request["state"]))[1]
+        seen = tokens[..., 0].sum(-1).numpy()
+        expected = begun({**request, "first": seen > before})
+        before, kept = seen, plain(request)
+        np.testing.assert_allclose(wiped(request), expected, atol=1e-5)
+    assert (seen == 3).all()
+    assert np.abs(expected - kept).max(-1).min() > 1e-3  # the cue is forgotten
+
+
 def test_a_policy_without_memory_plays_too(examples: SimpleNamespace) -> None:
     scenes = examples.training.ObjectsEnv(TASK, EPISODES)
     policy = untrained(examples, scenes, memory=False)

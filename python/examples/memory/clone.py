@@ -108,7 +108,7 @@ class StudentRunner:
     def __init__(self, student, task, forget=False):
         torch.set_num_threads(1)
         self.student, self.task, self.forget = student.eval(), task, forget
-        self.states, self.begins = {}, {}
+        self.states, self.begins, self.options = {}, {}, {}
 
     @classmethod
     def load(cls, path):

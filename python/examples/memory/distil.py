@@ -23,9 +23,11 @@ import argparse
 import math
 from pathlib import Path
 
+import env_options
 import instructions
 import numpy as np
 import torch
+from disturbance import Disturbance
 from long_episodes import Chunks, Delays, share_of_delays, unpack
 from memory_loss import MemoryLoss
 from policy import N_APPEARANCES, N_COUNTS, Policy, groups
@@ -85,6 +87,15 @@ def arguments():
         metavar="AXIS=LEVEL",
         help="of training and test: docs/perturbations.md",
     )
+    add(
+        "--option",
+        nargs="+",
+        default=[],
+        type=env_options.option,
+        metavar="NAME[=VALUE]",
+        help=f"of the environment, also where it is played: {', '.join(env_options.NAMES)}",
+    )
+    add("--disturb", type=float, default=0, metavar="SHARE", help="of the training episodes")
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--init", type=Path, help="agent.pt of a like task, to begin with")
@@ -129,9 +140,13 @@ def complete(args, parser):
     if len(set(args.id)) < len(args.id):
         parser.error("--id: an id is given twice")
     args.id = args.id if len(args.id) > 1 else args.id[0]
-    args.perturb = dict(args.perturb)
+    if not 0 <= args.disturb <= 1:
+        parser.error(f"--disturb: {args.disturb} given, 0 to 1 allowed")
+    args.perturb, args.option = dict(args.perturb), dict(args.option)
+    if args.obs == "rgb" and args.option.get(env_options.TIME):
+        parser.error(f"--option {env_options.TIME}: --obs objects needed")
     if args.chunk is None:
-        long = isinstance(args.id, str) and args.obs == "objects" and horizon_of(args.id) > LONG
+        long = isinstance(args.id, str) and args.obs == "objects" and horizon_of(args) > LONG
         args.chunk = CUT["chunk"] if long else 0
     for name, value in (CUT if args.chunk else WHOLE).items():
         if getattr(args, name, None) is None:
@@ -139,26 +154,28 @@ def complete(args, parser):
     if args.chunk and (not isinstance(args.id, str) or args.obs == "rgb"):
         parser.error("--chunk: one --id needed, and --obs objects")
     if args.chunk:
-        args.chunk = min(args.chunk, horizon_of(args.id))
+        args.chunk = min(args.chunk, horizon_of(args))
 
 
-def horizon_of(task):
-    return engram.describe(task)["horizon"]
+def horizon_of(args):
+    return engram.describe(args.id, obs_mode="objects", **args.option)["horizon"]
 
 
 @torch.no_grad()
-def collect(policy, scenes, first, chunks=None):
+def collect(policy, scenes, first, chunks=None, disturb=0):
     """An iteration's episodes: rows (T, N, D) and the oracle's actions; NaN after an early end.
 
     The oracle's actions are used in the first iteration, and in half of the later episodes up to a
     random step: so training covers late states even if the student fails early.
     chunks: get the memory's states; episodes are only played until they are decided.
+    disturb: share of disturbed episodes.
     """
     rows, labels, state = [], [], None
     row = scenes.reset()
     guided, until = torch.rand(2, scenes.num_envs, 1)
     until = scenes.horizons * (torch.ones_like(until) if first else until * (guided < 0.5))
     played = torch.arange(scenes.num_envs)
+    disturbance = Disturbance(disturb, scenes.horizons, policy.layout.actions) if disturb else None
     for t in range(scenes.horizon):
         if chunks and t % chunks.length == 0:
             played, state = chunks.begin(scenes, played, state)
@@ -169,7 +186,8 @@ def collect(policy, scenes, first, chunks=None):
         rows.append(scenes.truth)
         scenes.store()
         action = label.index_copy(0, played, choice.best()[0])
-        row, _ = scenes.step(torch.where(t < until, label, action))
+        action = torch.where(t < until, label, action)
+        row, _ = scenes.step(disturbance(t, action) if disturbance else action)
         ended = torch.from_numpy(np.array(scenes.infos["elapsed_steps"])) <= t
         labels.append(label.masked_fill(ended[:, None], math.nan))
     return torch.stack(rows), torch.stack(labels)
@@ -261,7 +279,7 @@ class Collector:
         policy, scenes, first = self.policy, self.scenes, iteration == 0 and not trained
         if self.chunks:
             return [self.collect_chunks(iteration, first)]
-        rows, actions = collect(policy, scenes, first)
+        rows, actions = collect(policy, scenes, first, disturb=self.args.disturb)
         if iteration == 0:
             seen = [rows[:horizon, envs].flatten(0, 1) for horizon, _, envs in scenes.by_length()]
             self.learn_appearances(torch.cat(seen), first)
@@ -276,7 +294,7 @@ class Collector:
         seen = self.delays.narrow(self.scenes, share, self.args.chunk)
         if iteration == 0:
             self.learn_appearances(seen, first)
-        rows, actions = collect(self.policy, self.scenes, first, self.chunks)
+        rows, actions = collect(self.policy, self.scenes, first, self.chunks, self.args.disturb)
         self.steps += len(seen) * seen.shape[1] + rows.shape[0] * rows.shape[1]
         return self.chunks.cut(rows, actions)
 
@@ -286,23 +304,25 @@ def task_inputs(args, policy):
     if isinstance(args.id, str):
         return None
     if policy is not None:
-        return TaskInputs.like(args.id, policy.layout)
-    return TaskInputs.of(args.id, *TASK_INPUTS[args.task_input])
+        return TaskInputs.like(args.id, policy.layout, args.option)
+    return TaskInputs.of(args.id, *TASK_INPUTS[args.task_input], args.option)
 
 
 def training_scenes(args, policy, detector, delays):
     given = (args.id, args.envs, args.seed, None if args.chunk else args.most_steps, args.perturb)
     if args.obs == "rgb":
-        return RgbEnv(*given, detector)
+        return RgbEnv(*given, detector, args.option)
     widest = delays.widest() if delays else None
-    return ObjectsEnv(*given, widest, task_inputs(args, policy), instructions.drawn)
+    inputs = task_inputs(args, policy)
+    return ObjectsEnv(*given, widest, inputs, instructions.drawn, args.option)
 
 
 def evaluation_scenes(args, episodes, scenes, wording=instructions.own):
     """Scenes of an evaluation: of several tasks by id, each alone."""
+    given = {"perturb": args.perturb, "options": args.option}
     if args.obs == "rgb":
-        return RgbEnv(args.id, episodes, perturb=args.perturb, detector=scenes.detector)
-    given = {"perturb": args.perturb, "inputs": scenes.inputs, "wording": wording}
+        return RgbEnv(args.id, episodes, detector=scenes.detector, **given)
+    given |= {"inputs": scenes.inputs, "wording": wording}
     if isinstance(args.id, str):
         return ObjectsEnv(args.id, episodes, **given)
     return {id: ObjectsEnv(id, episodes, **given) for id in args.id}
@@ -315,8 +335,9 @@ def main():
     clock, path = Clock(), args.out and args.out / "agent.pt"
     resumed = args.resume and path.exists()
     begin = path if resumed else args.init
-    policy, detector, init = load_policy(begin, args.id) if begin else (None, None, None)
-    delays = Delays(args.id) if args.chunk else None
+    given = args.id, args.option
+    policy, detector, init = load_policy(begin, *given) if begin else (None, None, None)
+    delays = Delays(*given) if args.chunk else None
     scenes = training_scenes(args, policy, detector, delays)
     test = evaluation_scenes(args, args.episodes, scenes)
     sizes = {name: getattr(args, name) for name in ("appearances", "counts", "hidden", "width")}
@@ -341,9 +362,11 @@ def main():
         scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED) if every else {}
         log.add(env_steps=collector.steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
-            save_policy(policy, path, args.id, scenes.detector)
+            save_policy(policy, path, args.id, scenes.detector, args.option)
             save_progress(args.out, iteration + 1, optimiser, log, clock)
     cpu_s, figures = clock(), {"init": init} if args.init else {}
+    if args.disturb:
+        figures["disturb"] = args.disturb
     if args.episodes != EPISODES:
         test = evaluation_scenes(args, EPISODES, scenes)
     if scenes.inputs and scenes.inputs.bag.words:

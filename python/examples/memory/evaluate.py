@@ -13,6 +13,7 @@ import argparse
 import json
 from pathlib import Path
 
+from env_options import of_evaluation
 from inference import load_runner
 from training import perturbation
 
@@ -28,6 +29,7 @@ def arguments():
     add("--id", help="another task than that of its training")
     add("--tasks", type=Path, help="file of tasks of your own, if it is one of those")
     add("--instruction", help="in place of the task's, for a policy that reads it")
+    add("--wiped", action="store_true", help="the memory is reset, as serve.py --wiped does")
     add("--episodes", type=int, default=50)
     add("--perturb", nargs="+", default=[], type=perturbation, metavar="AXIS=LEVEL")
     add("--seed", type=int, default=4242424242, help="of the first episode")
@@ -38,6 +40,7 @@ def arguments():
 
 def evaluate(runner, task, episodes, seed, out=None, perturb=None):
     """Rates of a policy, and those of chance, sweep and oracle."""
+    options = of_evaluation(runner.options)
     results = engram.evaluate(
         runner,
         task,
@@ -48,13 +51,16 @@ def evaluate(runner, task, episodes, seed, out=None, perturb=None):
         num_envs=50,
         output=out,
         perturb=perturb,
+        **options,
     )
-    one, known = results["tasks"][0], engram.describe(task)
+    one, known = results["tasks"][0], engram.describe(task, **options)
     others = known["ceilings"] or {}  # measured for engram's own tasks, not for variants
     unknown = dict.fromkeys(FIGURES)
     return {
         "id": task,
         "obs": runner.obs,
+        **({"wiped": True} if runner.forget else {}),
+        **({"options": runner.options} if runner.options else {}),
         "episodes": episodes,
         "seed": seed,
         "policy": dict(zip(FIGURES, (one["sr"], one["first_answer_correct"]))),
@@ -78,7 +84,7 @@ def main():
     args = arguments()
     if args.tasks is not None:
         engram.load_tasks(args.tasks)
-    runner = load_runner(args.agent)
+    runner = load_runner(args.agent, args.wiped)
     if args.instruction is not None:
         if not runner.reads:
             raise SystemExit("evaluate.py: --instruction: this policy reads none")

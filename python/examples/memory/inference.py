@@ -10,30 +10,40 @@ instructions, it plays others as well.
 import numpy as np
 import torch
 from clone import StudentRunner
+from env_options import TIME, Time
 from object_detector import Tracks
 from several_tasks import TaskInputs
-from training import load_policy
+from training import forgotten, load_policy, options_of
 
 
-def load_runner(path):
-    """The runner of an agent.pt: of clone.py, or of the other learners."""
+def load_runner(path, forget=False):
+    """The runner of an agent.pt: of clone.py, or of the other learners.
+
+    forget: the memory is reset as in the learner's figures that are named `wiped`.
+    """
     cloned = "student" in torch.load(path, weights_only=True)
-    return (StudentRunner if cloned else PolicyRunner).load(path)
+    runner = (StudentRunner if cloned else PolicyRunner).load(path)
+    runner.forget = forget
+    return runner
 
 
 class PolicyRunner:
     """Policy with the memory of every running episode, by (worker, slot).
 
     From pictures: also with the detector's tracks.
+    forget: the memory is reset whenever an object appears. Tracks are not.
     """
 
-    def __init__(self, policy, detector=None, task=None):
+    def __init__(self, policy, detector=None, task=None, options=None):
         torch.set_num_threads(1)
         self.policy, self.detector, self.task = policy.eval(), detector, task
+        self.options = options or {}  # of the environment
+        self.time = Time(self.options) if self.options.get(TIME) else None
         several = task is not None and not isinstance(task, str)
-        self.inputs = TaskInputs.like(task, policy.layout) if several else None
+        self.inputs = TaskInputs.like(task, policy.layout, options) if several else None
         self.reads = bool(policy.layout.words)
         self.instruction = None  # in place of those of the observations
+        self.forget = False
         self.obs = "objects" if detector is None else "rgb"
         self.width = policy.layout.agent + policy.layout.tokens * policy.layout.width
         self.states, self.tracks = {}, {}
@@ -43,7 +53,7 @@ class PolicyRunner:
 
     @classmethod
     def load(cls, path):
-        return cls(*load_policy(path))
+        return cls(*load_policy(path), options_of(path))
 
     @torch.no_grad()
     def __call__(self, observation):
@@ -54,7 +64,10 @@ class PolicyRunner:
             return self.policy(rows[None])[0].best()[0].numpy()
         begins = zip(keys, observation["first"])
         states = [self.initial if first else self.states[key] for key, first in begins]
-        choice, _, state, _ = self.policy(rows[None], self.policy.join(states))
+        state = self.policy.join(states)
+        if self.forget:
+            state = forgotten(self.policy, rows, state)
+        choice, _, state, _ = self.policy(rows[None], state)
         self.states.update(zip(keys, self.policy.split(state)))
         return choice.best()[0].numpy()
 
@@ -66,6 +79,8 @@ class PolicyRunner:
         if self.detector is not None:
             return self.see(observation, keys)
         rows = torch.from_numpy(np.array(observation["state"], dtype=np.float32))
+        if self.time is not None:
+            rows = self.time.add(observation["env_id"], rows, observation["step"])
         if self.inputs is not None:
             sentences = observation["instruction"]
             if self.instruction is not None:

@@ -19,8 +19,10 @@ WAITING = 0.25  # share of the chunks of mere waiting that are trained on
 class Delays:
     """The ranges that a task's constants have for its delays and counts, from short to its own."""
 
-    def __init__(self, task):
-        constants = engram.describe(task, obs_mode="objects")["changeable"]
+    def __init__(self, task, options=None):
+        """options: of the environment, from env_options.py."""
+        self.options = options or {}
+        constants = engram.describe(task, obs_mode="objects", **self.options)["changeable"]
         self.own = {
             one["name"]: tuple(one["value"])
             for one in constants
@@ -32,8 +34,11 @@ class Delays:
 
     def possible(self, task):
         """Whether the task allows delays of `least`."""
+        options = {"constants": {**self.options.get("constants", {}), **self.widest()}}
         try:
-            engram.make_vec(task, num_envs=1, obs_mode="none", constants=self.widest()).close()
+            engram.make_vec(
+                task, num_envs=1, **{**self.options, "obs_mode": "objects", **options}
+            ).close()
         except engram.InvalidArgumentError:
             return False
         return True

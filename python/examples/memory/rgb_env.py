@@ -36,9 +36,11 @@ class RgbEnv(ObjectsEnv):
     Two batches have the same seeds and actions: one renders, the other has the labels.
     """
 
-    def __init__(self, task, num_envs, seed=0, most_steps=None, perturb=None, detector=None):
-        super().__init__(task, num_envs, seed, most_steps, perturb)
-        self.camera = make_batch(task, num_envs, seed, "rgb", perturb)
+    def __init__(
+        self, task, num_envs, seed=0, most_steps=None, perturb=None, detector=None, options=None
+    ):
+        super().__init__(task, num_envs, seed, most_steps, perturb, options=options)
+        self.camera = make_batch(task, num_envs, seed, "rgb", perturb, options=options)
         self.objects = self.layout
         self.detector = detector or ObjectDetector(*self.collect_vocabulary(seed))
         self.layout = detector_layout(self.objects, len(self.detector.tokens))

@@ -6,17 +6,27 @@
         --threads 1 --num-envs 50
     engram record RememberColor3-VLA-v0 --obs objects --policy-command "$agent" --out video.mp4
 
-`--obs rgb` is for a policy that was trained on images. One thread requests all episodes at once;
+`--obs rgb` is for a policy that was trained on images. `serve.py AGENT --wiped` resets the memory
+whenever an object appears (in students of clone.py until the hand moves): what is left is guessing.
+
+A student of another variant of its task (distil.py --option) is played there:
+
+    engram record TimedTransferEasy-VLA-v0 --obs objects --policy-command "$agent" --out video.mp4 \
+        $(python3 python/examples/memory/serve.py runs/timed/agent.pt --switches)
+
+One thread requests all episodes at once;
 more threads start a process each. The size of a request changes the rounding of sums, and so the
 last digits of returns.
 """
 
+import argparse
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import pipe_policy
+from env_options import switches
 from inference import load_runner
 
 
@@ -34,6 +44,12 @@ def serve(runner):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit("serve.py: one agent.pt is needed")
-    serve(load_runner(sys.argv[1]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("agent", type=Path, help="agent.pt of a learner's --out")
+    parser.add_argument("--wiped", action="store_true", help="the memory is reset")
+    parser.add_argument(
+        "--switches", action="store_true", help="of the engram command, for its environment; ends"
+    )
+    args = parser.parse_args()
+    runner = load_runner(args.agent, args.wiped)
+    print(switches(runner.options)) if args.switches else serve(runner)

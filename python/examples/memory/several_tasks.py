@@ -43,12 +43,14 @@ class TaskInputs:
     Args:
         words: the vocabulary, or None: no instruction
         numbered: whether there is the one-hot
+        options: of the environment, from env_options.py
     """
 
-    def __init__(self, description, words=None, numbered=True):
+    def __init__(self, description, words=None, numbered=True, options=None):
         tasks, fields = description["tasks"], description["state_fields"]
         self.ids = [task["id"] for task in tasks]
         self.bag, self.numbered = BagOfWords(words or ()), numbered
+        self.options = options or {}
         self.last = None, None  # sentences and their bags
         count = len(tasks) if numbered else 0
         self.layout = ObservationLayout(description, count, self.bag.words)
@@ -58,16 +60,17 @@ class TaskInputs:
         self.columns = {task["id"]: common_columns(task, self.common) for task in tasks}
 
     @classmethod
-    def of(cls, ids, words=None, numbered=True):
+    def of(cls, ids, words=None, numbered=True, options=None):
         """words: a vocabulary, True: that of the instructions of these tasks, or None."""
-        with contextlib.closing(engram.make_vec(list(ids), obs_mode="objects", threads=1)) as batch:
+        batch = engram.make_vec(list(ids), obs_mode="objects", threads=1, **(options or {}))
+        with contextlib.closing(batch):
             words = vocabulary(batch.description["tasks"]) if words is True else words
-            return cls(batch.description, words, numbered)
+            return cls(batch.description, words, numbered, options)
 
     @classmethod
-    def like(cls, ids, layout):
+    def like(cls, ids, layout, options=None):
         """The inputs that a policy of this layout was trained with."""
-        return cls.of(ids, layout.words, layout.tasks > 0)
+        return cls.of(ids, layout.words, layout.tasks > 0, options)
 
     def of_batch(self, rows, index, sentences=()):
         """Inputs from rows (N, width) in the common layout.
@@ -105,7 +108,7 @@ class TaskInputs:
         if id not in self.columns:
             if self.numbered:
                 raise ValueError(f"{id} given; tasks of this policy: {', '.join(self.ids)}")
-            task = engram.describe(id, obs_mode="objects")
+            task = engram.describe(id, obs_mode="objects", **self.options)
             unknown = [f["name"] for f in task["state_fields"] if f["name"] not in self.common]
             if unknown:
                 most = f"{self.layout.tokens} objects at most, as in training"

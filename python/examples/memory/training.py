@@ -30,12 +30,15 @@ def perturbation(text):
         raise argparse.ArgumentTypeError(f"{text!r} given; AXIS=LEVEL needed") from None
 
 
-def make_batch(task, num_envs, seed, obs_mode, perturb=None, constants=None):
+def make_batch(task, num_envs, seed, obs_mode, perturb=None, constants=None, options=None):
     """A batch without early ends: all episodes run to the horizon.
 
     task: an id, or a list of several. Shorter episodes stand still after their horizon.
     perturb: levels of perturbations, by axis. constants: those that differ from the task's.
+    options: of env_options.py.
     """
+    options = dict(options or {})
+    constants = {**options.pop("constants", {}), **(constants or {})} or None
     return engram.make_vec(
         task,
         num_envs=num_envs,
@@ -48,6 +51,7 @@ def make_batch(task, num_envs, seed, obs_mode, perturb=None, constants=None):
         language_in_info=False,
         perturb=perturb,
         constants=constants,
+        **options,
     )
 
 
@@ -62,6 +66,7 @@ class ObjectsEnv:
     Args:
         inputs: TaskInputs, of one task that a policy of several plays, or of several.
         wording: Function of the batch at a reset -> the instructions.
+        options: Of the environment, from env_options.py.
     """
 
     detector = None  # only images need one
@@ -76,8 +81,9 @@ class ObjectsEnv:
         constants=None,
         inputs=None,
         wording=instructions.own,
+        options=None,
     ):
-        self.batch = make_batch(task, num_envs, seed, "objects", perturb, constants)
+        self.batch = make_batch(task, num_envs, seed, "objects", perturb, constants, options)
         self.num_envs, description = num_envs, self.batch.description
         tasks = description.get("tasks", [])
         self.inputs = inputs or (TaskInputs(description) if tasks else None)
@@ -191,13 +197,18 @@ def evaluate(policy, scenes, seed, forget=False):
                 played, state = played[still], selected(policy, state, still)
         own = rows[played]
         if forget and state is not None:
-            tokens = layout.split(own)[1]
-            bodies = layout.bodies(tokens, layout.pairs(tokens))
-            state = policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
+            state = forgotten(policy, own, state)
         choice, _, state, _ = policy(own[None], state)
         actions[played] = choice.best()[0]
         rows, _ = scenes.step(actions)
     return rates(scenes.infos, slice(None))
+
+
+def forgotten(policy, rows, state):
+    """The state before a step, reset in the episodes (N,) in which an object appears in it."""
+    tokens = policy.layout.split(rows)[1]
+    bodies = policy.layout.bodies(tokens, policy.layout.pairs(tokens))
+    return policy.wipe(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
 
 
 def decided(infos):
@@ -325,6 +336,8 @@ def finish(policy, scenes, args, log, cpu_s, learner, **figures):
     result = {"id": args.id, "learner": learner, "seed": args.seed, "cpu_s": round(cpu_s, 1)}
     if getattr(args, "perturb", None):
         result["perturb"] = args.perturb
+    if getattr(args, "option", None):
+        result["options"] = args.option
     result |= figures
     result |= evaluate(policy, scenes, FINAL_SEED)
     if policy.memory:
@@ -335,8 +348,8 @@ def finish(policy, scenes, args, log, cpu_s, learner, **figures):
     print(json.dumps(result), flush=True)
 
 
-def save_policy(policy, path, task, detector=None):
-    """task: an id, or a list of several."""
+def save_policy(policy, path, task, detector=None, options=None):
+    """task: an id, or a list of several; options: of its environment."""
     path.parent.mkdir(parents=True, exist_ok=True)
     saved = {"task": task, "memory": policy.memory, "weights": policy.state_dict()}
     if isinstance(policy, ZooPolicy):
@@ -349,6 +362,8 @@ def save_policy(policy, path, task, detector=None):
         }
     if detector is not None:
         saved["detector"] = detector.state_dict()
+    if options:
+        saved["options"] = options
     write_whole(path, lambda part: torch.save(saved, part))
 
 
@@ -359,13 +374,18 @@ def write_whole(path, write):
     part.replace(path)
 
 
-def load_policy(path, task=None):
+def load_policy(path, task=None, options=None):
     """-> policy, its ObjectDetector (None for objects observations), its task or tasks.
 
-    task: another task for the policy, or several; None: those that it was trained on.
+    task: another task for the policy, or several, and the options of its environment; None: what it
+    was trained on.
     """
     saved = torch.load(Path(path), weights_only=True)
-    layout, detector = layout_of(task or saved["task"], saved.get("task_inputs", {})), None
+    if task is None:
+        task_of_layout, options = saved["task"], saved.get("options")
+    else:
+        task_of_layout = task
+    layout, detector = layout_of(task_of_layout, saved.get("task_inputs", {}), options), None
     if "detector" in saved:
         detector = ObjectDetector.of_weights(saved["detector"])
         layout = detector_layout(layout, len(detector.tokens))
@@ -379,6 +399,11 @@ def load_policy(path, task=None):
         given = "another version of the policy" if task is None else "a policy that does not fit"
         raise ValueError(f"{path}: weights of {given}") from error
     return policy, detector, saved["task"]
+
+
+def options_of(path):
+    """Options of the environment that the policy of an agent.pt was trained with."""
+    return torch.load(Path(path), weights_only=True).get("options", {})
 
 
 def save_progress(folder, iterations, optimiser, log, clock):
@@ -405,8 +430,9 @@ def end_progress(folder):
         (folder / "progress.pt").unlink(missing_ok=True)
 
 
-def layout_of(task, inputs):
+def layout_of(task, inputs, options=None):
     """Layout of a policy's inputs, for an id or several. inputs: arguments of TaskInputs."""
+    options = options or {}
     if isinstance(task, str):
-        return ObservationLayout(engram.describe(task, obs_mode="objects"))
-    return TaskInputs.of(task, **inputs).layout
+        return ObservationLayout(engram.describe(task, obs_mode="objects", **options))
+    return TaskInputs.of(task, **inputs, options=options).layout
