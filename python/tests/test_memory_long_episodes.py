@@ -230,7 +230,9 @@ def test_a_long_task_begins_with_the_policy_of_a_short_one(
     assert (policy.layout.tokens, warm.layout.tokens) == (3, 5)
     delays = examples.long_episodes.Delays(COLOR5)
     scenes = examples.training.ObjectsEnv(COLOR5, 4, 3, constants=delays.widest())
-    args = SimpleNamespace(id=COLOR5, chunk=30, iterations=10, updates=2, batch=120, recall=1.0)
+    args = SimpleNamespace(
+        id=COLOR5, chunk=30, iterations=10, updates=2, batch=120, recall=1.0, disturb=0.0
+    )
     collector = examples.distil.Collector(warm, scenes, args, delays)
     optimiser = torch.optim.Adam(warm.parameters(), 1e-3)
     losses = examples.distil.learn(warm, optimiser, [collector(0, True)], args)
@@ -245,7 +247,9 @@ def test_whole_episodes_of_another_task_have_their_appearances(examples: SimpleN
     policy = untrained(examples, few)
     scenes = examples.training.ObjectsEnv("RememberColor5-VLA-v0", 8, 3)
     policy.layout = scenes.layout
-    examples.distil.Collector(policy, scenes, SimpleNamespace(chunk=0))(0, trained=True)
+    examples.distil.Collector(policy, scenes, SimpleNamespace(chunk=0, disturb=0.0))(
+        0, trained=True
+    )
     assert (policy.vocabulary >= 0).sum() == 5
 
 
