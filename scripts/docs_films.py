@@ -30,18 +30,8 @@ GUESSED_RIGHT = {
     "FindImposterColor5": 1,
     "FindImposterShape3": 3,
 }  # episodes before that
-RELEASED = (
-    "RememberColor3",
-    "RememberColor5",
-    "RememberColor9",
-    "RememberShape3",
-    "RememberShapeAndColor3x3",
-    "FindImposterColor5",
-    "FindImposterShape3",
-    "FindImposterShape5",
-    "ShellGameTouch",
-    "ShellGameColorLampTouch",
-    "InterceptMedium",
+RELEASED = sorted(
+    folder.name.removesuffix("-VLA-v0") for folder in (LEARNERS / "released").iterdir()
 )
 
 

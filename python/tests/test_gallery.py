@@ -53,6 +53,8 @@ def results(film: Any) -> dict[str, Any]:
 def test_every_released_policy_has_its_film() -> None:
     released = {folder.name for folder in (FOLDER / "released").iterdir()}
     assert {film.id for film in FILMS if not film.kind} == released
+    names = [name.removesuffix("-VLA-v0") for name in released]
+    assert all((films.FOLDER / f"{name}.webp").is_file() for name in names)
 
 
 def test_links_of_the_page_resolve_and_all_films_are_shown() -> None:

@@ -158,7 +158,12 @@ def test_a_checkpoint_has_the_vocabulary(examples: SimpleNamespace, tmp_path: Pa
     examples.training.save_policy(policy, path, ids)
     runner = examples.inference.load_runner(path)
     assert runner.policy.layout.words == inputs.bag.words
-    assert runner.policy.sizes == {"appearances": 12, "hidden": 32, "width": 48}
+    assert runner.policy.sizes == {
+        "appearances": 12,
+        "counts": 8,
+        "hidden": 32,
+        "width": 48,
+    }
     rows = torch.from_numpy(engram.make_vec(COLOR, 2, obs_mode="objects").reset(seed=1)[0])
     sentences = ["Touch the cube", "Push that cup forward"]
     own = inputs.of_task(COLOR, rows, sentences)

@@ -242,12 +242,16 @@ def test_an_agent_plays_by_engrams_programs(
     runner = zoo.inference.load_runner(path)
     assert (runner.policy.kind, runner.obs, runner.task) == (name, "objects", TASK)
     options = {"obs": "objects", "episodes": 4, "threads": 1}
-    together, alone = (
-        engram.evaluate(runner, TASK, num_envs=envs, **options)["tasks"][0]["returns"]
-        for envs in (4, 1)
-    )
-    # Torch's last bits depend on the size of a batch, and contacts magnify them.
-    np.testing.assert_allclose(together, alone, rtol=0, atol=0.02)
+
+    def rounded(observation: dict[str, Any]) -> Any:
+        """Torch's last bits depend on the size of a batch, and contacts magnify them."""
+        return np.round(runner(observation), 2)
+
+    def returns(policy: Any, envs: int) -> Any:
+        return engram.evaluate(policy, TASK, num_envs=envs, **options)["tasks"][0]["returns"]
+
+    np.testing.assert_allclose(returns(rounded, 4), returns(rounded, 1), rtol=0, atol=0.02)
+    together = returns(runner, 4)
     probed = engram.probe(runner, TASK, obs="objects", probes=["twins"], episodes=2)
     assert probed["tasks"][0]["twins"]["presents"]["equal"] == 10
     policy = f"{sys.executable} {FOLDER / 'serve.py'} {path}"

@@ -5,7 +5,7 @@ import math
 import torch
 from keyframes import N_KEPT
 from memory_loss import MemoryLoss
-from training import decided, selected
+from training import decided, make_batch, selected
 
 import engram
 
@@ -34,11 +34,9 @@ class Delays:
 
     def possible(self, task):
         """Whether the task allows delays of `least`."""
-        options = {"constants": {**self.options.get("constants", {}), **self.widest()}}
+        given = {"constants": self.widest(), "options": self.options}
         try:
-            engram.make_vec(
-                task, num_envs=1, **{**self.options, "obs_mode": "objects", **options}
-            ).close()
+            make_batch(task, 1, 0, "objects", **given).close()
         except engram.InvalidArgumentError:
             return False
         return True

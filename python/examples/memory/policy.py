@@ -211,8 +211,12 @@ class Policy(nn.Module):
     ):
         super().__init__()
         self.appearances, self.counts = appearances, counts
-        self.sizes = {"appearances": appearances, "hidden": hidden, "width": width}
-        self.sizes |= {"counts": counts}
+        self.sizes = {
+            "appearances": appearances,
+            "counts": counts,
+            "hidden": hidden,
+            "width": width,
+        }
         self.layout, self.memory = layout, memory
         self.predicts = memory  # what has been shown, for the memory's loss
         self.register_buffer("mean", torch.zeros(layout.agent))

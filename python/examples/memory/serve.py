@@ -14,9 +14,8 @@ A student of another variant of its task (distil.py --option) is played there:
     engram record TimedTransferEasy-VLA-v0 --obs objects --policy-command "$agent" --out video.mp4 \
         $(python3 python/examples/memory/serve.py runs/timed/agent.pt --switches)
 
-One thread requests all episodes at once;
-more threads start a process each. The size of a request changes the rounding of sums, and so the
-last digits of returns.
+One thread requests all episodes at once; more threads start a process each. The size of a request
+changes the rounding of sums, and so the last digits of returns.
 """
 
 import argparse
@@ -52,4 +51,7 @@ if __name__ == "__main__":
     )
     args = parser.parse_args()
     runner = load_runner(args.agent, args.wiped)
-    print(switches(runner.options)) if args.switches else serve(runner)
+    if args.switches:
+        print(switches(runner.options))
+    else:
+        serve(runner)
