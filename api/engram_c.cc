@@ -28,6 +28,7 @@ using engram::Error;
 using engram::OutputArray;
 using engram::c::Claim;
 using engram::c::fail;
+using engram::c::give_text;
 using engram::c::guarded;
 using engram::c::refuse_busy;
 using engram::c::refuse_forked;
@@ -82,14 +83,6 @@ const char* list_of_tasks() {
   const char* list = lists.emplace(entries, std::move(text)).first->second.c_str();
   described.swap(known);
   return list;
-}
-
-void give_text(const std::string& from, char* text, size_t capacity, size_t* length) {
-  if (length != nullptr) *length = from.size();
-  if (capacity == 0) return;
-  const size_t count = std::min(from.size(), capacity - 1);
-  std::memcpy(text, from.data(), count);
-  text[count] = '\0';
 }
 
 }  // namespace

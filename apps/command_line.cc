@@ -44,6 +44,18 @@ void Option::need_no_longer(const Option& other) const { option_->remove_needs(o
 
 namespace {
 
+constexpr const char* kHidden = "hidden";
+
+// Writes all groups of options but that one.
+class HelpWithoutHidden final : public CLI::Formatter {
+ public:
+  std::string make_group(std::string group, bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
+    if (group == kHidden) return {};
+    return CLI::Formatter::make_group(std::move(group), is_positional, std::move(options));
+  }
+};
+
 void refuse_empty(const std::string& name, const std::string& value) {
   if (value.empty()) throw Error(Error::kInvalidArgument, name + ": '' given, a text needed");
 }
@@ -105,6 +117,15 @@ Option Command::add_flag(const std::string& name, std::function<void()> take,
 
 void Command::remove_option(const std::string& name) const {
   app_->remove_option(app_->get_option(name));
+}
+
+// An option without a group would be hidden, too, but has no name in messages.
+void Command::hide_option(const std::string& name) const {
+  CLI::Option* hidden = app_->get_option(name);
+  hidden->group(kHidden);
+  // The help of others would name it; what it excludes it refuses by itself.
+  for (CLI::Option* other : app_->get_options()) (void)other->remove_excludes(hidden);
+  app_->formatter(std::make_shared<HelpWithoutHidden>());
 }
 
 bool Command::given(const std::string& name) const {

@@ -57,6 +57,8 @@ class Command {
   Option add_flag(const std::string& name, std::function<void()> take,
                   const std::string& help) const;
   void remove_option(const std::string& name) const;
+  // Still read, for what the command says of it, but no part of the help.
+  void hide_option(const std::string& name) const;
   // True if the user has given the option; false if there is no such option.
   bool given(const std::string& name) const;
   // What the user has given to it, as text.

@@ -75,6 +75,9 @@ void add_play_command(const Command& program,
           "How far episodes depart from the usual scene, as of eval (repeatable)")
       .type_name("AXIS=LEVEL");
   command.add_flag(
+      "--choices", [options] { options->arguments.emplace_back("--choices"); },
+      "Begins with answers by name: the page asks, a scripted hand acts (docs/choices.md)");
+  command.add_flag(
       "--stay", [options] { options->arguments.emplace_back("--stay"); },
       "Keeps running when the page is closed, until Ctrl-C");
   command.on_run([options, task_options] { run(*options, *task_options); });

@@ -8,6 +8,7 @@
 
 #include "apps/eval_options.h"
 #include "apps/interruption.h"
+#include "apps/mpi_run.h"
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
@@ -73,24 +74,47 @@ std::string to_plain_text(const Document& document, const ProbeOptions& options)
   return table.text();
 }
 
-void run(const ProbeCommandOptions& options) {
+// Options of eval's policies that a script may still give; the help does not have them.
+void refuse_options_of_eval(const PolicyCommand& policy) {
+  if (policy.choices) {
+    throw Error(Error::kInvalidArgument,
+                "--policy-choices: given, --policy-command or --policy-server needed: probes are "
+                "of policies that answer with actions");
+  }
+  if (policy.tell_episodes) {
+    throw Error(Error::kInvalidArgument,
+                "--tell-episodes: given, not allowed: trials of a probe share their seeds, and no "
+                "policy is told which one it plays");
+  }
+}
+
+void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
+  refuse_options_of_eval(options.eval.policy);
   const EvaluationSettings settings = settings_of(options.eval);
-  const Protocol protocol = protocol_of(options.eval, settings);
   ProbeOptions probe = options.probe;
   probe.output = options.eval.out;
+  ProbeRun run(settings, protocol_of(options.eval, settings), probe);
+  // The others wait until all is checked, so that mistakes are reported once.
+  broadcast(ranks, {});
   Document document;
   {
     Progress view("probe", "steps");
     const Interruption interruption;
-    document =
-        run_probes(settings, protocol, probe, [&](int episodes, int all, std::uint64_t env_steps) {
-          interruption.check("no results were written");
-          view.update(episodes / std::max(1.0, static_cast<double>(all)),
-                      static_cast<double>(env_steps));
-        });
+    document = run.play(ranks, [&](int episodes, int all, std::uint64_t env_steps) {
+      interruption.check("no results were written");
+      view.update(episodes / std::max(1.0, static_cast<double>(all)),
+                  static_cast<double>(env_steps));
+    });
   }
   if (!options.eval.out.empty()) write_probes(document, options.eval.out);
   print(options.eval.json ? to_text(document) : to_plain_text(document, options.probe));
+}
+
+// The settings follow from the command line alone, which all ranks have.
+void run_worker(Ranks& ranks, const ProbeCommandOptions& options) {
+  broadcast(ranks, {});
+  const EvaluationSettings settings = settings_of(options.eval);
+  ProbeRun(settings, protocol_of(options.eval, settings), options.probe).play(ranks, {});
 }
 
 }  // namespace
@@ -116,6 +140,9 @@ void add_probe_command(const Command& program) {
                   "Interference: also episodes of this task between cue and question")
       .type_name("ID");
   add_policy_options(command, eval);
+  for (const char* of_eval : {"--policy-choices", "--choices-stride", "--tell-episodes"}) {
+    command.hide_option(of_eval);
+  }
   add_int(command, "--episodes", eval.protocol.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes at each point; pairs of twins");
   add_seed(command, eval.protocol.start_seed, "Episode i has seed + i");
@@ -129,9 +156,13 @@ void add_probe_command(const Command& program) {
       .type_name("DIR");
   note_given_settings(command, eval);
   command.footer(
-      "Results do not depend on --num-envs and --threads. docs/probe.md has the definitions, and "
-      "says for which policies interference is fair.");
-  command.on_run([options] { run(*options); });
+      "Results do not depend on --num-envs, --threads or the number of processes under mpirun. "
+      "docs/probe.md has the definitions, and says for which policies interference is fair.");
+  command.on_run([options] {
+    with_mpi([&](Ranks& ranks) {
+      ranks.is_root() ? run_coordinator(ranks, *options) : run_worker(ranks, *options);
+    });
+  });
 }
 
 }  // namespace engram::apps

@@ -49,7 +49,7 @@ struct Expectations {
 
 // A change of an episode's past that changes neither its question nor its answer.
 enum class PastChange {
-  kNone,
+  kStart,       // the arm has started elsewhere; the question comes in the scene of the other past
   kDraw,        // another value of a draw; where it makes the cue longer, the delay gets shorter
   kOrder,       // the hidden values in reverse
   kSameAnswer,  // other hidden values with the same answer
@@ -60,8 +60,14 @@ enum class PastChange {
 struct MemoryFacts {
   // Why no two episodes of one present differ in what their past asks for; empty: they do.
   std::string_view no_twins = {};
+  std::string_view hidden = {};  // the draw that pasts differ in, where the task names none
+  // The cue is what the robot works with: the hand of the task's choices works until it needs the
+  // answer, and the question comes then. It ends nearly where it would have from another past, so
+  // presents are the same in scenes that are exchanged. Episodes are as long as two, for both.
+  bool cue_by_hand = false;
   bool any_order = false;  // the order of the hidden values is no part of the answer
-  PastChange irrelevant = PastChange::kNone;
+  // kStart takes its place where the task's constants leave it nothing to change.
+  PastChange irrelevant = PastChange::kStart;
   std::string_view irrelevant_draw = {};  // of kDraw
   std::string_view delay = {};  // range constant of the time from cue to question; empty: none
   std::string_view items = {};  // constant or draw of how much there is to remember; empty: none

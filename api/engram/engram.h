@@ -16,8 +16,8 @@
 /// environment; spans stay valid, and point to the same memory, for the life of the VectorEnv (also
 /// when that is moved), and their content changes with reset, step and restore.
 ///
-/// Actions of pd_ee_delta_pose, the control mode of the VLA tasks, seven floats in [-1, 1] (values beyond
-/// are clipped, the rotation by its norm):
+/// Actions of pd_ee_delta_pose, the control mode of the VLA tasks, seven floats in [-1, 1] (values
+/// beyond are clipped, the rotation by its norm):
 /// - 0 to 2: translation of the tool centre point, 0.1 m per unit, axes of the world
 /// - 3 to 5: rotation vector about the same axes, 0.1 rad per unit, of opposite sign
 ///   (rotation_sign)
@@ -446,6 +446,15 @@ class VectorEnv {
   /// present one), subtasks_done, memory (what has been shown and has to be remembered), object
   /// (that is meant, or null), and paraphrases of the instruction. Privileged, but for these.
   std::string words(int env) const;
+  /// Questions (docs/choices.md) while an episode runs. ask: from now on Policy::kBlind of act
+  /// waits in one environment's episode until the question is answered; to be called after each
+  /// reset.
+  void ask(int env);
+  /// The question as JSON: due (the policy cannot go on without an answer), question, choices,
+  /// least and most (of an answer), repeats (one may be named twice).
+  std::string question(int env) const;
+  /// Answers it by indices of its choices. Throws Error (kBadState) if none is due.
+  void answer(int env, std::span<const std::int32_t> choices);
   /// Draws one environment as it is now. camera: one of the scene's (docs/cameras.md);
   /// render_camera, for people, has light and shadow. Sides 1 to 4096 pixels.
   Image render(int env, const std::string& camera = "render_camera", int width = 512,

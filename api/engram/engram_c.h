@@ -460,6 +460,21 @@ ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char
 ENGRAM_API engram_status engram_words(engram_env* env, int32_t index, char* text, size_t capacity,
                                       size_t* length);
 
+/** Questions (docs/choices.md) while an episode runs: somebody names the answer, and
+ * ENGRAM_POLICY_BLIND of engram_act carries it out. engram_ask: from now on that policy waits in
+ * one environment's episode until the question is answered, instead of guessing; to be called after
+ * each reset. Refused for tasks without choices ("choices" of engram_describe_json is null). */
+ENGRAM_API engram_status engram_ask(engram_env* env, int32_t index);
+/** The question as JSON: due (the policy cannot go on without an answer), question, choices (in an
+ * order that means nothing), least and most (of an answer), repeats (one may be named twice).
+ * Copies as engram_instruction does. */
+ENGRAM_API engram_status engram_question(engram_env* env, int32_t index, char* text,
+                                         size_t capacity, size_t* length);
+/** Answers the question by `count` indices of its choices, in order. Refused with ENGRAM_BAD_STATE
+ * if none is due. */
+ENGRAM_API engram_status engram_answer(engram_env* env, int32_t index, const int32_t* choices,
+                                       size_t count);
+
 /** Draws one environment as it is now, row 0 on top. camera: one of the scene's
  * (docs/cameras.md); sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
 ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,

@@ -389,6 +389,16 @@ inline std::string VectorEnv::words(int env) const {
   return detail::copied(handle(), env, engram_words);
 }
 
+inline void VectorEnv::ask(int env) { detail::check(engram_ask(handle(), env)); }
+
+inline std::string VectorEnv::question(int env) const {
+  return detail::copied(handle(), env, engram_question);
+}
+
+inline void VectorEnv::answer(int env, std::span<const std::int32_t> choices) {
+  detail::check(engram_answer(handle(), env, choices.data(), choices.size()));
+}
+
 inline Image VectorEnv::render(int env, const std::string& camera, int width, int height) const {
   Image image{width, height, std::vector<std::uint8_t>(1)};
   // A size that is not allowed is the library's to refuse.

@@ -47,15 +47,16 @@ class Choices {
   void forget_choices(int env) const;
   // Answers a question; the keys must have been checked.
   void choose(int env, std::span<const int> keys) const;
+  // Questions of an environment's episode that have been answered.
+  int choices_made(int env) const {
+    return is_asked(env) ? static_cast<int>(episodes_[index(env)]->size()) : 0;
+  }
 
  protected:
   // True if the hand is to wait for the first answer.
   bool awaits_choice(int env) const { return is_asked(env) && episodes_[index(env)]->empty(); }
   bool is_asked(int env) const {
     return index(env) < episodes_.size() && episodes_[index(env)].has_value();
-  }
-  int choices_made(int env) const {
-    return is_asked(env) ? static_cast<int>(episodes_[index(env)]->size()) : 0;
   }
   // Keys of an answer; empty if there is none.
   std::span<const int> choice(int env, int number = 0) const;

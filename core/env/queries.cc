@@ -138,6 +138,16 @@ int Queries::cue_end(int env) const {
 
 const Choices* Queries::choices() const { return choices_of(*batch_.task_); }
 
+const Choices& Queries::running_choices() const {
+  batch_.require_started("choices");
+  const Choices* own = choices();
+  if (own == nullptr) {
+    throw Error(Error::kInvalidArgument,
+                batch_.info().id + " has no list of answers to choose from");
+  }
+  return *own;
+}
+
 const Annotator* Queries::annotator() const {
   batch_.require_started("words of an episode");
   return batch_.task_->annotator();

@@ -45,6 +45,8 @@ class Queries {
 
   // The answers that somebody may choose for a robot's hand; null if they have no names.
   const Choices* choices() const;
+  // Those of running episodes. Throws Error if they have no names, or before the first reset.
+  const Choices& running_choices() const;
 
   // Random variables of an episode, the engine's robot_noise first.
   const std::vector<RandomVariable>& random_variables() const { return batch_.pins_.variables(); }

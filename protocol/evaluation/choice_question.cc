@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/join.h"
@@ -49,6 +50,17 @@ void ChoiceAnswer::set(std::span<const std::string> texts) {
 std::span<const int> ChoiceAnswer::indices() const {
   if (indices_.empty()) throw Error(Error::kInvalidArgument, "policy: no choice given");
   return indices_;
+}
+
+std::vector<int> choice_order(const ChoiceForm& form, std::string_view id, std::uint64_t seed,
+                              int number, std::size_t items) {
+  std::vector<int> order(items);
+  std::iota(order.begin(), order.end(), 0);
+  if (form.ordered) return order;
+  RandomStream random(seed ^ stream_salt(id), static_cast<std::uint64_t>(number),
+                      kPurposeChoiceOrder);
+  random.permutation(order);
+  return order;
 }
 
 }  // namespace engram

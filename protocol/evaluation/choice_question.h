@@ -60,4 +60,9 @@ class ChoiceAnswer {
   std::vector<int> indices_;
 };
 
+// Keys of `items` items in the order in which a question lists them: the number of the question in
+// an episode of that task and seed.
+std::vector<int> choice_order(const ChoiceForm& form, std::string_view id, std::uint64_t seed,
+                              int number, std::size_t items);
+
 }  // namespace engram

@@ -1,7 +1,6 @@
 #include "protocol/evaluation/choosing_policy.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/env/queries.h"
 
@@ -93,19 +92,10 @@ bool ChoosingPolicy::is_as_before(const Frames& frames, const PolicyView& view,
 
 // --- questions ---
 
-std::vector<int> ChoosingPolicy::draw_order(const Slot& slot, std::size_t items) const {
-  std::vector<int> order(items);
-  std::iota(order.begin(), order.end(), 0);
-  if (form_.ordered) return order;
-  RandomStream random(slot.label.seed ^ stream_salt(env_.info().id),
-                      static_cast<std::uint64_t>(slot.questions), kPurposeChoiceOrder);
-  random.permutation(order);
-  return order;
-}
-
 void ChoosingPolicy::ask(int env, Slot& slot) {
   const std::vector<std::string> items = choices_.choice_items(env);
-  const std::vector<int> order = draw_order(slot, items.size());
+  const std::vector<int> order =
+      choice_order(form_, env_.info().id, slot.label.seed, slot.questions, items.size());
   ChoiceQuestion question;
   question.env_id = env_.info().id;
   question.slot = env;

@@ -51,8 +51,6 @@ class ChoosingPolicy final : public EpisodeActor {
   void observe(int env, Slot& slot, bool due) const;
   bool is_as_before(const Frames& frames, const PolicyView& view, const std::string& text) const;
   void ask(int env, Slot& slot);
-  // Keys of the items in the order in which they are listed.
-  std::vector<int> draw_order(const Slot& slot, std::size_t items) const;
 
   Batch& env_;
   const Choices& choices_;

@@ -12,9 +12,11 @@ namespace {
 template <class Result, class Each>
 void each_field(Result& result, Each&& each) {
   each(result.played);
+  each(result.exchanged);
   each(result.success);
   each(result.answered);
   each(result.correct);
+  each(result.compared);
   each(result.same_present);
   each(result.other_answered);
   each(result.answer);

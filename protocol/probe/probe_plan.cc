@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/statistics.h"
+#include "protocol/probe/past.h"
 
 namespace engram {
 namespace {
@@ -37,7 +38,7 @@ void require_known(const ProbeTask& task, std::string_view name, const char* fac
 
 std::string ProbeTask::no_twins() const {
   if (!facts().no_twins.empty()) return std::string(facts().no_twins);
-  if (info.hidden_variable.empty()) return "the task names no hidden draw";
+  if (hidden_draw(facts(), info).empty()) return "the task names no hidden draw";
   if (info.answer.empty()) return "the task defines no answer";
   return {};
 }
@@ -51,6 +52,10 @@ ProbeTask probe_task(const RegistryEntry& entry, const ConstantTable& constants)
   const MemoryFacts& facts = task.facts();
   require_known(task, facts.delay, "delay", false);
   require_known(task, facts.items, "items", true);
+  if (facts.cue_by_hand) {
+    task.constants = task.with({{kHorizonConstant, 2 * task.info.horizon}});
+    task.info = make_task(entry.id, task.constants)->info();
+  }
   return task;
 }
 

@@ -73,10 +73,12 @@ void add_twins(const Document& document, HtmlReport& report) {
                     presents_text(part(twins, "presents")), rounded(part(twins, "chance")),
                     share_text(part(twins, "follow")), share_text(part(twins, "wiped_follow")),
                     share_text(part(swapped, "past")), share_text(part(swapped, "scene")),
-                    share_text(part(twins, "stay")), presents_text(part(twins, "stay_presents"))});
+                    share_text(part(twins, "stay")),
+                    is_null(part(twins, "stay_by")) ? "-" : text(part(twins, "stay_by")),
+                    presents_text(part(twins, "stay_presents"))});
   });
   report.table({"task", "pairs", "equal presents", "chance", "follow", "wiped", "swapped: past",
-                "swapped: scene", "stay", "equal presents of stay"},
+                "swapped: scene", "stay", "stay: by another", "equal presents of stay"},
                rows);
 }
 

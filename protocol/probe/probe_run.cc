@@ -25,18 +25,6 @@ bool observes_row(const Protocol& protocol) {
   return protocol.external && protocol.environment.obs_mode != ObsMode::kRgb;
 }
 
-// A plan, and the place of its conditions among all.
-struct Section {
-  Probe probe = Probe::kTwins;
-  ProbePlan plan;
-  std::size_t first = 0;
-};
-
-struct TaskSections {
-  const RegistryEntry* entry = nullptr;
-  std::vector<Section> sections;
-};
-
 ProbePlan plan_of(Probe probe, const ProbeTask& task, const Protocol& protocol,
                   const RegistryEntry* other) {
   const auto fits = [&](const ConstantTable& constants) {
@@ -135,54 +123,6 @@ void check(const EvaluationSettings& settings, const ProbeOptions& options) {
   }
 }
 
-Document document_of(const EvaluationSettings& settings, const ProbeOptions& options,
-                     const std::vector<TaskSections>& tasks,
-                     const std::vector<ConditionResults>& results) {
-  DocumentList documents;
-  for (const TaskSections& task : tasks) {
-    DocumentTable document{{"env_id", task.entry->id},
-                           {"family", task.entry->family},
-                           {"memory_type", task.entry->memory_type}};
-    for (const Section& section : task.sections) {
-      const auto first = results.begin() + static_cast<std::ptrdiff_t>(section.first);
-      document.emplace_back(
-          name_of(section.probe),
-          section.plan.document(
-              {first, first + static_cast<std::ptrdiff_t>(section.plan.conditions.size())}));
-    }
-    documents.emplace_back(std::move(document));
-  }
-  return DocumentTable{{"settings", settings.document()},
-                       {"other", options.other.empty() ? Document() : Document(options.other)},
-                       {"tasks", std::move(documents)}};
-}
-
-// Sections of the tasks, and the conditions of all.
-struct ProbePlans {
-  std::vector<TaskSections> tasks;
-  std::vector<ProbeCondition> conditions;
-};
-
-ProbePlans plans_of(const EvaluationSettings& settings, const Protocol& protocol,
-                    const ProbeOptions& options) {
-  const RegistryEntry* other = other_task(settings, protocol, options);
-  ProbePlans plans;
-  for (const std::string& id : settings.tasks) {
-    const ProbeTask task = probe_task(require_entry(id), settings.constants);
-    TaskSections& sections = plans.tasks.emplace_back(TaskSections{task.entry, {}});
-    for (const Probe probe : options.probes) {
-      ProbePlan plan = plan_of(probe, task, protocol, other);
-      const std::size_t first = plans.conditions.size();
-      for (std::size_t i = 0; i < plan.conditions.size(); ++i) {
-        plan.conditions[i].name = std::string(name_of(probe)) + " " + std::to_string(i);
-        plans.conditions.push_back(plan.conditions[i]);
-      }
-      sections.sections.push_back({probe, std::move(plan), first});
-    }
-  }
-  return plans;
-}
-
 // The oracle plays where a policy is compared with it, and where a cue shows to a robot at work.
 void check_control_mode(const std::vector<ProbeCondition>& conditions, const Protocol& protocol) {
   const auto needs_oracle = [&protocol](const ProbeCondition& condition) {
@@ -219,23 +159,63 @@ std::vector<Probe> parse_probes(std::string_view option, const std::string& text
   return probes;
 }
 
-Document run_probes(const EvaluationSettings& settings, const Protocol& protocol,
-                    const ProbeOptions& options, const ProbeProgress& progress) {
-  check(settings, options);
-  const ProbePlans plans = plans_of(settings, protocol, options);
-  const std::vector<ProbeCondition>& conditions = plans.conditions;
-  check_control_mode(conditions, protocol);
-  if (!options.output.empty()) require_writable_folder(options.output);
-  Ranks alone;
-  ConditionPlayer player(conditions, protocol, worker_threads(protocol.threads, alone));
-  ProbeSource source(conditions, protocol, progress);
+ProbeRun::ProbeRun(EvaluationSettings settings, Protocol protocol, ProbeOptions options)
+    : settings_(std::move(settings)), protocol_(std::move(protocol)), options_(std::move(options)) {
+  check(settings_, options_);
+  const RegistryEntry* other = other_task(settings_, protocol_, options_);
+  for (const std::string& id : settings_.tasks) {
+    const ProbeTask task = probe_task(require_entry(id), settings_.constants);
+    TaskSections& sections = tasks_.emplace_back(TaskSections{task.entry, {}});
+    for (const Probe probe : options_.probes) {
+      ProbePlan plan = plan_of(probe, task, protocol_, other);
+      const std::size_t first = conditions_.size();
+      for (std::size_t i = 0; i < plan.conditions.size(); ++i) {
+        plan.conditions[i].name = std::string(name_of(probe)) + " " + std::to_string(i);
+        conditions_.push_back(plan.conditions[i]);
+      }
+      sections.sections.push_back({probe, std::move(plan), first});
+    }
+  }
+  check_control_mode(conditions_, protocol_);
+}
+
+Document ProbeRun::play(Ranks& ranks, const ProbeProgress& progress) {
+  if (ranks.is_root() && !options_.output.empty()) require_writable_folder(options_.output);
+  ConditionPlayer player(conditions_, protocol_, worker_threads(protocol_.threads, ranks));
+  ProbeSource source(conditions_, protocol_, progress);
   distribute_work(
-      alone, protocol.threads,
+      ranks, protocol_.threads,
       [&player](const WorkItem& item, const WorkContext& context) {
         return player.play(item, context);
       },
       source);
-  return document_of(settings, options, plans.tasks, source.results());
+  return ranks.is_root() ? document(source.results()) : Document();
+}
+
+Document ProbeRun::document(const std::vector<ConditionResults>& results) const {
+  DocumentList documents;
+  for (const TaskSections& task : tasks_) {
+    DocumentTable document{{"env_id", task.entry->id},
+                           {"family", task.entry->family},
+                           {"memory_type", task.entry->memory_type}};
+    for (const TaskSections::Section& section : task.sections) {
+      const auto first = results.begin() + static_cast<std::ptrdiff_t>(section.first);
+      document.emplace_back(
+          name_of(section.probe),
+          section.plan.document(
+              {first, first + static_cast<std::ptrdiff_t>(section.plan.conditions.size())}));
+    }
+    documents.emplace_back(std::move(document));
+  }
+  return DocumentTable{{"settings", settings_.document()},
+                       {"other", options_.other.empty() ? Document() : Document(options_.other)},
+                       {"tasks", std::move(documents)}};
+}
+
+Document run_probes(const EvaluationSettings& settings, const Protocol& protocol,
+                    const ProbeOptions& options, const ProbeProgress& progress) {
+  Ranks alone;
+  return ProbeRun(settings, protocol, options).play(alone, progress);
 }
 
 }  // namespace engram

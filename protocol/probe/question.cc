@@ -7,9 +7,14 @@
 #include "core/env/snapshot.h"
 #include "protocol/batch/rows.h"
 #include "protocol/evaluation/episode_digests.h"
+#include "tasks/registry.h"
 
 namespace engram {
 namespace {
+
+// Control steps in which the hand comes to rest once it needs the answer. Where it stops short, the
+// way to one place leads past another.
+constexpr int kHandSettles = 5;
 
 template <class T>
 void append(std::vector<std::byte>& bytes, std::span<const T> values) {
@@ -24,9 +29,28 @@ std::unique_ptr<Batch> make_single(std::string_view id, MakeOptions options) {
   return make(id, options);
 }
 
+const MemoryFacts& facts_of(const Batch& env) {
+  return require_entry(env.info().id).definition->memory;
+}
+
 }  // namespace
 
+CuePolicy::CuePolicy(Batch& env)
+    : env_(env),
+      hand_(facts_of(env).cue_by_hand ? Queries(env).choices() : nullptr),
+      script_(env, hand_ != nullptr ? Policy::kBlind : Policy::kOracle) {}
+
+// Nobody answers the hand: it is to stop where it would need to know.
+void CuePolicy::begin(int slot) const {
+  if (hand_ != nullptr) hand_->await_choices(slot);
+}
+
+void CuePolicy::end(int slot) const {
+  if (hand_ != nullptr) hand_->forget_choices(slot);
+}
+
 bool CuePolicy::awaits_cue(int slot) const {
+  if (hand_ != nullptr) return !hand_->is_choice_due(slot);
   return Queries(env_).cue_end(slot) >= env_.info().horizon;
 }
 
@@ -34,17 +58,18 @@ void CuePolicy::act(std::span<const int> slots, std::span<float> actions,
                     std::span<std::uint8_t> commanded) {
   bool any = false;
   for (const int slot : slots) {
-    const bool awaits = awaits_cue(slot);
-    commanded[static_cast<std::size_t>(slot)] = awaits ? 1 : 0;
-    any |= awaits;
+    // The hand goes on to where it would ask from.
+    const bool acts = is_by_hand() || awaits_cue(slot);
+    commanded[static_cast<std::size_t>(slot)] = acts ? 1 : 0;
+    any |= acts;
   }
   if (!any) return;
-  // All of them: the oracles of tasks with BatchRules have no ranges.
-  oracle_actions_.resize(actions.size());
-  oracle_.act(oracle_actions_);
+  // All of them: the scripts of tasks with BatchRules have no ranges.
+  script_actions_.resize(actions.size());
+  script_.act(script_actions_);
   for (const int slot : slots) {
     if (commanded[static_cast<std::size_t>(slot)] == 0) continue;
-    const std::span<const float> row = row_of(std::span<const float>(oracle_actions_), env_, slot);
+    const std::span<const float> row = row_of(std::span<const float>(script_actions_), env_, slot);
     std::ranges::copy(row, actions.begin() + slot * static_cast<std::ptrdiff_t>(row.size()));
   }
 }
@@ -79,6 +104,7 @@ Lookahead::Lookahead(std::string_view id, const MakeOptions& options)
 void Lookahead::begin(const EpisodeDraw& draw) {
   const std::array<std::uint64_t, 1> seeds = {draw.seed};
   env_->reset({.mask = {}, .seeds = seeds, .pins = &draw.pins});
+  cue_policy_.begin(0);
 }
 
 void Lookahead::step() {
@@ -96,8 +122,10 @@ bool Lookahead::awaits_cue(const EpisodeDraw& draw) {
 int Lookahead::cue_end(const EpisodeDraw& draw) {
   begin(draw);
   while (cue_policy_.awaits_cue(0) && env_->state().finished[0] == 0) step();
+  if (cue_policy_.awaits_cue(0)) return -1;
+  if (cue_policy_.is_by_hand()) return env_->state().elapsed[0] + kHandSettles;
   const int end = Queries(*env_).cue_end(0);
-  return cue_policy_.awaits_cue(0) || end < 1 ? -1 : end;
+  return end < 1 ? -1 : end;
 }
 
 std::vector<double> Lookahead::right_answer(const EpisodeDraw& draw) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/env/choices.h"
 #include "core/env/scripted_policy.h"
 #include "protocol/batch/make.h"
 #include "protocol/probe/trial.h"
@@ -15,18 +16,23 @@ namespace engram {
 // What the robots of slots do before their question.
 class CuePolicy {
  public:
-  explicit CuePolicy(Batch& env) : env_(env), oracle_(env, Policy::kOracle) {}
+  explicit CuePolicy(Batch& env);
 
+  // An episode has begun in a slot; its question has come.
+  void begin(int slot) const;
+  void end(int slot) const;
+  bool is_by_hand() const { return hand_ != nullptr; }
   // True if nothing has shown the cue yet, and time alone will not.
   bool awaits_cue(int slot) const;
-  // Sets the actions of the next step of these slots: none, or the oracle's to bring the cue about.
-  // Throws Error (kInvalidArgument) if the oracle has no actions for the control mode.
+  // Sets the actions of the next step of these slots: none, or a script's to bring the cue about.
+  // Throws Error (kInvalidArgument) if scripts have no actions for the control mode.
   void act(std::span<const int> slots, std::span<float> actions, std::span<std::uint8_t> commanded);
 
  private:
   Batch& env_;
-  ScriptedPolicy oracle_;
-  std::vector<float> oracle_actions_;  // of all slots
+  const Choices* hand_;  // which brings the cue about; or null
+  ScriptedPolicy script_;
+  std::vector<float> script_actions_;  // of all slots
 };
 
 // All that a policy and its user may see of a slot, in bits: its observation, the robot, and every
@@ -39,7 +45,7 @@ class Lookahead {
   Lookahead(std::string_view id, const MakeOptions& options);
 
   const Batch& env() const { return *env_; }
-  // True if the oracle has to bring about the cue of an episode.
+  // True if a script has to bring about the cue of an episode.
   bool awaits_cue(const EpisodeDraw& draw);
   // Control steps from which on nothing shows the hidden draw; -1: the episode ends before.
   int cue_end(const EpisodeDraw& draw);

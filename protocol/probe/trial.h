@@ -34,11 +34,13 @@ struct Trial {
 };
 
 struct TrialResult {
-  std::uint8_t played = 0;  // the question came
+  std::uint8_t played = 0;     // the question came
+  std::uint8_t exchanged = 0;  // another scene took its place at the question
   std::uint8_t success = 0;
   std::uint8_t answered = 0;
   std::uint8_t correct = 0;
-  std::uint8_t same_present = 0;    // as the twin's, to the bit
+  std::uint8_t compared = 0;        // its present with the twin's
+  std::uint8_t same_present = 0;    // to the bit
   std::uint8_t other_answered = 0;  // in the last one of the others
   std::int32_t answer = 0;
   std::int32_t other_answer = 0;

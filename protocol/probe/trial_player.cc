@@ -64,6 +64,7 @@ void TrialPlayer::compare_presents() {
     const int twin = trials_[i].twin;
     const bool same = twin >= 0 && !presents_[i].empty() &&
                       presents_[i] == presents_[static_cast<std::size_t>(twin)];
+    results_[i].compared = twin >= 0 && results_[i].played != 0 ? 1 : 0;
     results_[i].same_present = same ? 1 : 0;
   }
 }
@@ -85,6 +86,7 @@ void TrialPlayer::begin(int slot, std::size_t trial) {
   }
   begin_episode(main_, slot, trials_[trial].draw);
   main_.actor->start(slot, label_(trial));
+  cue_policy_.begin(slot);
   state = {TrialState::Phase::kCue, trial, 0, {}};
   if (trials_[trial].question == 0) reach_question(slot);
 }
@@ -93,6 +95,8 @@ void TrialPlayer::reach_question(int slot) {
   TrialState& state = states_[static_cast<std::size_t>(slot)];
   const Trial& trial = trials_[state.trial];
   results_[state.trial].played = 1;
+  results_[state.trial].exchanged = trial.scene ? 1 : 0;
+  cue_policy_.end(slot);
   if (trial.scene) Snapshotter(*main_.env).restore(slot, *trial.scene);
   presents_[state.trial] = present_of(*main_.env, slot);
   // Actions that were chosen while the cue showed would carry it past the question.

@@ -1,8 +1,11 @@
 #include "protocol/probe/twins.h"
 
 #include <algorithm>
+#include <set>
 #include <string>
 
+#include "core/base/join.h"
+#include "core/env/episode.h"
 #include "protocol/probe/past.h"
 
 namespace engram {
@@ -40,6 +43,12 @@ TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint6
     group[i].wiped = i == kOneWiped || i == kOtherWiped;
     if (i != kOne) group[i].twin = kOne;
   }
+  if (facts.cue_by_hand) {
+    // Only in one scene do the robots stand alike.
+    group[kOther].twin = -1;
+    group[kOtherWiped].twin = kOther;
+    group[kOneInOther].twin = kOther;
+  }
   group[kOneInOther].scene = lookahead.scene_at(other, question);
   group[kOtherInOne].scene = lookahead.scene_at(one, question);
   if (const auto change = chooser.irrelevant_change(one.pins)) {
@@ -48,6 +57,7 @@ TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint6
                        .question = change->question,
                        .until_answer = true,
                        .twin = kUnchanged};
+    if (change->joins) group[kChanged].scene = lookahead.scene_at(change->one, change->question);
   }
   return group;
 }
@@ -71,6 +81,7 @@ struct Presents {
   int equal = 0;
 
   void add(const TrialResult& trial) {
+    if (trial.compared == 0) return;
     ++compared;
     equal += trial.same_present;
   }
@@ -86,6 +97,7 @@ Document document_of(const ProbeTask& task, const ConditionResults& results) {
   std::vector<bool> past;
   std::vector<bool> scene;
   std::vector<bool> stay;
+  std::set<std::string> parts;  // what has changed in them
   Presents twins;
   Presents changed;
   for (const std::vector<TrialResult>& group : results) {
@@ -101,6 +113,8 @@ Document document_of(const ProbeTask& task, const ConditionResults& results) {
     both.push_back(group[kOne].correct != 0 && group[kOther].correct != 0);
     for (std::size_t i = kOther; i <= kOtherInOne; ++i) twins.add(group[i]);
     if (group[kChanged].played == 0) continue;
+    parts.insert(group[kChanged].exchanged != 0 ? std::string(kRobotNoiseVariable)
+                                                : irrelevant_part(task.facts(), task.info));
     stay.push_back(same_answer(group[kUnchanged], group[kChanged], any_order));
     changed.add(group[kChanged]);
   }
@@ -118,6 +132,7 @@ Document document_of(const ProbeTask& task, const ConditionResults& results) {
                        {"swapped", DocumentTable{{"past", rate_document(past, 2)},
                                                  {"scene", rate_document(scene, 2)}}},
                        {"stay", stay.empty() ? Document() : rate_document(stay)},
+                       {"stay_by", parts.empty() ? Document() : Document(join(parts))},
                        {"stay_presents", stay.empty() ? Document() : changed.document()}};
 }
 

@@ -347,26 +347,31 @@ nb::object Batch::final_output(const std::string& name) const {
   return view(array);
 }
 
-std::string Batch::instruction(int index) const {
+std::string Batch::copied(int index, decltype(&engram_instruction) function) const {
   const std::shared_ptr<Handle> handle = open();
   engram_env* env = handle->env();
   std::size_t length = 0;
-  check(engram_instruction(env, index, nullptr, 0, &length));
+  check(function(env, index, nullptr, 0, &length));
   std::string text(length + 1, '\0');
-  check(engram_instruction(env, index, text.data(), text.size(), &length));
+  check(function(env, index, text.data(), text.size(), &length));
   text.resize(length);
   return text;
 }
 
-std::string Batch::words(int index) const {
+std::string Batch::instruction(int index) const { return copied(index, engram_instruction); }
+
+std::string Batch::words(int index) const { return copied(index, engram_words); }
+
+void Batch::ask(int index) {
   const std::shared_ptr<Handle> handle = open();
-  engram_env* env = handle->env();
-  std::size_t length = 0;
-  check(engram_words(env, index, nullptr, 0, &length));
-  std::string text(length + 1, '\0');
-  check(engram_words(env, index, text.data(), text.size(), &length));
-  text.resize(length);
-  return text;
+  check(engram_ask(handle->env(), index));
+}
+
+std::string Batch::question(int index) const { return copied(index, engram_question); }
+
+void Batch::answer(int index, const std::vector<std::int32_t>& choices) {
+  const std::shared_ptr<Handle> handle = open();
+  check(engram_answer(handle->env(), index, choices.data(), choices.size()));
 }
 
 nb::object Batch::render(int index, const std::string& camera, int width, int height) const {

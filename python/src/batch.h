@@ -102,6 +102,9 @@ class Batch {
   nb::object final_output(const std::string& name) const;
   std::string instruction(int index) const;
   std::string words(int index) const;  // JSON
+  void ask(int index);
+  std::string question(int index) const;  // JSON
+  void answer(int index, const std::vector<std::int32_t>& choices);
   // qpos (N, 9), qvel (N, 9), tcp_pose (N, 7).
   nb::tuple robot_state() const;
   // extrinsic_cv (N, 3, 4), cam2world_gl (N, 4, 4), intrinsic_cv (N, 3, 3).
@@ -117,6 +120,8 @@ class Batch {
   // The handle, held for as long as the caller needs it. Raises BadStateError if closed.
   std::shared_ptr<Handle> open() const;
   nb::object view(const engram_array& array) const;
+  // A text of an environment that the function copies.
+  std::string copied(int index, decltype(&engram_instruction) function) const;
 
   std::shared_ptr<Handle> handle_;
 };

@@ -141,3 +141,61 @@ def test_the_example_over_pipes_is_right_without_pictures():
     )
     assert done.returncode == 0, done.stderr
     assert [task["sr"] for task in json.loads(done.stdout)["tasks"]] == [1.0, 1.0]
+
+
+def play_asked(env, seed, right):
+    """An episode in which the first environment is asked; returns its last info."""
+    env.reset(seed=[seed] * env.num_envs)
+    cue = env.words()[0]["memory"].replace("the cue was a ", "the ")
+    env.ask()
+    asked = 0
+    for _ in range(env.description["horizon"]):
+        question = env.question()
+        if question["due"]:
+            asked += 1
+            index = question["choices"].index(cue)
+            env.answer([index if right else (index + 1) % 3])
+        _, _, _, _, info = env.step(env.act("blind"))
+    assert asked == 1
+    return info
+
+
+def test_an_answer_is_named_while_an_episode_runs(make):
+    env = make(TASK, 2, autoreset_mode="DISABLED")
+    for seed in range(4):
+        right = play_asked(env, seed, True)
+        wrong = play_asked(env, seed, False)
+        assert right["success_once"][0]
+        assert not wrong["success_once"][0]
+        # The other environment guesses as ever.
+        assert right["first_answer_correct"][1] == wrong["first_answer_correct"][1]
+
+
+def test_questions_that_are_not_due_are_refused(make):
+    env = make(TASK, 1)
+    with pytest.raises(engram.BadStateError):
+        env.ask()
+    env.reset(seed=1)
+    with pytest.raises(engram.BadStateError, match="no question is due"):
+        env.answer([0])
+    with pytest.raises(engram.Error, match="0 to 0 allowed"):
+        env.ask(1)
+    with pytest.raises(engram.Error, match="choices"):
+        env.answer(["the red cube"])
+    none = make("InterceptMedium-VLA-v0", 1)
+    none.reset(seed=1)
+    with pytest.raises(engram.Error, match="has no list of answers"):
+        none.ask()
+
+
+def test_questions_list_answers_as_evaluations_do(make):
+    env = make(TASK, 1)
+    listed = []
+    engram.evaluate(
+        choices=lambda question: listed.append(question["choices"]) or 0,
+        ids=TASK, episodes=5, seed=3, threads=1, num_envs=1, obs="objects",
+    )  # fmt: skip
+    for i, choices in enumerate(listed):
+        env.reset(seed=3 + i)
+        env.ask()
+        assert env.question()["choices"] == choices

@@ -402,6 +402,6 @@ const Family kTakeItBack = {
     .tasks = kRows,
     .make = make_variant<TakeItBack, kVariants>,
     .expectations = {.least_reward = -0.0034, .most_reward = 0.7531, .hides = true},
-    .memory = {.no_twins = "the past is where the cube stood, and the robot has come from there"}};
+    .memory = {.hidden = "slot", .cue_by_hand = true}};
 
 }  // namespace engram::tasks

@@ -102,6 +102,7 @@ TEST_CASE("C API: a call that runs out of memory changes nothing", "[api][alloca
       {"instruction",
        [](engram_env* env) { return engram_instruction(env, 0, nullptr, 0, nullptr); }},
       {"words", [](engram_env* env) { return engram_words(env, 0, nullptr, 0, nullptr); }},
+      {"question", [](engram_env* env) { return engram_question(env, 0, nullptr, 0, nullptr); }},
       {"save",
        [](engram_env* env) {
          std::size_t size = 0;

@@ -45,6 +45,27 @@ inline CommandResult engram_command(const std::string& arguments, const std::str
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(err)};
 }
 
+// Whether `mpirun engram` shares work here.
+inline bool has_mpi() {
+  return std::system("command -v mpirun >/dev/null") == 0 &&
+         std::filesystem::exists(std::filesystem::path(test::kCommand).parent_path() /
+                                 "libengram_mpi.so");
+}
+
+// Runs `engram` as so many processes under mpirun.
+inline CommandResult command_of_ranks(int count, const std::string& arguments) {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "out").string();
+  // The MPI library keeps some memory until the process ends.
+  const std::string line =
+      "ASAN_OPTIONS=\"$ASAN_OPTIONS:detect_leaks=0\" OMPI_ALLOW_RUN_AS_ROOT=1 "
+      "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 300 mpirun --oversubscribe -n " +
+      std::to_string(count) + " '" + test::kCommand + "' " + arguments + " </dev/null >'" + out +
+      "' 2>'" + out + ".err'";
+  const int status = std::system(line.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out), read_file(out + ".err")};
+}
+
 // Checks that the command refuses: exit code, nothing on standard output, one line with `words` on
 // standard error.
 inline void require_refusal(const std::string& arguments, int code, const std::string& words) {

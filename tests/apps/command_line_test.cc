@@ -30,6 +30,8 @@ Parsed parse(const std::vector<std::string>& words, std::string* text = nullptr)
   say.add_flag("--loud", parsed.loud, "Loudly");
   say.add_repeatable(
       "--word", [&parsed](const std::string& word) { parsed.words.push_back(word); }, "A word");
+  say.add_option("--secret", parsed.name, "A name that the help does not have");
+  say.hide_option("--secret");
   say.when_parsed([&] { parsed.given = say.given("--name"); });
   say.on_run([&parsed] { ++parsed.runs; });
   const std::string shown = line.parse(words);
@@ -55,6 +57,9 @@ TEST_CASE("Help and version are texts, and nothing runs", "[apps][command_line]"
   CHECK(text == "program 1.0\n");
   CHECK(parse({"say", "--help"}, &text).runs == 0);
   CHECK_THAT(text, Catch::Contains("--rate") && Catch::Contains("A rate"));
+  CHECK_THAT(text, !Catch::Contains("--secret"));
+  CHECK(parse({"say", "--secret", "x"}).name == "x");
+  CHECK_THROWS_WITH(parse({"say", "--secret"}), Catch::Contains("--secret"));
 }
 
 TEST_CASE("Words that are not allowed are refused", "[apps][command_line]") {

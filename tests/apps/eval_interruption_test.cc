@@ -113,30 +113,16 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]")
 }
 
 TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
-  if (std::system("command -v mpirun >/dev/null") != 0 ||
-      !fs::exists(fs::path(test::kCommand).parent_path() / "libengram_mpi.so")) {
+  if (!has_mpi()) {
     WARN("no MPI in this build; nothing checked");
     return;
   }
   const TemporaryFolder folder;
-  const auto ranks = [&](int count, const std::string& arguments) {
-    const std::string out = (folder.path() / "out").string();
-    // The MPI library keeps some memory until the process ends.
-    const std::string line =
-        "ASAN_OPTIONS=\"$ASAN_OPTIONS:detect_leaks=0\" OMPI_ALLOW_RUN_AS_ROOT=1 "
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 300 mpirun "
-        "--oversubscribe -n " +
-        std::to_string(count) + " '" + test::kCommand + "' " + arguments + " </dev/null >'" + out +
-        "' 2>'" + out + ".err'";
-    const int status = std::system(line.c_str());
-    return CommandResult{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(out),
-                         read_file(out + ".err")};
-  };
   const std::string arguments = "eval " + kTasks + " --policy random --episodes 7 --json";
   const CommandResult alone = engram_command(arguments);
   REQUIRE(alone.code == 0);
   for (const int count : {1, 2, 3}) {
-    const CommandResult result = ranks(count, arguments);
+    const CommandResult result = command_of_ranks(count, arguments);
     INFO(result.err);
     CHECK(result.code == 0);
     CHECK(result.out == alone.out);
@@ -145,9 +131,9 @@ TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
       "eval RememberColor3-VLA-v0 --obs objects --episodes 7 --json "
       "--policy-choices '" +
       choices_policy() + " --guess'";
-  CHECK(ranks(2, choices).out == engram_command(choices).out);
+  CHECK(command_of_ranks(2, choices).out == engram_command(choices).out);
   // Errors of the user end all ranks.
-  const CommandResult wrong = ranks(2, "eval NoSuchTask-VLA-v0");
+  const CommandResult wrong = command_of_ranks(2, "eval NoSuchTask-VLA-v0");
   CHECK(wrong.code != 0);
   CHECK(wrong.code != 124);
   CHECK_THAT(wrong.err, Catch::Contains("NoSuchTask"));
@@ -168,7 +154,7 @@ TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
          "kill -9 $p; done")
             .c_str());
   });
-  const CommandResult died = ranks(2, long_run + " --out " + output.string());
+  const CommandResult died = command_of_ranks(2, long_run + " --out " + output.string());
   killer.join();
   INFO(died.err);
   CHECK(died.code != 0);
@@ -177,7 +163,7 @@ TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
   REQUIRE(!run.empty());
   const auto present = results_in(run);
   CHECK(present.size() < 10);
-  CHECK(ranks(3, "eval --resume " + run.string()).code == 0);
+  CHECK(command_of_ranks(3, "eval --resume " + run.string()).code == 0);
   const CommandResult whole = engram_command(long_run + " --json");
   const Json summary = whole.json();
   for (const Json& task : summary["tasks"]) {

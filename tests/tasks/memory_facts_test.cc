@@ -5,6 +5,7 @@
 #include <string_view>
 #include <variant>
 
+#include "core/env/choices.h"
 #include "core/env/task.h"
 #include "tasks/registry.h"
 
@@ -37,7 +38,10 @@ TEST_CASE("Constants and draws that probes vary are those of every task", "[prob
            has_draw(info, facts.items)));
     CHECK((facts.irrelevant == PastChange::kDraw) == !facts.irrelevant_draw.empty());
     CHECK((facts.irrelevant_draw.empty() || has_draw(info, facts.irrelevant_draw)));
-    if (facts.no_twins.empty()) CHECK(has_draw(info, info.hidden_variable));
+    if (facts.no_twins.empty()) {
+      CHECK(has_draw(info, facts.hidden.empty() ? info.hidden_variable : facts.hidden));
+    }
+    if (facts.cue_by_hand) CHECK(choices_of(*make_task(entry.id)) != nullptr);
   }
 }
 

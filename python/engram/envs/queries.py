@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -104,6 +105,41 @@ class QueryMixin:
             BadStateError: Nothing was reset.
         """
         return [json.loads(self._batch.words(i)) for i in range(self.num_envs)]
+
+    def ask(self, index: int = 0) -> None:
+        """Lets an environment's episode wait for an answer by name (docs/choices.md).
+
+        From now on ``act("blind")`` does in this environment what the oracle does before it needs
+        the answer, and then carries out what :meth:`answer` names. To be called after each reset.
+
+        Raises:
+            Error: The task has no list of answers, or nothing was reset.
+        """
+        self._batch.ask(values.integer("index", index))
+
+    def question(self, index: int = 0) -> dict[str, Any]:
+        """The question of an environment's episode.
+
+        Returns:
+            "due", true if the hand cannot go on without an answer; "question"; "choices", in an
+            order that means nothing; "least" and "most" of an answer; and "repeats", true if one
+            may be named twice.
+        """
+        question: dict[str, Any] = json.loads(self._batch.question(values.integer("index", index)))
+        return question
+
+    def answer(self, choices: Sequence[int], index: int = 0) -> None:
+        """Answers the question that is due.
+
+        Args:
+            choices: Indices of the question's choices, in order.
+            index: Index of the environment.
+
+        Raises:
+            BadStateError: No question is due.
+        """
+        numbers = [values.integer("choices", choice) for choice in choices]
+        self._batch.answer(values.integer("index", index), numbers)
 
     def frame(
         self,

@@ -123,6 +123,11 @@ def parser() -> argparse.ArgumentParser:
         help="departures from the usual scene, from 0 to 1 (docs/perturbations.md)",
     )
     result.add_argument(
+        "--choices",
+        action="store_true",
+        help="begins with answers by name: the page asks, a scripted hand acts (docs/choices.md)",
+    )
+    result.add_argument(
         "--stay", action="store_true", help="keeps running when the page is closed, until Ctrl-C"
     )
     return result

@@ -72,7 +72,13 @@ class Server:
             ENVS,
         )
         self._context = ServerContext(
-            options.out, Catalogue(), sources, Scores(), self._engine, dict(options.perturb)
+            options.out,
+            Catalogue(),
+            sources,
+            Scores(),
+            self._engine,
+            dict(options.perturb),
+            options.choices,
         )
         self._library.submit(self._context.catalogue.list)  # while the browser starts
         self._tabs = Tabs()

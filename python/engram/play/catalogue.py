@@ -66,6 +66,7 @@ _DESCRIPTION = (
     "chance",
     "answer",
     "answer_chance",
+    "choices",
     "ceilings",
     "termination",
     "frozen_cue",

@@ -28,6 +28,7 @@ class EpisodeSpec:
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     rules: str = "reference"
     perturb: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    choices: bool = False  # the player names answers, and a scripted hand acts
 
     @classmethod
     def from_message(cls, message: Mapping[str, Any]) -> EpisodeSpec:
@@ -40,6 +41,7 @@ class EpisodeSpec:
             message.get("pins", {}),
             message.get("constants", {}),
             message.get("options", {}),
+            choices=message.get("choices", False),
         )
 
     @property

@@ -59,6 +59,8 @@ class Game:
         self._observation, _ = spec.reset(self._env)
         self.spec = spec
         self.instruction = self._env.instructions[0]
+        if spec.choices:
+            self._env.ask(0)
         self.elapsed = 0
         self.ended = False
         self.actions: list[npt.NDArray[np.float32]] = []
@@ -66,10 +68,23 @@ class Game:
         self._info: dict[str, Any] = {}
         self._truncated = False
 
+    def question(self) -> dict[str, Any] | None:
+        """The question that is to be answered before the episode goes on, or None."""
+        if not self.spec.choices or self.ended:
+            return None
+        question = self._env.question(0)
+        return question if question["due"] else None
+
+    def choose(self, choices: list[int]) -> None:
+        """Answers the question."""
+        self._env.answer(choices, 0)
+
     def step(self, action: list[float]) -> None:
-        """One control step, unless the episode has ended."""
+        """One control step, unless the episode has ended. The action counts without choices."""
         if self.ended:
             return
+        if self.spec.choices:
+            action = self._env.act("blind")[0]  # the hand of the answer
         row = np.clip(np.array(action, np.float32), -1, 1)
         self._observation, reward, terminated, truncated, self._info = self._env.step(row[None])
         self.actions.append(row)

@@ -13,6 +13,7 @@ _LONGEST_ID = 100
 _LONGEST_NAME = 60
 _MOST_NAMES = 64
 _MOST_VALUES = 64
+_MOST_CHOICES = 1000
 _MOST_NUMBER = 2**53 - 1  # JavaScript's whole numbers
 
 
@@ -126,6 +127,14 @@ def _values(name: str, value: Any) -> None:
             _scalar(name, one)
 
 
+def _choices(name: str, value: Any) -> None:
+    """Indices of a question's choices; the simulator checks how many it allows."""
+    if not isinstance(value, list) or not 1 <= len(value) <= _MOST_VALUES:
+        raise _wrong(name, value, f"a list of 1 to {_MOST_VALUES} whole numbers")
+    for one in value:
+        _whole(0, _MOST_CHOICES)(name, one)
+
+
 _Check = Callable[[str, Any], None]
 _EPISODE_SPEC: dict[str, tuple[bool, _Check]] = {
     "id": (True, _text(_LONGEST_ID)),
@@ -137,7 +146,8 @@ _EPISODE_SPEC: dict[str, tuple[bool, _Check]] = {
 _SOURCE = _text(20)
 # Fields by kind of message: required or not, and the check of the value.
 _KINDS: dict[str, dict[str, tuple[bool, _Check]]] = {
-    "play": _EPISODE_SPEC,  # a new episode
+    "play": {**_EPISODE_SPEC, "choices": (False, _flag)},  # a new episode
+    "choose": {"choices": (True, _choices)},  # answers the question
     "act": {
         "a": (True, _action),
         "n": (True, _whole(0, _MOST_NUMBER)),

@@ -17,26 +17,37 @@ def rate_of(description: Any, policy: str) -> float | None:
 
 
 class Scores:
-    """Finished episodes by task. A seed counts once: later its answer is known."""
+    """Finished episodes by task, with and without choices.
+
+    A seed counts once: later its answer is known.
+    """
 
     def __init__(self) -> None:
-        self._results: dict[str, collections.deque[tuple[bool, bool | None]]] = {}
+        self._results: dict[tuple[str, bool], collections.deque[tuple[bool, bool | None]]] = {}
         self._seeds: dict[str, set[int]] = {}
 
-    def add(self, id: str, seed: int, success: bool, first: bool | None) -> bool:
+    def add(
+        self, id: str, seed: int, success: bool, first: bool | None, choices: bool = False
+    ) -> bool:
         """Adds an episode; returns True if it counts."""
         seeds = self._seeds.setdefault(id, set())
         if seed in seeds:
             return False
         seeds.add(seed)
-        results = self._results.setdefault(id, collections.deque(maxlen=EPISODES))
+        results = self._results.setdefault((id, choices), collections.deque(maxlen=EPISODES))
         results.append((success, first))
         return True
 
-    def of(self, description: Any) -> dict[str, Any]:
-        """The score, and the rates of chance, sweep and oracle."""
-        results = list(self._results.get(description["id"], ()))
+    def of(self, description: Any, choices: bool = False) -> dict[str, Any]:
+        """The score, and the rates of chance, sweep and oracle.
+
+        Sweep is a policy that acts: it is no measure of answers by name.
+        """
+        results = list(self._results.get((description["id"], choices), ()))
         sweep, oracle = rate_of(description, "sweep"), rate_of(description, "oracle")
+        chance = description["chance"]
+        if choices:
+            sweep, chance = None, description["choices"]["chance"]
         rate = sum(success for success, _ in results) / len(results) if results else None
         answers = [first for _, first in results if first is not None]
         return {
@@ -47,7 +58,7 @@ class Scores:
             "rate": rate,
             "first_right": sum(answers) if answers else None,
             "first_answers": len(answers),
-            "chance": description["chance"],
+            "chance": chance,
             "answer_chance": description.get("answer_chance"),
             "sweep": sweep,
             "oracle": oracle,

@@ -53,6 +53,7 @@ class ServerContext:
     # One thread for the simulation, while messages are read and sent.
     engine: concurrent.futures.Executor
     perturb: Mapping[str, float]  # of every episode that is begun
+    choices: bool = False  # the page begins with answers by name
 
 
 class Channel:
@@ -79,6 +80,7 @@ class Session:
         self._clock: asyncio.Task[None] | None = None
         self._wake = asyncio.Event()
         self._running = False
+        self._asking = False  # time stands still until the page has answered a question
         self._turns = False  # True: time passes only while the player acts
         self._speed = 1.0
         self._action = [0.0] * 6 + [1.0]
@@ -100,6 +102,7 @@ class Session:
                 "out": str(self._context.out),
                 "envs": ENVS,
                 "columns": COLUMNS,
+                "choices": self._context.choices,
                 **self._context.sources.message(),
             }
         )
@@ -160,6 +163,7 @@ class Session:
         spec = self._episode_spec(message)
         game = await self._game(spec)
         self._played = game
+        self._asking = False
         self._action = [0.0] * 6 + self._action[6:]
         await self._channel.text(
             {
@@ -170,10 +174,11 @@ class Session:
                 # A random seed is sent at the end only: its answer could be looked up.
                 "seed": str(spec.seed) if spec.seed_given else None,
                 "view": list(VIEWS[game.size]),
-                "score": self._context.scores.of(game.description),
+                "score": self._context.scores.of(game.description, spec.choices),
             }
         )
         await self._show()
+        await self._ask(game)
 
     async def _game(self, spec: EpisodeSpec) -> Game:
         """A game at the beginning of the episode; the last one if its batch can play it."""
@@ -190,6 +195,22 @@ class Session:
         await self._run_in_engine(lambda: new.resize(size))
         return new
 
+    async def _ask(self, game: Game) -> None:
+        """Sends the question that is due, if there is one."""
+        question = await self._run_in_engine(game.question)
+        self._asking = question is not None
+        if question is not None:
+            await self._channel.text({"type": "question", **question})
+
+    async def _choose(self, message: dict[str, Any]) -> None:
+        game = self._view
+        if not isinstance(game, Game) or not self._asking:
+            raise MessageError("choose: there is no question")
+        await self._run_in_engine(lambda: game.choose(message["choices"]))
+        await self._channel.text({"type": "chosen"})
+        await self._ask(game)
+        self._wake.set()
+
     def _take_action(self, message: dict[str, Any]) -> None:
         self._action = message["a"]
         self._held = message["held"]
@@ -202,6 +223,8 @@ class Session:
             raise MessageError("step: there is no episode; play first")
         if self._running:
             raise MessageError("step: the episode runs; pause first")
+        if self._asking:
+            raise MessageError("step: a question is open; choose first")
         self._action = message["a"]
         self._input = message["n"]
         await self._advance()
@@ -227,6 +250,8 @@ class Session:
     @property
     def _is_waiting(self) -> bool:
         """True while time stands still."""
+        if self._asking:
+            return True
         if isinstance(self._view, Game) and self._turns and not self._held:
             return True
         return not self._running
@@ -275,12 +300,14 @@ class Session:
                 await self._channel.binary(picture)
             if view.ended:
                 await self._end(view)
+            else:
+                await self._ask(view)
 
     async def _end(self, game: Game) -> None:
         self._pause()
         spec, result = game.spec, game.result()
         counted = spec.is_default and self._context.scores.add(
-            spec.id, spec.seed, result["success"], result["first_answer_correct"]
+            spec.id, spec.seed, result["success"], result["first_answer_correct"], spec.choices
         )
         await self._channel.text(
             {
@@ -288,7 +315,7 @@ class Session:
                 **result,
                 "counted": counted,
                 "savable": result["success"] and spec.is_default,
-                "score": self._context.scores.of(game.description),
+                "score": self._context.scores.of(game.description, spec.choices),
             }
         )
 
@@ -420,6 +447,7 @@ class Session:
     async def _close_view(self) -> None:
         """Closes the view."""
         self._pause()
+        self._asking = False
         view, self._view = self._view, None
         if view is not None:
             await self._run_in_engine(view.close)
@@ -438,6 +466,7 @@ def _stepped(game: Game, action: list[float], number: int, lags: bool) -> bytes 
 
 _HANDLERS: dict[str, Callable[[Session, dict[str, Any]], Awaitable[None]]] = {
     "play": Session._play,
+    "choose": Session._choose,
     "step": Session._step,
     "run": Session._run,
     "speed": Session._set_speed,

@@ -138,6 +138,79 @@ def test_keys_move_the_tool_while_time_runs(opened):
     page.mouse.up()
 
 
+def test_an_answer_is_named_by_keyboard_and_carried_out(opened):
+    page = opened()
+    page.fill("input[name=words]", TASK[:14])
+    page.click(f"button[aria-label='Play {TASK}']")
+    until(page, "document.activeElement.id === 'stage'")
+    assert page.is_enabled("#choices")
+    page.select_option("#speed", "1")
+    page.check("#choices")
+    until(page, "document.activeElement.id === 'stage'")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#question:not([hidden])")
+    until(page, "document.activeElement.parentElement.id === 'answers'")
+    assert page.inner_text("#question-text") == "Which object is to be touched?"
+    assert sorted(page.locator("#answers button").all_inner_texts()) == [
+        "the blue cube", "the green cube", "the red cube",
+    ]  # fmt: skip
+    assert not page.is_visible("#compose")
+    assert page.is_disabled("#step")
+    screenshot(page, "question")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#after:not([hidden])")
+    assert not page.is_visible("#question")
+    assert "first answer was" in page.inner_text("#result")
+
+
+def test_several_answers_are_named_in_order_and_taken_back(opened):
+    page = opened()
+    page.fill("input[name=words]", "ChainOfColors")
+    page.click("button[aria-label='Play ChainOfColors3-v0']")
+    until(page, "document.activeElement.id === 'stage'")
+    page.select_option("#speed", "1")
+    page.check("#choices")
+    until(page, "document.activeElement.id === 'stage'")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#question:not([hidden])")
+    answers = page.locator("#answers button")
+    names = answers.all_inner_texts()
+    answers.nth(2).click()
+    answers.nth(0).click()
+    assert page.inner_text("#named") == f"{names[2]}, then {names[0]}"
+    assert answers.nth(2).is_disabled()
+    assert page.is_disabled("#answer")
+    page.click("#take-back")
+    assert page.inner_text("#named") == names[2]
+    answers.nth(1).click()
+    answers.nth(3).click()
+    assert answers.nth(0).is_disabled()
+    screenshot(page, "several answers")
+    page.click("#answer")
+    page.wait_for_selector("#question", state="hidden")
+
+
+def test_tasks_without_a_list_of_answers_offer_none(opened):
+    page = opened()
+    page.fill("input[name=words]", "InterceptMedium")
+    page.click("button[aria-label='Play InterceptMedium-VLA-v0']")
+    until(page, "document.activeElement.id === 'stage'")
+    assert page.is_disabled("#choices")
+    assert page.get_attribute("#by-name", "title") == "This task has no list of answers"
+
+
+def test_the_command_may_begin_with_choices(browser, tmp_path):
+    with serving(tmp_path / "out", "--choices") as server:
+        page = browser.new_page()
+        page.goto(server.link)
+        page.wait_for_selector("body[data-ready]")
+        page.click(f"button[aria-label='Play {TASK}']")
+        until(page, "document.activeElement.id === 'stage'")
+        assert page.is_checked("#choices")
+        page.close()
+
+
 # Simulated gamepad.
 GAMEPAD = """
 globalThis.pad = { axes: [0, 0, 0, 0], buttons: [...Array(16)].map(() => ({ pressed: false })) };

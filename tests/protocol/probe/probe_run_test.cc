@@ -81,6 +81,8 @@ const std::vector<std::string> kWithTwins = {"ShellGameTouch-VLA-v0",
                                              "BunchOfColors3-VLA-v0",
                                              "TraceShapeMedium-VLA-v0",
                                              "TraceShapeSeqMedium-VLA-v0",
+                                             "TraceShapeSeqEasy-VLA-v0",
+                                             "TakeItBack-v0",
                                              "GatherAndRecall1-VLA-v0",
                                              "BlinkCountButtonPressEasy-VLA-v0"};
 
@@ -100,6 +102,94 @@ TEST_CASE("The oracle follows every past, and presents are the same to the bit",
     CHECK(rate(part(twins, "swapped"), "scene") == 1);
     CHECK(rate(part(twins, "swapped"), "past") == 0);
   }
+}
+
+TEST_CASE("Where constants leave a past nothing to change, the arm has started elsewhere",
+          "[probe]") {
+  const std::map<std::string, std::string> changes = {
+      {"RememberColor3-VLA-v0", "cue_steps"},
+      {"RememberColor5-Long-VLA-v0", kRobotNoiseVariable},
+      {"RememberColor3-v0", kRobotNoiseVariable},
+      {"ShellGamePush-v0", kRobotNoiseVariable},
+      {"ChainOfColors3-v0", kRobotNoiseVariable},
+      {"ChainOfColors3-VLA-v0", "cue_step_duration"},
+      // The least change of its cue is longer than the range of its delay.
+      {"ChainOfColors5-VLA-v0", kRobotNoiseVariable},
+      {"SeqOfColors3-v0", "order of sequence"},
+      {"TakeItBack-v0", kRobotNoiseVariable},
+      {"ShellGameColorLampTouch-VLA-v0", "mapping"}};
+  for (const auto& [id, change] : changes) {
+    INFO(id);
+    EvaluationSettings settings = settings_for({id}, 1);
+    settings.control_mode = make_task(id)->info().control_mode;
+    const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+    const Document& twins = section(document, "twins");
+    CHECK(text(part(twins, "stay_by")) == change);
+    CHECK(all_equal(part(twins, "stay_presents")));
+    CHECK(rate(twins, "stay") == 1);
+  }
+  // With a start pose that does not vary, there is nothing left.
+  EvaluationSettings settings = settings_for({"RememberColor5-Long-VLA-v0"}, 1);
+  settings.constants = {{"robot_init_qpos_noise", 0.0}};
+  const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  CHECK(is_null(part(section(document, "twins"), "stay")));
+  CHECK(is_null(part(section(document, "twins"), "stay_by")));
+}
+
+// Notes the arm's joints in the last request before each trial's question, and after it.
+class JointsPolicy final : public ExternalPolicy {
+ public:
+  using Joints = std::map<std::int32_t, std::vector<std::vector<float>>>;
+  explicit JointsPolicy(Joints& joints) : joints_(joints) {}
+
+  void act(const PolicyRequest& request, PolicyReply& reply) override {
+    const std::int64_t shape[] = {7};
+    for (int row = 0; row < request.count; ++row) {
+      const auto i = static_cast<std::size_t>(row);
+      const float* seen = request.state.data() + i * static_cast<std::size_t>(request.state_dim);
+      joints_[request.numbers[i]].emplace_back(seen, seen + 7);
+      reply.set(row, std::vector<float>(7), shape);
+    }
+  }
+
+ private:
+  Joints& joints_;
+};
+
+TEST_CASE("A past with another start pose is seen, and ends in the scene of the first", "[probe]") {
+  JointsPolicy::Joints joints;
+  Protocol protocol = protocol_of(settings_for({"RememberColor5-Long-VLA-v0"}, 1));
+  protocol.external = [&joints](const WorkContext& /*context*/) {
+    return std::make_unique<JointsPolicy>(joints);
+  };
+  protocol.threads = 1;
+  (void)run_probes(settings_for({"RememberColor5-Long-VLA-v0"}, 1), protocol,
+                   {.probes = {Probe::kTwins}}, {});
+  // Of the trials all but one begin alike.
+  std::map<std::vector<float>, int> starts;
+  std::set<std::vector<float>> ends;
+  for (const auto& [number, seen] : joints) {
+    ++starts[seen.front()];
+    ends.insert(seen.back());
+  }
+  REQUIRE(starts.size() == 2);
+  CHECK(std::min(starts.begin()->second, starts.rbegin()->second) == 1);
+  CHECK(ends.size() == 1);
+}
+
+TEST_CASE("A cue that the robot works with ends with the hand's question", "[probe]") {
+  const EvaluationSettings settings = settings_for({"TakeItBack-v0"}, 6);
+  const Document oracle = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Document blind = probe(settings, Policy::kBlind, {.probes = {Probe::kTwins}});
+  const Document& seen = section(oracle, "twins");
+  // Presents of exchanged scenes and of wiped trials alone are compared.
+  CHECK(number(part(part(seen, "presents"), "compared")) == 24);
+  CHECK(rate(seen, "answered") == 1);
+  const Document& guessed = section(blind, "twins");
+  CHECK(all_equal(part(guessed, "presents")));
+  CHECK(rate(guessed, "both_follow") == 0);
+  CHECK(rate(guessed, "follow") < 0.7);
+  CHECK(rate(guessed, "stay") == 1);
 }
 
 TEST_CASE("Presents are the same in pictures, too", "[probe][render]") {
@@ -294,6 +384,30 @@ TEST_CASE("Numbers of items that a policy cannot observe are left out, with the 
   for (const Document& one : list(part(section(document, "capacity"), "points"))) {
     const bool own = number(part(one, "items")) == 3;
     CHECK((find(one, "skipped") == nullptr) == own);
+  }
+}
+
+TEST_CASE("Families whose observation keeps its size have points for every number of items",
+          "[probe]") {
+  const std::map<std::string, std::vector<double>> items = {
+      {"SeqOfColors3-VLA-v0", {1, 3, 5, 7}},  // all nine have one answer
+      {"ShellGameShuffleTouch-VLA-v0", {2, 3, 4}},
+      {"BlinkCountButtonPressEasy-VLA-v0", {1, 2, 3}}};
+  for (const auto& [id, expected] : items) {
+    INFO(id);
+    Protocol protocol = protocol_of(settings_for({id}, 1));
+    std::map<std::int32_t, int> requests;
+    protocol.external = [&requests](const WorkContext& /*context*/) {
+      return std::make_unique<RestingPolicy>(requests);
+    };
+    protocol.threads = 1;
+    const Document document =
+        run_probes(settings_for({id}, 1), protocol, {.probes = {Probe::kCapacity}}, {});
+    std::vector<double> played;
+    for (const Document& one : list(part(section(document, "capacity"), "points"))) {
+      if (find(one, "skipped") == nullptr) played.push_back(number(part(one, "items")));
+    }
+    CHECK(played == expected);
   }
 }
 

@@ -98,6 +98,7 @@ on('hello', (message) => {
   find('connection').hidden = true;
   watch.sources(message);
   grid.setColumns(message.columns);
+  play.setChoices(message.choices);
   document.body.dataset.ready = 'yes';
 });
 window.addEventListener('hashchange', show);

@@ -1,5 +1,6 @@
 // Episode that the user plays. Before its end, the server sends only pictures and step numbers.
 import * as input from './input.js';
+import * as question from './question.js';
 import { described } from './choose.js';
 import { current } from './current.js';
 import { find, make, paint, percent, rates, seedIn } from './draw.js';
@@ -18,6 +19,7 @@ let abandoned = false; // another view has replaced the episode
 let number = 0; // of the last input
 let last = '';
 let speedChosen = false;
+let byName = false; // the player names answers, where a task has a list
 const sentAt = new Map(); // times by input number
 export const stats = { latencies: [], frames: [], dropped: 0, last: -1 };
 
@@ -38,9 +40,20 @@ async function choose(task) {
   const description = await described(task);
   await showFields('play-values', task);
   if (id !== task) return;
+  showChoices(description);
   if (!speedChosen) find('speed').value = description.horizon < SLOW_BELOW ? '0.25' : '1';
   fresh();
 }
+
+// Whether answers can be named is the task's; whether they are, the player's.
+function showChoices(description) {
+  const box = find('choices');
+  box.disabled = description.choices === null;
+  box.checked = byName && !box.disabled;
+  find('by-name').title = box.disabled ? 'This task has no list of answers' : '';
+}
+
+export function setChoices(on) { byName = on; }
 
 export function pause() {
   if (running) send({ do: 'run', on: false });
@@ -59,7 +72,7 @@ function fresh() {
     return;
   }
   last = '';
-  send({ do: 'play', id, seed, ...readValues('play-values') });
+  send({ do: 'play', id, seed, choices: find('choices').checked, ...readValues('play-values') });
   sendSpeed();
 }
 
@@ -69,7 +82,7 @@ function toggle() {
 }
 
 function step() {
-  if (running || ended) return;
+  if (running || ended || question.isOpen()) return;
   const { a } = input.action();
   send({ do: 'step', a, n: ++number });
 }
@@ -89,10 +102,11 @@ function showButtons() {
   find('run').disabled = !id;
   find('again').hidden = ended;
   find('again').disabled = !id;
-  find('step').disabled = running || ended;
+  find('step').disabled = running || ended || question.isOpen();
 }
 
 export function opened(message) {
+  question.close();
   ended = false;
   abandoned = false;
   running = false;
@@ -153,6 +167,7 @@ export function ran(on) {
 
 // Another view has replaced the episode; if it was unfinished, a new one begins when this is shown.
 export function leave() {
+  question.close();
   if (ended) return;
   ended = true;
   abandoned = true;
@@ -226,6 +241,20 @@ export function begin() {
   document.addEventListener('visibilitychange', () => { if (document.hidden) pause(); });
   on('picture play', picture);
   on('ended', finished);
+  question.begin();
+  on('question', (message) => {
+    question.open(message);
+    showButtons();
+  });
+  on('chosen', () => {
+    question.close();
+    showButtons();
+    find('stage').focus({ preventScroll: true });
+  });
+  find('choices').addEventListener('change', () => {
+    byName = find('choices').checked;
+    fresh();
+  });
   on('saved', (message) => {
     find('save').disabled = true;
     find('result').append(make('p', {}, `Saved: ${message.file} (${message.episodes} in the folder)`));

@@ -1,0 +1,36 @@
+// Questions of running episodes, in C.
+#include <vector>
+
+#include "api/c_batch.h"
+#include "api/c_text.h"
+#include "engram/engram_c.h"
+#include "protocol/evaluation/episode_question.h"
+#include "protocol/formats/document.h"
+
+using engram::c::give_text;
+using engram::c::refuse_null;
+using engram::c::with_env;
+
+engram_status engram_ask(engram_env* env, int32_t index) {
+  return with_env(env, [&](engram_env& of) {
+    const auto [batch, own_index] = of.queries.batch_of(index);
+    engram::ask_questions(batch, own_index);
+  });
+}
+
+engram_status engram_question(engram_env* env, int32_t index, char* text, size_t capacity,
+                              size_t* length) {
+  if (text == nullptr && capacity > 0) return refuse_null("text");
+  return with_env(env, [&](engram_env& of) {
+    const auto [batch, own_index] = of.queries.batch_of(index);
+    give_text(engram::to_text(engram::describe_question(batch, own_index)), text, capacity, length);
+  });
+}
+
+engram_status engram_answer(engram_env* env, int32_t index, const int32_t* choices, size_t count) {
+  if (choices == nullptr && count > 0) return refuse_null("choices");
+  return with_env(env, [&](engram_env& of) {
+    const auto [batch, own_index] = of.queries.batch_of(index);
+    engram::answer_question(batch, own_index, {choices, count});
+  });
+}
