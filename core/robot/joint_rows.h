@@ -79,21 +79,40 @@ struct WideRow {
         [&](auto i) ENGRAM_INLINE_LAMBDA { reinterpret_cast<Entries*>(row.at)[i].wide = at[i]; });
   }
 
-  // A joint's entry, in all entries of a vector.
+  // A joint's entry.
   template <int kJoint>
-  ENGRAM_INLINE Wide get() const {
+  ENGRAM_INLINE V entry() const {
     if constexpr (kEntries == 1) {
       return at[kJoint];
     } else {
-      return simd::broadcast<Wide>(at[kJoint / kEntries][kJoint % kEntries]);
+      return at[kJoint / kEntries][kJoint % kEntries];
     }
   }
+  // A joint's entry, in all entries of a vector.
   template <int kJoint>
-  ENGRAM_INLINE void set(double value) {
+  ENGRAM_INLINE Wide get() const {
+    return spread(entry<kJoint>());
+  }
+  template <int kJoint>
+  ENGRAM_INLINE void set(V value) {
     if constexpr (kEntries == 1) {
-      at[kJoint] = simd::broadcast<V>(value);
+      at[kJoint] = value;
     } else {
       at[kJoint / kEntries][kJoint % kEntries] = value;
+    }
+  }
+
+  // += scale * other
+  ENGRAM_INLINE void add_scaled(V scale, const WideRow& other) {
+    const Wide factor = spread(scale);
+    for_each_index<kVectors>([&](auto i) ENGRAM_INLINE_LAMBDA { at[i] += factor * other.at[i]; });
+  }
+
+  ENGRAM_INLINE static Wide spread(V value) {
+    if constexpr (kEntries == 1) {
+      return value;
+    } else {
+      return simd::broadcast<Wide>(value);
     }
   }
 
@@ -113,7 +132,7 @@ ENGRAM_INLINE void invert(JointMatrixOf<V>& m) {
   const auto eliminate = [&m](Row& row, auto pivot) ENGRAM_INLINE_LAMBDA {
     const Row pivot_row(m[pivot]);
     const auto factor = -row.template get<pivot>();
-    row.template set<pivot>(0);
+    row.template set<pivot>(V{});
     for_each_index<Row::kVectors>(
         [&](auto e) ENGRAM_INLINE_LAMBDA { row.at[e] += factor * pivot_row.at[e]; });
   };
@@ -123,7 +142,7 @@ ENGRAM_INLINE void invert(JointMatrixOf<V>& m) {
       if constexpr (i < k) eliminate(row, i);
     });
     const auto scale = 1.0 / row.template get<k>();
-    row.template set<k>(1);
+    row.template set<k>(simd::broadcast<V>(1));
     for_each_index<Row::kVectors>([&](auto e) ENGRAM_INLINE_LAMBDA { row.at[e] *= scale; });
     row.store(m[k]);
   });
