@@ -85,14 +85,14 @@ struct JointSolver {
     const double unit = dt * kTendonStiffness;
     const V left = unit / (1.0 + dt * unit * inv_mass[kLeftFinger][kLeftFinger]);
     const V right = unit / (1.0 + dt * unit * inv_mass[kRightFinger][kRightFinger]);
-    for (int i = 0; i < kJointRow<V>; ++i) {
+    for (int i = 0; i < kPadded<V, kRobotJoints>; ++i) {
       tendon_response[i] = right * inv_mass[kRightFinger][i] - left * inv_mass[kLeftFinger][i];
     }
     for (int i = 0; i < kRobotJoints; ++i) {
       add_scaled(begin_v, -params.timestep * bias_force[i], inv_mass[i]);
     }
     // No velocity is a negative zero, so that adding a zero impulse never changes a bit.
-    for (int i = 0; i < kJointRow<V>; ++i) begin_v[i] += V{};
+    for (int i = 0; i < kPadded<V, kRobotJoints>; ++i) begin_v[i] += V{};
   }
 
   // `frames`: LinkFrames at the substep's start, for the compliance of limits.
