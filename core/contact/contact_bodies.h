@@ -36,9 +36,11 @@ class ContactBodies {
 
   // Displacements of joints, and those of the links' centres of mass beyond their Jacobians, to
   // second order.
-  void move_links(const JointsOf<V>& q) {
+  void move_links(const WideRow<V>& row) {
     time_ += dt_;
     if (links_ == 0) return;
+    JointsOf<V> q;
+    row.store(q);
     for (int i = 0; i < kRobotJoints; ++i) moved_[i] = q[i] - begin_q_[i];
     bend_links();
   }

@@ -20,6 +20,7 @@ const ContactKernel& contact_kernel(int lanes);
 const ContactKernel& baseline_single_contact_kernel();
 // Null where this library was built without the instruction set.
 const ContactKernel* avx2_contact_kernel();
+const ContactKernel* avx2_single_contact_kernel();
 const ContactKernel* avx512_contact_kernel();
 const ContactKernel* avx512_single_contact_kernel();
 

@@ -21,7 +21,8 @@ const ContactKernel& contact_kernel(int lanes) {
     case 2:
       return kKernel;
     default:
-      return lane_kernel(kMostLanes) != nullptr ? *avx512_single_contact_kernel() : kSingle;
+      if (lane_kernel(8) != nullptr) return *avx512_single_contact_kernel();
+      return lane_kernel(4) != nullptr ? *avx2_single_contact_kernel() : kSingle;
   }
 }
 

@@ -28,12 +28,12 @@ class ContactSolver : public ContactBodies<V> {
     }
   }
 
-  ENGRAM_INLINE void solve_bodies(JointsOf<V>& velocity, bool last) {
+  ENGRAM_INLINE void solve_bodies(WideRow<V>& velocity, bool last) {
     solve_list(PatchLists::kMoving, velocity, last);
     solve_list(PatchLists::kFixed, velocity, last);
   }
-  ENGRAM_INLINE void solve_links(int joint, JointsOf<V>& velocity, bool last) {
-    solve_list(PatchLists::kLinks + joint, velocity, last);
+  ENGRAM_INLINE bool solve_links(int joint, WideRow<V>& velocity, bool last) {
+    return solve_list(PatchLists::kLinks + joint, velocity, last);
   }
 
  private:
@@ -55,12 +55,14 @@ class ContactSolver : public ContactBodies<V> {
   using typename Bodies::Motion;
   using typename Bodies::Vec;
 
-  // Most lists are empty. The copy leaves the caller's velocities in registers.
-  ENGRAM_INLINE void solve_list(int list, JointsOf<V>& velocity, bool last) {
-    if (lanes_.lists.size[list] == 0) return;
-    JointsOf<V> changed = velocity;
+  // Most lists are empty, which false says. The copy leaves the caller's velocities in registers.
+  ENGRAM_INLINE bool solve_list(int list, WideRow<V>& velocity, bool last) {
+    if (lanes_.lists.size[list] == 0) return false;
+    JointsOf<V> changed;
+    velocity.store(changed);
     solve_patches(list, changed, last);
-    velocity = changed;
+    velocity = WideRow<V>(changed);
+    return true;
   }
 
   [[gnu::noinline]] void solve_patches(int list, JointsOf<V>& velocity, bool last) {

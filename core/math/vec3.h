@@ -53,11 +53,12 @@ struct Mat3Of {
   ENGRAM_INLINE const V& operator()(int row, int column) const { return at[3 * row + column]; }
   ENGRAM_INLINE Vec3Of<V> row(int i) const { return {at[3 * i], at[3 * i + 1], at[3 * i + 2]}; }
   ENGRAM_INLINE Vec3Of<V> column(int k) const { return {at[k], at[3 + k], at[6 + k]}; }
-  ENGRAM_INLINE Vec3Of<V> operator*(const double* v) const {
+  // Vectors and matrices of V, or of numbers that are the same in all lanes.
+  ENGRAM_INLINE Vec3Of<V> operator*(const auto& v) const {
     return {at[0] * v[0] + at[1] * v[1] + at[2] * v[2], at[3] * v[0] + at[4] * v[1] + at[5] * v[2],
             at[6] * v[0] + at[7] * v[1] + at[8] * v[2]};
   }
-  ENGRAM_INLINE Mat3Of times(const double* m) const {
+  ENGRAM_INLINE Mat3Of times(const auto* m) const {
     Mat3Of result;
     for (int i = 0; i < 3; ++i) {
       for (int k = 0; k < 3; ++k) {

@@ -4,6 +4,7 @@
 
 #include "core/math/sine_cosine.h"
 #include "core/math/vec3.h"
+#include "core/robot/joint_rows.h"
 #include "core/robot/robot_model.h"
 
 namespace engram {
@@ -15,22 +16,33 @@ struct LinkPose {
   Mat3Of<V> axes;
 };
 
+template <class V>
+using LinkPoses = RowsOf<V, LinkPose, kArmJoints>;
+
 // Forward kinematics of the arm's links by rotation matrices.
 template <class V>
-ENGRAM_INLINE void link_poses(const RobotModel& robot, const V* q, LinkPose<V>* links) {
+ENGRAM_INLINE void link_poses(const RobotModel& robot, const JointsOf<V>& q, LinkPoses<V>& links) {
+  RowOf<V, kArmJoints> sines;
+  RowOf<V, kArmJoints> cosines;
+  for (int i = 0; i < kArmJoints; i += kGroup<V>) {
+    WideOf<V> sine;
+    WideOf<V> cosine;
+    sine_cosine(q.group(i), sine, cosine);
+    sines.set_group(i, sine);
+    cosines.set_group(i, cosine);
+  }
+  LinkPose<V> pose;
   for (int i = 0; i < kArmJoints; ++i) {
-    V sine;
-    V cosine;
-    sine_cosine(q[i], sine, cosine);
     const RobotModel::Link& link = robot.links[i];
     if (i == 0) {
-      links[0].pos = broadcast_vec3<V>(link.offset);
-      for (int k = 0; k < 9; ++k) links[0].axes.at[k] = simd::broadcast<V>(link.rotation[k]);
+      pose.pos = broadcast_vec3<V>(link.offset);
+      for (int k = 0; k < 9; ++k) pose.axes.at[k] = simd::broadcast<V>(link.rotation[k]);
     } else {
-      links[i].pos = links[i - 1].pos + links[i - 1].axes * link.offset;
-      links[i].axes = links[i - 1].axes.times(link.rotation);
+      pose.pos = pose.pos + pose.axes * link.offset;
+      pose.axes = pose.axes.times(link.rotation);
     }
-    links[i].axes = links[i].axes.rotated_z(sine, cosine);
+    pose.axes = pose.axes.rotated_z(sines[i], cosines[i]);
+    links.set(i, pose);
   }
 }
 

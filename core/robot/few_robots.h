@@ -8,9 +8,9 @@ namespace engram {
 // The widest that the processor has and so many robots fill, but for less than half of it.
 const LaneKernel& lane_kernel_for(int robots);
 
-// Of one lane. AVX-512 has one as well, for its many registers, or null where this library was
-// built without it.
+// Of one lane; null where this library was built without the instruction set.
 const LaneKernel& baseline_single_kernel();
+const LaneKernel* avx2_single_kernel();
 const LaneKernel* avx512_single_kernel();
 
 }  // namespace engram

@@ -31,11 +31,14 @@ template <class V>
 struct NoContacts {
   // Pairs of a moving body with a link or another moving body, then of moving bodies with fixed
   // ones. `last`: the velocity iteration.
-  ENGRAM_INLINE void solve_bodies(JointsOf<V>& /*velocity*/, bool /*last*/) {}
+  ENGRAM_INLINE void solve_bodies(WideRow<V>& /*velocity*/, bool /*last*/) {}
   ENGRAM_INLINE void move_bodies() {}
-  // Contacts with fixed bodies of the links that move with a joint and no later one.
-  ENGRAM_INLINE void solve_links(int /*joint*/, JointsOf<V>& /*velocity*/, bool /*last*/) {}
-  ENGRAM_INLINE void move_links(const JointsOf<V>& /*q*/) {}
+  // Contacts with fixed bodies of the links that move with a joint and no later one. False if there
+  // are none.
+  ENGRAM_INLINE bool solve_links(int /*joint*/, WideRow<V>& /*velocity*/, bool /*last*/) {
+    return false;
+  }
+  ENGRAM_INLINE void move_links(const WideRow<V>& /*q*/) {}
 };
 
 template <class V>
@@ -63,9 +66,11 @@ struct JointSolver {
   JointsOf<V> implicit_damping;
   JointsOf<V> tendon_response;  // change of velocities by a unit of the tendon's error
 
-  // Limits of joints are compliant; known once a joint comes to its limit.
+  // Limits of joints are compliant; known once a joint comes to its limit. From then on they are
+  // solved wherever the joint is: the margin is 0 before and kUnlimited after.
+  static constexpr double kUnlimited = 1e300;
   JointsOf<V> limit_mass;
-  bool limit_known[kRobotJoints] = {};
+  double limit_margin[kRobotJoints] = {};  // rad, m
 
   ENGRAM_INLINE void prepare(const RobotParams& params) {
     dt = params.timestep / kSolverIterations;
@@ -80,105 +85,124 @@ struct JointSolver {
     const double unit = dt * kTendonStiffness;
     const V left = unit / (1.0 + dt * unit * inv_mass[kLeftFinger][kLeftFinger]);
     const V right = unit / (1.0 + dt * unit * inv_mass[kRightFinger][kRightFinger]);
-    for (int i = 0; i < kJointRow<V>; ++i) {
+    for (int i = 0; i < kPadded<V, kRobotJoints>; ++i) {
       tendon_response[i] = right * inv_mass[kRightFinger][i] - left * inv_mass[kLeftFinger][i];
     }
     for (int i = 0; i < kRobotJoints; ++i) {
       add_scaled(begin_v, -params.timestep * bias_force[i], inv_mass[i]);
     }
     // No velocity is a negative zero, so that adding a zero impulse never changes a bit.
-    for (int i = 0; i < kJointRow<V>; ++i) begin_v[i] += V{};
+    for (int i = 0; i < kPadded<V, kRobotJoints>; ++i) begin_v[i] += V{};
   }
 
   // `frames`: LinkFrames at the substep's start, for the compliance of limits.
   template <class Frames, class Contacts>
   ENGRAM_INLINE void run(const RobotParams& params, const Frames& frames, Contacts& contacts) {
     const double max_impulse = params.drive.limit * params.timestep;
-    JointsOf<V> velocity = begin_v;
+    WideRow<V> velocity(begin_v);
+    WideRow<V> q(end_q);
     drive_impulse = lower_impulse = upper_impulse = {};
-    for (bool& known : limit_known) known = false;
+    for (double& margin : limit_margin) margin = 0;
     for (int iteration = 0; iteration < kSolverIterations; ++iteration) {
       contacts.solve_bodies(velocity, false);
       contacts.move_bodies();
-      solve_tendon(velocity);
+      solve_tendon(q, velocity);
+      V next = velocity.template entry<0>();
       for_each_joint([&](auto joint) ENGRAM_INLINE_LAMBDA {
-        solve_drive(max_impulse, joint, velocity);
-        solve_limits(params, frames, joint, velocity, false);
-        contacts.solve_links(joint, velocity, false);
+        solve_drive(max_impulse, joint, q, velocity, next);
+        solve_joint_contacts(params, frames, contacts, joint, q, velocity, next, false);
       });
-      integrate(params, velocity);
-      contacts.move_links(end_q);
+      integrate(params, q, velocity);
+      contacts.move_links(q);
     }
     // The velocity iteration: overlaps push no more, and nothing moves.
     contacts.solve_bodies(velocity, true);
-    solve_tendon(velocity);
+    solve_tendon(q, velocity);
+    V next = velocity.template entry<0>();
     for_each_joint([&](auto joint) ENGRAM_INLINE_LAMBDA {
-      solve_limits(params, frames, joint, velocity, true);
-      contacts.solve_links(joint, velocity, true);
+      solve_joint_contacts(params, frames, contacts, joint, q, velocity, next, true);
     });
+    q.store(end_q);
+    velocity.store(end_v);
     for (int i = 0; i < kRobotJoints; ++i) {
-      end_v[i] = simd::clamp(velocity[i], -kMaxJointVelocity, kMaxJointVelocity);
+      end_v[i] = simd::clamp(end_v[i], -kMaxJointVelocity, kMaxJointVelocity);
     }
   }
 
   // Fingers stop at their limits; joints of the arm do not.
-  ENGRAM_INLINE void integrate(const RobotParams& params, const JointsOf<V>& velocity) {
-    for_each_joint([&](auto i) ENGRAM_INLINE_LAMBDA {
-      end_q[i] += dt * velocity[i];
-      if (i >= kArmJoints) end_q[i] = simd::clamp(end_q[i], params.lower[i], params.upper[i]);
+  ENGRAM_INLINE void integrate(const RobotParams& params, WideRow<V>& q,
+                               const WideRow<V>& velocity) const {
+    q.add_scaled(simd::broadcast<V>(dt), velocity);
+    for_each_index<kRobotJoints, kArmJoints>([&](auto i) ENGRAM_INLINE_LAMBDA {
+      q.template set<i>(simd::clamp(q.template entry<i>(), params.lower[i], params.upper[i]));
     });
   }
 
   // An undamped spring on the mean of both fingers' errors, taken implicitly for each finger alone.
-  ENGRAM_INLINE void solve_tendon(JointsOf<V>& velocity) const {
-    const V error = 0.5 * (end_q[kLeftFinger] - end_q[kRightFinger] +
-                           dt * (velocity[kLeftFinger] - velocity[kRightFinger]));
-    add_scaled(velocity, error, tendon_response);
+  ENGRAM_INLINE void solve_tendon(const WideRow<V>& q, WideRow<V>& velocity) const {
+    const V apart = q.template entry<kLeftFinger>() - q.template entry<kRightFinger>();
+    const V speed =
+        velocity.template entry<kLeftFinger>() - velocity.template entry<kRightFinger>();
+    velocity.add_scaled(0.5 * (apart + dt * speed), WideRow<V>(tendon_response));
   }
 
-  // The velocities of all joints but one wait for that one: what is not on the way from a velocity
-  // to the next one's decides nothing, so the limit of the drive is a branch.
-  ENGRAM_INLINE void solve_drive(double max_impulse, int i, JointsOf<V>& velocity) {
-    const V target_impulse = drive_gain[i] * (drive_bias[i] - stiffness[i] * end_q[i]);
+  template <int kJoint>
+  static constexpr int kNext = kJoint + 1 < kRobotJoints ? kJoint + 1 : 0;
+
+  // Applies an impulse to a joint. Joints are solved in order, and each waits for the velocity that
+  // the one before leaves it: `next`, which is computed apart, since to take it out of the row is
+  // slow where a row is vectors.
+  template <int kJoint>
+  ENGRAM_INLINE void push(V impulse, WideRow<V>& velocity, V& next) const {
+    const JointsOf<V>& response = inv_mass[kJoint];
+    next = velocity.template entry<kNext<kJoint>>() + impulse * response[kNext<kJoint>];
+    velocity.add_scaled(impulse, WideRow<V>(response));
+  }
+
+  // What is not on the way from a velocity to the next one's decides nothing, so the limit of the
+  // drive is a branch.
+  template <int kJoint>
+  ENGRAM_INLINE void solve_drive(double max_impulse, Index<kJoint> i, const WideRow<V>& q,
+                                 WideRow<V>& velocity, V& next) {
+    const V target_impulse =
+        drive_gain[i] * (drive_bias[i] - stiffness[i] * q.template entry<kJoint>());
     const V before = drive_impulse[i];
-    V impulse = before + (target_impulse - implicit_damping[i] * velocity[i]);
+    V impulse = before + (target_impulse - implicit_damping[i] * next);
     if (simd::any(simd::abs(impulse) > max_impulse)) [[unlikely]] {
       impulse = simd::clamp(impulse, -max_impulse, max_impulse);
     }
-    add_scaled(velocity, impulse - before, inv_mass[i]);
+    push<kJoint>(impulse - before, velocity, next);
     drive_impulse[i] = impulse;
   }
 
-  // A joint goes no faster than to its limit. All lanes together decide whether limits are solved;
-  // the result is each lane's own.
-  template <class Frames>
-  ENGRAM_INLINE void solve_limits(const RobotParams& params, const Frames& frames, int i,
-                                  JointsOf<V>& velocity, bool last) {
-    const V above = end_q[i] - params.lower[i];
-    const V below = params.upper[i] - end_q[i];
-    const V way = dt * velocity[i];
-    if (!limit_known[i] && !simd::any(simd::min(above, below) < simd::abs(way))) [[likely]]
-      return;
-    const auto at_lower = simd::logical_or(above < 0.0, above + way < 0.0);
-    const auto at_upper = simd::logical_or(below < 0.0, below - way < 0.0);
-    if (!limit_known[i]) {
-      if (!simd::any(simd::logical_or(at_lower, at_upper))) return;
-      find_limit_mass(frames, i);
+  // A joint goes no faster than to its limit, and links that move with it touch fixed bodies. All
+  // lanes together decide whether limits are solved; the result is each lane's own.
+  template <int kJoint, class Frames, class Contacts>
+  ENGRAM_INLINE void solve_joint_contacts(const RobotParams& params, const Frames& frames,
+                                          Contacts& contacts, Index<kJoint> i, const WideRow<V>& q,
+                                          WideRow<V>& velocity, V& next, bool last) {
+    const V above = q.template entry<kJoint>() - params.lower[i];
+    const V below = params.upper[i] - q.template entry<kJoint>();
+    const V speed = velocity.template entry<kJoint>();
+    const V room = simd::min(above, below) - limit_margin[i];
+    if (simd::any(room < simd::abs(dt * speed))) [[unlikely]] {
+      push<kJoint>(limit_impulse(frames, i, speed, above, below, last), velocity, next);
     }
-    add_scaled(velocity, limit_impulse(i, velocity[i], above, below, at_lower, at_upper, last),
-               inv_mass[i]);
-  }
-
-  template <class Frames>
-  [[gnu::noinline, gnu::cold]] void find_limit_mass(const Frames& frames, int i) {
-    limit_known[i] = true;
-    limit_mass[i] = 1.0 / (inv_mass[i][i] + frames.joint_compliance(i, inv_mass));
+    if (contacts.solve_links(i, velocity, last)) next = velocity.template entry<kNext<kJoint>>();
   }
 
   // Change of the impulse of a joint's limits. A limit that the joint leaves lets go of it.
-  template <class Mask>
-  ENGRAM_INLINE V limit_impulse(int i, V speed, V above, V below, Mask at_lower, Mask at_upper,
-                                bool last) {
+  template <class Frames>
+  [[gnu::noinline]] V limit_impulse(const Frames& frames, int i, V speed, V above, V below,
+                                    bool last) {
+    const V way = dt * speed;
+    const auto at_lower = simd::logical_or(above < 0.0, above + way < 0.0);
+    const auto at_upper = simd::logical_or(below < 0.0, below - way < 0.0);
+    if (limit_margin[i] == 0) {
+      if (!simd::any(simd::logical_or(at_lower, at_upper))) return V{};
+      limit_margin[i] = kUnlimited;
+      limit_mass[i] = 1.0 / (inv_mass[i][i] + frames.joint_compliance(i, inv_mass));
+    }
     const V mass = limit_mass[i];
     const V overlap_rate = simd::broadcast<V>(kOverlapShare * inv_dt);
     const V lower_goal = above < 0.0 ? (last ? speed : -above * overlap_rate) : -above * inv_dt;

@@ -1,4 +1,5 @@
-// Four lanes, for processors with AVX2.
+// Four lanes and one, for processors with AVX2.
+#include "core/robot/few_robots.h"
 #include "core/robot/lane_kernel.h"
 
 #if defined(__AVX2__)
@@ -7,11 +8,14 @@
 namespace engram {
 namespace {
 constexpr LaneKernel kKernel = make_lane_kernel<simd::Double>(InstructionSet::kAvx2);
-}
+constexpr LaneKernel kSingle = make_lane_kernel<double>(InstructionSet::kAvx2);
+}  // namespace
 const LaneKernel* avx2_lane_kernel() { return &kKernel; }
+const LaneKernel* avx2_single_kernel() { return &kSingle; }
 }  // namespace engram
 #else
 namespace engram {
 const LaneKernel* avx2_lane_kernel() { return nullptr; }
+const LaneKernel* avx2_single_kernel() { return nullptr; }
 }  // namespace engram
 #endif

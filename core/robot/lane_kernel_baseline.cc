@@ -16,7 +16,8 @@ const LaneKernel& baseline_single_kernel() { return kSingle; }
 const LaneKernel* lane_kernel(int lanes) {
   switch (lanes) {
     case 1:
-      return lane_kernel(kMostLanes) != nullptr ? avx512_single_kernel() : &kSingle;
+      if (lane_kernel(8) != nullptr) return avx512_single_kernel();
+      return lane_kernel(4) != nullptr ? avx2_single_kernel() : &kSingle;
     case 2:
       return &kKernel;
     case 4:

@@ -54,14 +54,15 @@ unsigned clearance_exceeded(const RobotModel& robot, double look_ahead, double a
 
 template <class V>
 void pose_links(const RobotModel& robot, double* rows) {
-  V q[kArmJoints];
-  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q);
-  LinkPose<V> links[kArmJoints];
+  JointsOf<V> q;
+  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q.at);
+  LinkPoses<V> links;
   link_poses<V>(robot, q, links);
   for (int i = 0; i < kArmJoints; ++i) {
     const int first = LaneRows::kLinkPoses + 12 * i;
-    store_rows(rows, first, 3, links[i].pos.at);
-    store_rows(rows, first + 3, 9, links[i].axes.at);
+    const LinkPose<V> link = links[i];
+    store_rows(rows, first, 3, link.pos.at);
+    store_rows(rows, first + 3, 9, link.axes.at);
   }
 }
 
@@ -75,18 +76,18 @@ ENGRAM_INLINE void substep_with(const RobotModel& robot, const RobotParams& para
   load_rows<V>(rows, LaneRows::kQ, kRobotJoints, joints.end_q.at);
   load_rows<V>(rows, LaneRows::kV, kRobotJoints, joints.begin_v.at);
   load_rows<V>(rows, LaneRows::kDriveBias, kRobotJoints, joints.drive_bias.at);
-  LinkPose<V> links[kArmJoints];
-  link_poses<V>(robot, joints.end_q.at, links);
+  LinkPoses<V> links;
+  link_poses<V>(robot, joints.end_q, links);
   {
-    const RobotDynamics<V> dynamics(robot, joints.end_q.at, links);
+    const RobotDynamics<V> dynamics(robot, joints.end_q, links);
     dynamics.mass_matrix(joints.inv_mass);
-    dynamics.bias_force(joints.begin_v.at, joints.bias_force.at);
+    dynamics.bias_force(joints.begin_v, joints.bias_force);
   }
   for (int i = 0; i < kRobotJoints; ++i) {
     joints.stiffness[i] = drive_stiffness(params, velocity_mode, i);
   }
   joints.prepare(params);
-  const LinkFrames<V> frames(robot, joints.end_q.at, links);
+  const LinkFrames<V> frames(robot, joints.end_q, links);
   auto contacts = make_contacts(frames, joints);
   joints.run(params, frames, contacts);
   store_rows(rows, LaneRows::kEndQ, kRobotJoints, joints.end_q.at);

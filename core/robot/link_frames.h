@@ -12,9 +12,9 @@ template <class V>
 class LinkFrames {
  public:
   // `links` must outlive this object.
-  ENGRAM_INLINE LinkFrames(const RobotModel& robot, const V* q, const LinkPose<V>* links)
+  ENGRAM_INLINE LinkFrames(const RobotModel& robot, const JointsOf<V>& q, const LinkPoses<V>& links)
       : robot_(robot), links_(links) {
-    const LinkPose<V>& last = links[kArmJoints - 1];
+    const LinkPose<V> last = links[kArmJoints - 1];
     for (int k = 0; k < kFingers; ++k) {
       finger_axis_[k] = last.axes * robot.finger_axis[k];
       opening_[k] = q[kArmJoints + k];
@@ -22,13 +22,13 @@ class LinkFrames {
   }
 
   // Of a hinge.
-  ENGRAM_INLINE const Vec3Of<V>& origin(int hinge) const { return links_[hinge].pos; }
+  ENGRAM_INLINE Vec3Of<V> origin(int hinge) const { return links_[hinge].pos; }
   ENGRAM_INLINE Vec3Of<V> axis(int hinge) const { return links_[hinge].axes.column(2); }
   // Direction in which a finger opens.
   ENGRAM_INLINE const Vec3Of<V>& finger_axis(int finger) const { return finger_axis_[finger]; }
   // Centre of mass of a link, m.
   ENGRAM_INLINE Vec3Of<V> center(int link) const {
-    const LinkPose<V>& carrier = links_[hinges_of(link) - 1];
+    const LinkPose<V> carrier = links_[hinges_of(link) - 1];
     const Vec3Of<V> center = carrier.pos + carrier.axes * robot_.centers[link];
     const int finger = finger_of(link);
     return finger < 0 ? center : center + finger_axis_[finger] * opening_[finger];
@@ -83,7 +83,7 @@ class LinkFrames {
 
  private:
   const RobotModel& robot_;
-  const LinkPose<V>* links_;
+  const LinkPoses<V>& links_;
   Vec3Of<V> finger_axis_[kFingers];
   V opening_[kFingers];
 };

@@ -15,6 +15,10 @@ inline namespace ENGRAM_ISA {
 template <class V>
 struct SpatialOf {
   Vec3Of<V> angular, linear;
+
+  ENGRAM_INLINE friend SpatialOf operator+(const SpatialOf& a, const SpatialOf& b) {
+    return {a.angular + b.angular, a.linear + b.linear};
+  }
 };
 template <class V>
 ENGRAM_INLINE V dot(const SpatialOf<V>& motion, const SpatialOf<V>& force) {
@@ -26,15 +30,14 @@ template <class V>
 struct InertiaOf {
   V xx, yy, zz, xy, xz, yz;
   Vec3Of<V> moment;  // mass times centre
-  double mass;
+  V mass;
 
   ENGRAM_INLINE SpatialOf<V> operator*(const SpatialOf<V>& v) const {
     const Vec3Of<V>& w = v.angular;
     const Vec3Of<V> angular = {xx * w.x() + xy * w.y() + xz * w.z(),
                                xy * w.x() + yy * w.y() + yz * w.z(),
                                xz * w.x() + yz * w.y() + zz * w.z()};
-    return {angular + cross(moment, v.linear),
-            v.linear * simd::broadcast<V>(mass) + cross(v.angular, moment)};
+    return {angular + cross(moment, v.linear), v.linear * mass + cross(v.angular, moment)};
   }
   ENGRAM_INLINE void add(const InertiaOf& other) {
     xx += other.xx, yy += other.yy, zz += other.zz;
@@ -44,19 +47,19 @@ struct InertiaOf {
   }
 };
 
-// Spatial inertia of a body whose inertia is given in `axes`, with its centre of mass at `center`.
+// Spatial inertia of a body of this mass and inertia about its centre of mass, in `axes`.
 template <class V>
-ENGRAM_INLINE InertiaOf<V> inertia_of(const RobotModel::Link& link, const Mat3Of<V>& axes,
+ENGRAM_INLINE InertiaOf<V> inertia_of(V mass, const V* inertia, const Mat3Of<V>& axes,
                                       const Vec3Of<V>& center) {
-  const double* c = link.inertia;
-  const double tensor[9] = {c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2]};
+  const V* c = inertia;
+  const V tensor[9] = {c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2]};
   const Mat3Of<V> half = axes.times(tensor);
   const V* a = half.at;
   const V* b = axes.at;
   const auto entry = [a, b](int i, int k) {
     return a[3 * i] * b[3 * k] + a[3 * i + 1] * b[3 * k + 1] + a[3 * i + 2] * b[3 * k + 2];
   };
-  const Vec3Of<V> moment = center * simd::broadcast<V>(link.mass);
+  const Vec3Of<V> moment = center * mass;
   const V x = moment.x() * center.x();
   const V y = moment.y() * center.y();
   const V z = moment.z() * center.z();
@@ -67,107 +70,170 @@ ENGRAM_INLINE InertiaOf<V> inertia_of(const RobotModel::Link& link, const Mat3Of
           entry(0, 2) - moment.x() * center.z(),
           entry(1, 2) - moment.y() * center.z(),
           moment,
-          link.mass};
+          mass};
 }
 
-// Mass matrix and bias forces of the joints, for links at these poses.
+// Mass matrix and bias forces of the joints, for links at these poses. Groups of links are computed
+// together (see RowOf), but for what goes from link to link.
 template <class V>
 class RobotDynamics {
  public:
-  ENGRAM_INLINE RobotDynamics(const RobotModel& robot, const V* q, const LinkPose<V>* links) {
-    for (int i = 0; i < kArmJoints; ++i) {
-      const Vec3Of<V> axis = links[i].axes.column(2);
-      axis_[i] = {axis, cross(links[i].pos, axis)};
-      link_inertia_[i] = inertia_of(robot.links[i], links[i].axes,
-                                    links[i].pos + links[i].axes * robot.links[i].center);
+  ENGRAM_INLINE RobotDynamics(const RobotModel& robot, const JointsOf<V>& q,
+                              const LinkPoses<V>& links) {
+    for (int i = 0; i < kArmJoints; i += kGroup<V>) {
+      const LinkPose<Wide> link = links.group(i);
+      const Vec3Of<Wide> axis = link.axes.column(2);
+      axes_.set_group(i, {axis, cross(link.pos, axis)});
+      const Bodies bodies(robot.links, kArmJoints, i);
+      inertias_.set_group(i, bodies.inertia(link.axes, link.pos + link.axes * bodies.center));
     }
-    const LinkPose<V>& last = links[kArmJoints - 1];
-    for (int k = 0; k < kFingers; ++k) {
-      const RobotModel::Link& finger = robot.fingers[k];
-      finger_axis_[k] = last.axes * robot.finger_axis[k];
-      const double at[3] = {finger.offset[0] + finger.center[0],
-                            finger.offset[1] + finger.center[1],
-                            finger.offset[2] + finger.center[2]};
-      finger_inertia_[k] = inertia_of(
-          finger, last.axes, last.pos + last.axes * at + finger_axis_[k] * q[kArmJoints + k]);
+    const LinkPose<V> last = links[kArmJoints - 1];
+    for (int k = 0; k < kFingers; ++k) finger_axes_.set(k, last.axes * robot.finger_axis[k]);
+    const LinkPose<Wide> carrier = spread(last);
+    for (int k = 0; k < kFingers; k += kGroup<V>) {
+      const Bodies bodies(robot.fingers, kFingers, k);
+      const Vec3Of<Wide> center = carrier.pos + carrier.axes * (bodies.offset + bodies.center) +
+                                  finger_axes_.group(k) * q.group(kArmJoints + k);
+      finger_inertias_.set_group(k, bodies.inertia(carrier.axes, center));
     }
   }
 
   // Composite rigid body algorithm (CRBA). The whole matrix; joints of the arm come first.
   ENGRAM_INLINE void mass_matrix(JointMatrixOf<V>& matrix) const {
-    InertiaOf<V> composite = link_inertia_[kArmJoints - 1];
-    for (int k = 0; k < kFingers; ++k) {
-      const int finger = kArmJoints + k;
-      composite.add(finger_inertia_[k]);
-      const SpatialOf<V> force = {cross(finger_inertia_[k].moment, finger_axis_[k]),
-                                  finger_axis_[k] * simd::broadcast<V>(finger_inertia_[k].mass)};
-      for (int i = 0; i < kArmJoints; ++i) set(matrix, finger, i, dot(axis_[i], force));
-      set(matrix, finger, finger, simd::broadcast<V>(finger_inertia_[k].mass));
+    RowsOf<V, InertiaOf, kArmJoints> composites;
+    InertiaOf<V> composite = inertias_[kArmJoints - 1];
+    for (int k = 0; k < kFingers; ++k) composite.add(finger_inertias_[k]);
+    composites.set(kArmJoints - 1, composite);
+    for (int i = kArmJoints - 2; i >= 0; --i) {
+      composite.add(inertias_[i]);
+      composites.set(i, composite);
     }
-    set(matrix, kArmJoints, kArmJoints + 1, V{});
-    for (int i = kArmJoints - 1; i >= 0; --i) {
-      if (i < kArmJoints - 1) composite.add(link_inertia_[i]);
-      const SpatialOf<V> force = composite * axis_[i];
-      for (int k = 0; k <= i; ++k) set(matrix, i, k, dot(axis_[k], force));
+    RowsOf<V, SpatialOf, kArmJoints> forces;
+    for (int i = 0; i < kArmJoints; i += kGroup<V>) {
+      forces.set_group(i, composites.group(i) * axes_.group(i));
+    }
+    for (int i = 0; i < kArmJoints; ++i) set_row(matrix, i, i, forces[i]);
+    for (int k = 0; k < kFingers; ++k) {
+      const InertiaOf<V> inertia = finger_inertias_[k];
+      const Vec3Of<V> axis = finger_axes_[k];
+      set_row(matrix, kArmJoints + k, kArmJoints - 1,
+              {cross(inertia.moment, axis), axis * inertia.mass});
+      matrix[kArmJoints + k][kArmJoints + k] = inertia.mass;
+    }
+    matrix[kArmJoints + 1][kArmJoints] = V{};
+    for (int i = 0; i < kRobotJoints; ++i) {
+      for (int k = 0; k < i; ++k) matrix[k][i] = matrix[i][k];
     }
   }
 
   // Recursive Newton-Euler algorithm (RNEA) without gravity and accelerations: Coriolis and
   // centrifugal forces at joint velocities v.
-  ENGRAM_INLINE void bias_force(const V* v, V* forces) const {
-    SpatialOf<V> force[kArmJoints];
-    SpatialOf<V> velocity = {axis_[0].angular * v[0], axis_[0].linear * v[0]};
+  ENGRAM_INLINE void bias_force(const JointsOf<V>& v, JointsOf<V>& forces) const {
+    RowsOf<V, SpatialOf, kArmJoints> velocities;
+    RowsOf<V, SpatialOf, kArmJoints> accelerations;
+    SpatialOf<V> velocity = {axes_[0].angular * v[0], axes_[0].linear * v[0]};
     SpatialOf<V> acceleration = {};
-    force[0] = force_on(link_inertia_[0], velocity, acceleration);
+    velocities.set(0, velocity);
+    accelerations.set(0, acceleration);
     for (int i = 1; i < kArmJoints; ++i) {
-      const SpatialOf<V>& axis = axis_[i];
+      const SpatialOf<V> axis = axes_[i];
       acceleration.angular = acceleration.angular + cross(velocity.angular, axis.angular) * v[i];
       acceleration.linear =
           acceleration.linear +
           (cross(velocity.angular, axis.linear) + cross(velocity.linear, axis.angular)) * v[i];
       velocity.angular = velocity.angular + axis.angular * v[i];
       velocity.linear = velocity.linear + axis.linear * v[i];
-      force[i] = force_on(link_inertia_[i], velocity, acceleration);
+      velocities.set(i, velocity);
+      accelerations.set(i, acceleration);
     }
-    for (int k = 0; k < kFingers; ++k) {
-      const V speed = v[kArmJoints + k];
-      const SpatialOf<V> moving = {velocity.angular, velocity.linear + finger_axis_[k] * speed};
-      const SpatialOf<V> pulled = {
-          acceleration.angular,
-          acceleration.linear + cross(velocity.angular, finger_axis_[k]) * speed};
-      const SpatialOf<V> on_finger = force_on(finger_inertia_[k], moving, pulled);
-      forces[kArmJoints + k] = dot(finger_axis_[k], on_finger.linear);
-      force[kArmJoints - 1].angular = force[kArmJoints - 1].angular + on_finger.angular;
-      force[kArmJoints - 1].linear = force[kArmJoints - 1].linear + on_finger.linear;
+    RowsOf<V, SpatialOf, kArmJoints> on_links;
+    for (int i = 0; i < kArmJoints; i += kGroup<V>) {
+      on_links.set_group(i,
+                         force_on(inertias_.group(i), velocities.group(i), accelerations.group(i)));
     }
-    for (int i = kArmJoints - 1; i >= 0; --i) {
-      forces[i] = dot(axis_[i], force[i]);
-      if (i == 0) break;
-      force[i - 1].angular = force[i - 1].angular + force[i].angular;
-      force[i - 1].linear = force[i - 1].linear + force[i].linear;
+    RowsOf<V, SpatialOf, kFingers> on_fingers;
+    RowOf<V, kFingers> finger_forces;
+    const SpatialOf<Wide> carrier = spread(velocity);
+    const SpatialOf<Wide> carrier_acceleration = spread(acceleration);
+    for (int k = 0; k < kFingers; k += kGroup<V>) {
+      const Wide speed = v.group(kArmJoints + k);
+      const Vec3Of<Wide> axis = finger_axes_.group(k);
+      const SpatialOf<Wide> moving = {carrier.angular, carrier.linear + axis * speed};
+      const SpatialOf<Wide> pulled = {
+          carrier_acceleration.angular,
+          carrier_acceleration.linear + cross(carrier.angular, axis) * speed};
+      const SpatialOf<Wide> on_finger = force_on(finger_inertias_.group(k), moving, pulled);
+      finger_forces.set_group(k, dot(axis, on_finger.linear));
+      on_fingers.set_group(k, on_finger);
     }
+    SpatialOf<V> sum = on_links[kArmJoints - 1];
+    for (int k = 0; k < kFingers; ++k) sum = sum + on_fingers[k];
+    on_links.set(kArmJoints - 1, sum);
+    for (int i = kArmJoints - 2; i >= 0; --i) {
+      sum = on_links[i] + sum;
+      on_links.set(i, sum);
+    }
+    for (int i = 0; i < kArmJoints; i += kGroup<V>) {
+      forces.set_group(i, dot(axes_.group(i), on_links.group(i)));
+    }
+    for (int k = 0; k < kFingers; ++k) forces[kArmJoints + k] = finger_forces[k];
   }
 
  private:
-  ENGRAM_INLINE static void set(JointMatrixOf<V>& matrix, int i, int k, V value) {
-    matrix[i][k] = value;
-    matrix[k][i] = value;
+  using Wide = WideOf<V>;
+
+  // Constants of a group of rigid bodies. Entries beyond the last body repeat that one.
+  struct Bodies {
+    ENGRAM_INLINE Bodies(const RobotModel::Link* links, int count, int first) {
+      for (int i = 0; i < kGroup<V>; ++i) {
+        const RobotModel::Link& link = links[first + i < count ? first + i : count - 1];
+        set(mass, i, link.mass);
+        for (int k = 0; k < 3; ++k) set(offset[k], i, link.offset[k]);
+        for (int k = 0; k < 3; ++k) set(center[k], i, link.center[k]);
+        for (int k = 0; k < 6; ++k) set(moments[k], i, link.inertia[k]);
+      }
+    }
+    ENGRAM_INLINE static void set(Wide& wide, int entry, double value) {
+      if constexpr (kGroup<V> == 1) {
+        wide = simd::broadcast<V>(value);
+      } else {
+        wide[entry] = value;
+      }
+    }
+    ENGRAM_INLINE InertiaOf<Wide> inertia(const Mat3Of<Wide>& axes,
+                                          const Vec3Of<Wide>& center_of_mass) const {
+      return inertia_of(mass, moments, axes, center_of_mass);
+    }
+
+    Wide mass;
+    Vec3Of<Wide> offset;
+    Vec3Of<Wide> center;
+    Wide moments[6];
+  };
+
+  // Forces of the arm's joints, up to `last`, that balance a force.
+  ENGRAM_INLINE void set_row(JointMatrixOf<V>& matrix, int row, int last,
+                             const SpatialOf<V>& force) const {
+    const SpatialOf<Wide> wide = spread(force);
+    for (int k = 0; k <= last; k += kGroup<V>) {
+      matrix[row].set_group(k, dot(axes_.group(k), wide));
+    }
   }
 
-  ENGRAM_INLINE static SpatialOf<V> force_on(const InertiaOf<V>& inertia,
-                                             const SpatialOf<V>& velocity,
-                                             const SpatialOf<V>& acceleration) {
-    const SpatialOf<V> momentum = inertia * velocity;
-    const SpatialOf<V> pull = inertia * acceleration;
+  ENGRAM_INLINE static SpatialOf<Wide> force_on(const InertiaOf<Wide>& inertia,
+                                                const SpatialOf<Wide>& velocity,
+                                                const SpatialOf<Wide>& acceleration) {
+    const SpatialOf<Wide> momentum = inertia * velocity;
+    const SpatialOf<Wide> pull = inertia * acceleration;
     return {pull.angular + (cross(velocity.angular, momentum.angular) +
                             cross(velocity.linear, momentum.linear)),
             pull.linear + cross(velocity.angular, momentum.linear)};
   }
 
-  SpatialOf<V> axis_[kArmJoints];  // motion of a unit of each hinge
-  Vec3Of<V> finger_axis_[kFingers];
-  InertiaOf<V> link_inertia_[kArmJoints];
-  InertiaOf<V> finger_inertia_[kFingers];
+  RowsOf<V, SpatialOf, kArmJoints> axes_;  // motion of a unit of each hinge
+  RowsOf<V, Vec3Of, kFingers> finger_axes_;
+  RowsOf<V, InertiaOf, kArmJoints> inertias_;
+  RowsOf<V, InertiaOf, kFingers> finger_inertias_;
 };
 
 }  // namespace ENGRAM_ISA

@@ -38,13 +38,15 @@ RobotPose pose_in_lane(const RobotModel& robot, const double* rows, int lanes, i
 RobotPose pose_at(const RobotModel& robot, const double* qpos) {
   RobotPose pose;
   std::copy_n(qpos, kRobotJoints, pose.qpos.begin());
-  LinkPose<double> links[kArmJoints];
-  link_poses(robot, qpos, links);
+  JointsOf<double> q;
+  std::copy_n(qpos, kRobotJoints, q.at);
+  LinkPoses<double> links;
+  link_poses(robot, q, links);
   for (std::size_t i = 0; i < kArmJoints; ++i) {
-    const Vec3Of<double>& pos = links[i].pos;
-    pose.links[i].pos =
-        Vec3(pos.x(), pos.y(), pos.z()) + Eigen::Map<const Vec3>(robot.base_position);
-    pose.links[i].axes = Eigen::Map<const RowMat3>(links[i].axes.at);
+    const LinkPose<double> link = links[static_cast<int>(i)];
+    pose.links[i].pos = Vec3(link.pos.x(), link.pos.y(), link.pos.z()) +
+                        Eigen::Map<const Vec3>(robot.base_position);
+    pose.links[i].axes = Eigen::Map<const RowMat3>(link.axes.at);
   }
   place_fingers(robot, pose);
   return pose;

@@ -221,10 +221,16 @@ bool same(const Result& a, const Result& b) {
 TEST_CASE("Environments in contact give the same bits in lanes of every width", "[contact]") {
   const std::vector<Environment> all = environments(512);
   const std::vector<Result> expected = alone(all);
+  std::vector<const ContactKernel*> kernels;
   for (const int width : {1, 2, 4, 8}) {
-    if (lane_kernel(width) == nullptr) continue;
+    if (lane_kernel(width) != nullptr) kernels.push_back(&contact_kernel(width));
+  }
+  // Not the one of width 1 where there is AVX-512.
+  if (is_available(InstructionSet::kAvx2)) kernels.push_back(avx2_single_contact_kernel());
+  for (const ContactKernel* kernel : kernels) {
+    const int width = kernel->lanes;
     CAPTURE(width);
-    Lanes lanes(width);
+    Lanes lanes(*kernel);
     int different = 0;
     for (std::size_t first = 0; first < all.size(); first += static_cast<std::size_t>(width)) {
       std::vector<const Environment*> together;

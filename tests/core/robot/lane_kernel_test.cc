@@ -54,8 +54,10 @@ TEST_CASE("Lanes of every width give the same bits", "[physics]") {
     return rows[LaneRows::kEndQ + kArmJoints] >= physics().robot_params().upper[kArmJoints];
   };
   CHECK(std::count_if(alone.begin(), alone.end(), at_limit) > 100);
-  for (const LaneKernel* kernel :
-       {&baseline_single_kernel(), lane_kernel(2), lane_kernel(4), lane_kernel(8)}) {
+  std::vector<const LaneKernel*> kernels = {&baseline_single_kernel(), lane_kernel(2),
+                                            lane_kernel(4), lane_kernel(8)};
+  if (is_available(InstructionSet::kAvx2)) kernels.push_back(avx2_single_kernel());
+  for (const LaneKernel* kernel : kernels) {
     if (kernel == nullptr) continue;
     CAPTURE(kernel->lanes);
     const auto beside = run(*kernel, robots);

@@ -16,7 +16,7 @@ namespace {
 // One robot's links at some joint positions.
 class Links {
  public:
-  explicit Links(const JointArray& q) : q_(q), frames_(model(), q_.data(), pose()) {}
+  explicit Links(const JointArray& q) : q_(row_of(q)), frames_(model(), q_, pose()) {}
   Links(const Links&) = delete;
   Links& operator=(const Links&) = delete;
 
@@ -28,19 +28,19 @@ class Links {
   }
   JointMatrixOf<double> inverse_mass_matrix() const {
     JointMatrixOf<double> mass;
-    RobotDynamics<double>(model(), q_.data(), links_).mass_matrix(mass);
+    RobotDynamics<double>(model(), q_, links_).mass_matrix(mass);
     invert(mass);
     return mass;
   }
 
  private:
-  const LinkPose<double>* pose() {
-    link_poses(model(), q_.data(), links_);
+  const LinkPoses<double>& pose() {
+    link_poses(model(), q_, links_);
     return links_;
   }
 
-  JointArray q_;
-  LinkPose<double> links_[kArmJoints];
+  JointsOf<double> q_;
+  LinkPoses<double> links_;
   LinkFrames<double> frames_;
 };
 

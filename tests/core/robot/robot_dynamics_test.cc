@@ -25,15 +25,16 @@ TEST_CASE("Mass matrix and bias forces are MuJoCo's", "[physics]") {
     mj_rne(&model, data.get(), 0, data->qfrc_bias);
     mj_fullM(&model, expected.data(), data->qM);
 
-    LinkPose<double> links[kArmJoints];
-    link_poses(physics().robot_model(), robot.q.data(), links);
-    const RobotDynamics<double> dynamics(physics().robot_model(), robot.q.data(), links);
+    const JointsOf<double> q = row_of(robot.q);
+    LinkPoses<double> links;
+    link_poses(physics().robot_model(), q, links);
+    const RobotDynamics<double> dynamics(physics().robot_model(), q, links);
     JointMatrixOf<double> mass;
     dynamics.mass_matrix(mass);
-    JointArray bias;
-    dynamics.bias_force(robot.v.data(), bias.data());
+    JointsOf<double> bias;
+    dynamics.bias_force(row_of(robot.v), bias);
     for (int i = 0; i < kRobotJoints; ++i) {
-      worst = std::max(worst, std::abs(bias[static_cast<std::size_t>(i)] - data->qfrc_bias[i]));
+      worst = std::max(worst, std::abs(bias[i] - data->qfrc_bias[i]));
       for (int k = 0; k < kRobotJoints; ++k) {
         const mjtNum theirs = expected[static_cast<std::size_t>(i * model.nv + k)];
         worst = std::max(worst, std::abs(mass[i][k] - theirs));
@@ -45,9 +46,10 @@ TEST_CASE("Mass matrix and bias forces are MuJoCo's", "[physics]") {
 
 TEST_CASE("Inverting a mass matrix by Gauss-Jordan elimination gives its inverse", "[physics]") {
   const Robot robot = random_robots(1).front();
-  LinkPose<double> links[kArmJoints];
-  link_poses(physics().robot_model(), robot.q.data(), links);
-  const RobotDynamics<double> dynamics(physics().robot_model(), robot.q.data(), links);
+  const JointsOf<double> q = row_of(robot.q);
+  LinkPoses<double> links;
+  link_poses(physics().robot_model(), q, links);
+  const RobotDynamics<double> dynamics(physics().robot_model(), q, links);
   JointMatrixOf<double> mass;
   dynamics.mass_matrix(mass);
   JointMatrixOf<double> inverse = mass;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/math/random.h"
+#include "core/robot/joint_rows.h"
 #include "core/scene/physics_model.h"
 #include "tasks/common/task_info.h"
 
@@ -54,6 +55,13 @@ inline std::vector<Robot> random_robots(int count) {
   robots.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) robots.push_back(random_robot(random));
   return robots;
+}
+
+// The joints' entries, as kernels have them.
+inline JointsOf<double> row_of(const JointArray& joints) {
+  JointsOf<double> row;
+  std::copy(joints.begin(), joints.end(), row.at);
+  return row;
 }
 
 inline bool same_bits(const double* a, const double* b, int count) {
