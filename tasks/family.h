@@ -55,6 +55,14 @@ enum class PastChange {
   kSameAnswer,  // other hidden values with the same answer
 };
 
+// What a scene leaves of an answer that is right by another past: answers end at their first wrong
+// part.
+enum class AnswerCut {
+  kNone,    // an answer has one part
+  kDigits,  // a digit for each part, in order
+  kCount,   // as many as there have been parts
+};
+
 // What probes of memory (docs/probe.md) have to know of a family. What an episode hides is
 // TaskInfo::hidden_variable.
 struct MemoryFacts {
@@ -66,6 +74,7 @@ struct MemoryFacts {
   // presents are the same in scenes that are exchanged. Episodes are as long as two, for both.
   bool cue_by_hand = false;
   bool any_order = false;  // the order of the hidden values is no part of the answer
+  AnswerCut answer_cut = AnswerCut::kNone;
   // kStart takes its place where the task's constants leave it nothing to change.
   PastChange irrelevant = PastChange::kStart;
   std::string_view irrelevant_draw = {};  // of kDraw

@@ -6,6 +6,7 @@
 
 #include "core/base/join.h"
 #include "core/env/episode.h"
+#include "protocol/probe/answers.h"
 #include "protocol/probe/past.h"
 
 namespace engram {
@@ -62,19 +63,6 @@ TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint6
   return group;
 }
 
-// Digits of an answer in order, zeros included.
-std::string sorted_digits(std::int32_t answer) {
-  std::string digits = std::to_string(answer);
-  std::ranges::sort(digits);
-  return digits;
-}
-
-bool same_answer(const TrialResult& one, const TrialResult& other, bool any_order) {
-  if (one.answered == 0 || other.answered == 0) return false;
-  if (any_order) return sorted_digits(one.answer) == sorted_digits(other.answer);
-  return one.answer == other.answer;
-}
-
 // The presents of trials that have been compared.
 struct Presents {
   int compared = 0;
@@ -107,7 +95,7 @@ Document document_of(const ProbeTask& task, const ConditionResults& results) {
       answered.push_back(group[i].answered != 0);
       wiped.push_back(group[i + kOneWiped].correct != 0);
       const TrialResult& swapped = group[i + kOneInOther];
-      past.push_back(group[i].correct != 0 && same_answer(group[i], swapped, false));
+      past.push_back(group[i].correct != 0 && answers_as(swapped, group[i], task.facts().answer_cut));
       scene.push_back(swapped.correct != 0);
     }
     both.push_back(group[kOne].correct != 0 && group[kOther].correct != 0);

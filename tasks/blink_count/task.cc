@@ -349,7 +349,8 @@ const Family kBlinkCountButtonPress = {
     .tasks = kRows,
     .make = make_variant<BlinkCount, kBlinkVariants>,
     .expectations = {.least_reward = -0.985, .most_reward = 0.425, .settles = false},
-    .memory = {.irrelevant = PastChange::kDraw,
+    .memory = {.answer_cut = AnswerCut::kCount,
+               .irrelevant = PastChange::kDraw,
                .irrelevant_draw = "pre_blink_off_steps",
                .items = "target_blinks"}};
 

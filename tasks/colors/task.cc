@@ -179,6 +179,7 @@ const Family kSeqOfColors = {
     .make = make_color_task<kSeqVariants>,
     .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true},
     .memory = {.any_order = true,
+               .answer_cut = AnswerCut::kDigits,
                .irrelevant = PastChange::kOrder,
                .delay = "EMPTY_PHASE_STEPS",
                .items = "SEQUENCE_LENGTH"}};
@@ -192,7 +193,8 @@ const Family kChainOfColors = {
     .tasks = kChainRows,
     .make = make_color_task<kChainVariants>,
     .expectations = {.least_reward = -0.275, .most_reward = 0.2288, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw,
+    .memory = {.answer_cut = AnswerCut::kDigits,
+               .irrelevant = PastChange::kDraw,
                .irrelevant_draw = "cue_step_duration",
                .delay = "EMPTY_PHASE_STEPS",
                .items = "SEQUENCE_LENGTH"}};
@@ -207,6 +209,7 @@ const Family kBunchOfColors = {
     .make = make_color_task<kBunchVariants>,
     .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true},
     .memory = {.any_order = true,
+               .answer_cut = AnswerCut::kDigits,
                .irrelevant = PastChange::kDraw,
                .irrelevant_draw = "cue_steps",
                .delay = "EMPTY_PHASE_STEPS",

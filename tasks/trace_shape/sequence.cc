@@ -331,7 +331,8 @@ const Family kTraceShapeSeq = {
     .tasks = kRows,
     .make = make_variant<TraceShapeSeq, kTraceSeqVariants>,
     .expectations = {.least_reward = -0.05, .most_reward = 0.3575, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw,
+    .memory = {.answer_cut = AnswerCut::kDigits,
+               .irrelevant = PastChange::kDraw,
                .irrelevant_draw = "pre_demo_steps",
                .items = "sequence_length"}};
 
