@@ -474,15 +474,15 @@ BLOCKS = {
         "shape": cpp_fields("core", "images"),
         "source": cpp_fields("core", "image_options"),
     },
-    "api/engram/engram_c.h": {
+    "api/engram/engram_options_c.h": {
         "obs_mode": enum_in_c("obs_mode"),
         "reward_mode": enum_in_c("reward_mode"),
         "auto_reset": enum_in_c("auto_reset"),
         "after_end": enum_in_c("after_end"),
-        "policy": enum_in_c("policy"),
         "rules": enum_in_c("rules"),
         "fields": c_fields,
     },
+    "api/engram/engram_c.h": {"policy": enum_in_c("policy")},
     "api/engram/engram.h": {
         "enums": public_enums,
         "images": cpp_fields("cpp", "images"),
