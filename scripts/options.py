@@ -483,7 +483,7 @@ BLOCKS = {
         "fields": c_fields,
     },
     "api/engram/engram_c.h": {"policy": enum_in_c("policy")},
-    "api/engram/engram.h": {
+    "api/engram/engram_options.h": {
         "enums": public_enums,
         "images": cpp_fields("cpp", "images"),
         "fields": cpp_fields("cpp"),
