@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "core/base/ieee_scope.h"
-#include "engram/engram_c.h"
+#include "engram/engram_base_c.h"
 
 namespace engram::c {
 

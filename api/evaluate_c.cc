@@ -1,5 +1,4 @@
 // The C API of the evaluation protocol: policies that are callbacks.
-#include <cstdlib>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -448,8 +447,6 @@ engram_status engram_probe(const engram_evaluation_options* options, const char*
     *document = engram::c::new_text(probe(*options, probes, other, policy, user));
   });
 }
-
-void engram_free_text(char* text) { std::free(text); }
 
 engram_status engram_compare(const char* a, const char* b, const char* const* allowed,
                              size_t num_allowed, char** document) {

@@ -21,7 +21,9 @@
  * batch's threads are not; engram_close does nothing there. Numbers that never change
  * (engram_num_envs and the like, which take a const handle) can be asked for at any time. A NULL
  * where an address is needed is refused with ENGRAM_INVALID_ARGUMENT. After engram_close a handle
- * must not be used any more. */
+ * must not be used any more.
+ *
+ * Statuses, options and evaluation have headers of their own, which this one includes. */
 #ifndef ENGRAM_ENGRAM_C_H
 #define ENGRAM_ENGRAM_C_H
 
@@ -31,33 +33,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(ENGRAM_STATIC)
-#define ENGRAM_API
-#else
-#define ENGRAM_API __attribute__((visibility("default")))
-#endif
+#include "engram_base_c.h"
+#include "engram_evaluation_c.h"
+#include "engram_options_c.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-typedef enum engram_status {
-  ENGRAM_OK = 0,
-  ENGRAM_INVALID_ARGUMENT = 1, /**< a value outside what is allowed, or of the wrong shape */
-  ENGRAM_UNKNOWN_ID = 2,       /**< no task, option or field of that name */
-  ENGRAM_UNAVAILABLE = 3,      /**< the machine lacks it: threads, memory, a device */
-  ENGRAM_BAD_STATE = 4,        /**< not allowed at this point */
-  ENGRAM_IO = 5,               /**< a file could not be read or written */
-  ENGRAM_INTERNAL = 6,         /**< a defect of the library itself */
-  ENGRAM_TASK_FAILED = 7       /**< the code of a user's task has failed */
-} engram_status;
-
-/** The message of this thread's last failing call; "" if there was none. Valid until this thread's
- * next failing call. Never NULL. */
-ENGRAM_API const char* engram_last_error(void);
-
-/** Version of the library, "0.5.0". */
-ENGRAM_API const char* engram_version(void);
 
 /* ---- tasks ---- */
 
@@ -90,179 +72,6 @@ ENGRAM_API engram_status engram_load_variants(const char* path);
  * of engram or with another ABI, or one of its ids is taken. */
 ENGRAM_API engram_status engram_load_tasks(const char* path);
 
-/* ---- options ---- */
-
-/* begin options: obs_mode (scripts/options.py writes what stands between these marks) */
-/** Contents of observations. */
-typedef enum engram_obs_mode {
-  ENGRAM_OBS_NONE = 0,
-  /** One row of floats, in "observation". */
-  ENGRAM_OBS_STATE = 1,
-  /** The same row; the description of the batch names its parts. */
-  ENGRAM_OBS_STATE_DICT = 2,
-  /** Images in "rgb" and "proprio"; "observation", which would reveal the hidden quantity, stays
-   * empty. */
-  ENGRAM_OBS_RGB = 3,
-  /** One row of floats, in "observation": the robot, and what cameras can show of the objects;
-   * nothing that is hidden. */
-  ENGRAM_OBS_OBJECTS = 4,
-  /** The same row; the description of the batch names its parts. */
-  ENGRAM_OBS_OBJECTS_DICT = 5,
-  /** Rgb, and "depth": mm along the axis of the camera to what each pixel shows. */
-  ENGRAM_OBS_RGB_DEPTH = 6,
-  /** Rgb, and "segmentation": an index for each pixel; the description of the batch names the
-   * values. */
-  ENGRAM_OBS_RGB_SEGMENTATION = 7,
-  /** Rgb, and both. */
-  ENGRAM_OBS_RGB_DEPTH_SEGMENTATION = 8
-} engram_obs_mode;
-/* end options */
-
-/* begin options: reward_mode */
-typedef enum engram_reward_mode {
-  ENGRAM_REWARD_NONE = 0,
-  /** 1 in steps with success. */
-  ENGRAM_REWARD_SPARSE = 1,
-  /** The task's shaped reward. */
-  ENGRAM_REWARD_DENSE = 2,
-  /** The same, divided by its value at success. */
-  ENGRAM_REWARD_NORMALIZED_DENSE = 3
-} engram_reward_mode;
-/* end options */
-
-/* begin options: auto_reset */
-/** Treatment of an environment whose episode has ended, in Gymnasium's terms. */
-typedef enum engram_auto_reset {
-  /** The next step ignores its action and returns the first observation of a new episode. */
-  ENGRAM_AUTO_RESET_NEXT_STEP = 0,
-  /** The same step returns it; the last outputs of the episode are kept as final outputs. */
-  ENGRAM_AUTO_RESET_SAME_STEP = 1,
-  /** It waits for a reset; the option after_end says what steps do meanwhile. */
-  ENGRAM_AUTO_RESET_OFF = 2
-} engram_auto_reset;
-/* end options */
-
-/* begin options: after_end */
-/** Effect of a step on an environment whose episode has ended, where nothing resets it. */
-typedef enum engram_after_end {
-  /** It keeps its last outputs, with reward 0, until it is reset. */
-  ENGRAM_AFTER_END_HOLD = 0,
-  /** It is simulated on; success, reward and endings are reported as in any step. */
-  ENGRAM_AFTER_END_CONTINUE = 1,
-  /** Steps are refused until it is reset. */
-  ENGRAM_AFTER_END_REFUSE = 2
-} engram_after_end;
-/* end options */
-
-/** A sampled quantity of the episode, fixed by the user. */
-typedef struct engram_pin {
-  const char* name;     /**< a draw of engram_describe_json */
-  const double* values; /**< `count` values, as many as the draw is wide */
-  size_t count;
-} engram_pin;
-
-/** One of the task's own options. */
-typedef struct engram_task_option {
-  const char* name;
-  double value;
-} engram_task_option;
-
-/** How far episodes depart from the task's usual scene, robot and words along an axis:
- * docs/perturbations.md. */
-typedef struct engram_perturbation {
-  const char* axis;
-  double level; /**< 0 (none) to 1 */
-} engram_perturbation;
-
-typedef struct engram_options {
-  size_t struct_size; /**< set by engram_options_init, and checked */
-  /* begin options: fields */
-  /** Number of environments. 1 to 1,000,000; default 1. */
-  int32_t num_envs;
-  /** Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
-   * core) to 1024; default 0. */
-  int32_t threads;
-  /** Most environments that a thread claims at a time. 0 (chosen) or more; default 0. */
-  int32_t chunk;
-  /** Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000;
-   * default 5. */
-  int32_t substeps;
-  /** Environment i has seed + i. Default 0. */
-  uint64_t seed;
-  /** Contents of observations. An engram_obs_mode; default ENGRAM_OBS_STATE. */
-  int32_t obs_mode;
-  /** The reward of a step. An engram_reward_mode; default ENGRAM_REWARD_NORMALIZED_DENSE. */
-  int32_t reward_mode;
-  /** Treatment of an environment whose episode has ended. An engram_auto_reset; default
-   * ENGRAM_AUTO_RESET_NEXT_STEP. */
-  int32_t auto_reset;
-  /** Meaning of actions. Default NULL: the task's own. */
-  const char* control_mode;
-  /** Sign of rotation actions; -1 as the original benchmark has it. -1 or 1; default -1. */
-  int32_t rotation_sign;
-  /** Actions are replaced by zeros during cue and empty phase, where the canonical wrapper chain
-   * does so. Default 1. */
-  int32_t freeze_cue;
-  /** End of episodes at success, whatever the task's own rule. -1 (the task's own rule), 0 or 1;
-   * default -1. */
-  int32_t terminate_on_success;
-  /** Shortcuts of the physics; off: none of them, for comparison. Default 1. */
-  int32_t sleep;
-  /** Standard deviation of the arm joints' noise in the start pose. 0 to 1 rad; default 0.02. */
-  double robot_init_qpos_noise;
-  /** Objects modes: elapsed time in observations, as a share of the horizon. Default 0. */
-  int32_t observe_time;
-  /** Proprio has the arm's seven joint angles and the gripper's opening, instead of the TCP's pose
-   * and the opening. Default 0. */
-  int32_t joint_proprio;
-  /** Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
-   * same. 0, 1, 2, 4 or 8; default 0. */
-  int32_t lanes;
-  /** Quantities of every episode that are fixed instead of drawn. Default none. */
-  const engram_pin* pins; /**< num_pins of them */
-  size_t num_pins;
-  /** Variants of the task's rules, by name. Default none. */
-  const engram_task_option* task_options; /**< num_task_options of them */
-  size_t num_task_options;
-  /** Constants of the task that differ from its own, by name: docs/variants.md. Default none. */
-  const char* constants; /**< a JSON object: {"COLORS": 7, "CUE_PHASE_STEPS": [3, 5]}; NULL: none */
-  /** Rule set of the task: the default of every task option; task_options win. An engram_rules;
-   * default ENGRAM_RULES_REFERENCE. */
-  int32_t rules;
-  /** Width of rgb observations. 1 to 4096 pixels; default 128. */
-  int32_t image_width;
-  /** Height of rgb observations. 1 to 4096 pixels; default 128. */
-  int32_t image_height;
-  /** Cameras of rgb observations, in channel order. Default base_camera, hand_camera. */
-  const char* const* cameras; /**< num_cameras names; NULL: the default */
-  size_t num_cameras;
-  /** Renderer of rgb observations. "cpu" or "egl"; default "cpu". */
-  const char* renderer;
-  /** Shadows in rgb observations. Default 0. */
-  int32_t shadows;
-  /** 2 x 2 samples per pixel in rgb observations. Default 0. */
-  int32_t antialias;
-  /** Soft shadows in pictures of render_camera; the original benchmark has none. Default 0. */
-  int32_t render_shadows;
-  /** End of episodes at failure, where the task's rule has it; off, with terminate_on_success off
-   * as well: at the horizon only. Default 1. */
-  int32_t terminate_on_failure;
-  /** Auto-reset off: effect of a step on an environment whose episode has ended. An
-   * engram_after_end; default ENGRAM_AFTER_END_HOLD. */
-  int32_t after_end;
-  /** Control steps after which episodes are truncated, even if that is too early to succeed,
-   * instead of the task's horizon. 0 (unset) to 1,000,000; default 0. */
-  int32_t max_episode_steps;
-  /** Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
-   * docs/perturbations.md. Default none. */
-  const engram_perturbation* perturbations; /**< num_perturbations of them */
-  size_t num_perturbations;
-  /* end options */
-} engram_options;
-
-/** Sets every field to its default. */
-ENGRAM_API void engram_options_init(engram_options* options);
-
 /* ---- life of a batch ---- */
 
 typedef struct engram_env engram_env;
@@ -273,18 +82,6 @@ typedef struct engram_env engram_env;
  * NULL. */
 ENGRAM_API engram_status engram_make(const char* id, const engram_options* options,
                                      engram_env** env);
-
-/** Environments of one task in a batch of several, and what is the task's own; what options have
- * for all tasks comes in addition, and loses where both name the same. */
-typedef struct engram_task_share {
-  const char* id;
-  int32_t num_envs;       /**< 1 or more */
-  const char* constants;  /**< a JSON object as in engram_options; NULL: none */
-  const engram_pin* pins; /**< num_pins of them */
-  size_t num_pins;
-  const engram_task_option* task_options; /**< num_task_options of them */
-  size_t num_task_options;
-} engram_task_share;
 
 /** Makes one batch of several tasks, stepped in lockstep. The environments of the first task come
  * first; environment i of a task has options.seed + i, and is bit for bit what it is alone.
@@ -361,17 +158,7 @@ ENGRAM_API engram_status engram_step_wait(engram_env* env);
  * and has to be waited for again. */
 ENGRAM_API engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* done);
 
-/* begin options: rules */
-/** Rule set of a task, where the original's code differs from what it is meant to do. */
-typedef enum engram_rules {
-  /** Engram's own, which follow the benchmark's documentation. */
-  ENGRAM_RULES_REFERENCE = 0,
-  /** The original's code, as far as a task option can express it. */
-  ENGRAM_RULES_ORIGINAL = 1
-} engram_rules;
-/* end options */
-
-/* begin options: policy */
+/* begin options: policy (scripts/options.py writes what stands between these marks) */
 /** Source of the actions that the batch itself chooses. */
 typedef enum engram_policy {
   ENGRAM_POLICY_ZERO = 0,
@@ -517,181 +304,6 @@ ENGRAM_API engram_status engram_save(engram_env* env, int32_t index, void* bytes
  * damaged or of another task, version or number of environments. */
 ENGRAM_API engram_status engram_restore(engram_env* env, int32_t index, const void* bytes,
                                         size_t size);
-
-/* ---- evaluation ---- */
-
-/** Episodes that need actions, one row each in every array. Valid during the call alone. */
-typedef struct engram_policy_request {
-  size_t struct_size;
-  const char* env_id;
-  int32_t count;        /**< rows */
-  int32_t worker;       /**< the thread's batch: 0 to threads - 1 */
-  const int32_t* slots; /**< place among the worker's episodes, 0 to max_slots - 1: the same from an
-                           episode's first request to its last */
-  const int32_t* episodes; /**< opaque numbers, the same in every run; with tell_episodes 0 to the
-                              number of episodes - 1 */
-  const int32_t* steps;    /**< control steps taken so far */
-  const uint8_t* first;    /**< 1: the episode's first request */
-  const char* const* instructions;
-  const float* proprio; /**< (count, proprio_dim) */
-  const uint8_t* rgb;   /**< (count, height, width, 6), or NULL without images */
-  const float* state;   /**< (count, state_dim): state or objects, or NULL with images */
-  int32_t height;
-  int32_t width;
-  int32_t state_dim;
-  int32_t max_slots;
-  int32_t action_dim;
-  const uint64_t* seeds; /**< of the episodes, with tell_episodes; otherwise NULL */
-  uint64_t policy_seed;  /**< of the policy's own random numbers */
-  int32_t proprio_dim;
-} engram_policy_request;
-
-typedef struct engram_policy_reply engram_policy_reply;
-
-/** Sets the actions of one row: shape (action_dim), (K, action_dim) or (1, K, action_dim). They are
- * queued and used one per step; the episode is asked for again when its queue is empty. For use in
- * the callback alone. */
-ENGRAM_API engram_status engram_policy_set(engram_policy_reply* reply, int32_t row,
-                                           const float* actions, const int64_t* shape,
-                                           int32_t ndim);
-/** Sets the reason why the policy cannot answer; the callback then returns something else than
- * 0. */
-ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const char* message);
-
-/** Answers a request by setting every row; returns 0, or anything else to end the evaluation.
- * Called from several threads, by one at a time. */
-typedef int (*engram_policy_callback)(void* user, const engram_policy_request* request,
-                                      engram_policy_reply* reply);
-
-/* A question to a policy that names answers instead of sending actions. Frames are the observations
- * since the episode's last question, or since it began; those that look like the one before are
- * left out, and the last one is of now. */
-typedef struct engram_choice_question {
-  size_t struct_size;
-  const char* env_id;
-  int32_t worker; /**< the thread's batch: 0 to threads - 1 */
-  int32_t slot;   /**< place among the worker's episodes, 0 to max_slots - 1 */
-  int32_t
-      episode;  /**< opaque number, the same in every run; with tell_episodes that of the episode */
-  int32_t step; /**< control steps taken so far */
-  int32_t index; /**< of the question in its episode, from 0 */
-  const char* instruction;
-  const char* question;
-  const char* const* choices; /**< `num_choices` texts, in an order that means nothing */
-  size_t num_choices;
-  int32_t least; /**< choices of an answer, at least and at most; and 1 if one may be named twice */
-  int32_t most;
-  int32_t repeats;
-  size_t num_frames;
-  const int32_t* frame_steps;
-  const float* proprio;     /**< (num_frames, proprio_dim) */
-  const uint8_t* rgb;       /**< (num_frames, height, width, 6), or NULL without images */
-  const float* state;       /**< (num_frames, state_dim): state or objects, or NULL with images */
-  const char* const* texts; /**< (num_frames) the objects in words, or NULL without objects */
-  int32_t height;
-  int32_t width;
-  int32_t state_dim;
-  int32_t proprio_dim;
-  int32_t max_slots;
-  const uint64_t* seed; /**< of the episode, with tell_episodes; otherwise NULL */
-  uint64_t policy_seed; /**< of the policy's own random numbers */
-} engram_choice_question;
-
-typedef struct engram_choice_answer engram_choice_answer;
-
-/** Names `count` choices by their indices, in the answer's order. For use in the callback alone. */
-ENGRAM_API engram_status engram_choose(engram_choice_answer* answer, const int32_t* indices,
-                                       size_t count);
-/** The same by their texts, or by indices in digits. */
-ENGRAM_API engram_status engram_choose_texts(engram_choice_answer* answer, const char* const* texts,
-                                             size_t count);
-/** Sets the reason why the policy cannot answer; the callback then returns something else than
- * 0. */
-ENGRAM_API engram_status engram_choice_fail(engram_choice_answer* answer, const char* message);
-
-/** Answers a question by engram_choose or engram_choose_texts; returns 0, or anything else to end
- * the evaluation. Called from several threads, by one at a time. */
-typedef int (*engram_choice_callback)(void* user, const engram_choice_question* question,
-                                      engram_choice_answer* answer);
-
-/** Progress of an evaluation, reported several times a second by the thread that called
- * engram_evaluate. Returns 0, or anything else to end the evaluation. */
-typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t all_episodes,
-                                        uint64_t env_steps);
-
-typedef struct engram_evaluation_options {
-  size_t struct_size;     /**< set by engram_evaluation_options_init */
-  const char* const* ids; /**< `num_ids` tasks */
-  size_t num_ids;
-  int32_t episodes;        /**< per task; default 50 */
-  int32_t num_envs;        /**< episodes that a thread plays together; default 8 */
-  int32_t threads;         /**< default 0: one per core */
-  int32_t obs_mode;        /**< ENGRAM_OBS_RGB (default), _STATE or _OBJECTS */
-  uint64_t seed;           /**< episode i has seed + i; default 4242424242 */
-  const char* name;        /**< of the policy, in the results; default "external" */
-  const char* config_json; /**< an object: what else the results say of it; default NULL */
-  const char* renderer;    /**< "cpu" (default) or "egl" */
-  const char* output;      /**< results go to `<output>/<split>/<date_time>/`; default NULL: none */
-  const char* resume; /**< folder of an interrupted run with these options, instead of output */
-  const engram_task_option* task_options; /**< `num_task_options` of them; default none */
-  size_t num_task_options;
-  engram_progress_callback progress; /**< default NULL; gets the `user` of engram_evaluate */
-  int32_t rules;                     /**< an engram_rules; default ENGRAM_RULES_REFERENCE */
-  const char* constants; /**< of all tasks, a JSON object as in engram_options; default NULL */
-  int32_t tell_episodes; /**< 1: requests have numbers and seeds of episodes; default 0 */
-  const char* seed_file; /**< sealed evaluation: seeds follow from the secret line in this file, not
-                            from `seed`; default NULL */
-  int32_t repeat;        /**< rounds of the same episodes; round i has policy_seed + i; default 1 */
-  uint64_t policy_seed;  /**< told to the policy in every request; default 0 */
-  const char* latency;   /**< control steps from a request to its answer, such as "3", or
-                            milliseconds, "120ms": the world goes on with the last action meanwhile;
-                            default NULL: 0 */
-  const char* control_mode; /**< meaning of actions; default NULL: the tasks' own */
-  int32_t joint_proprio;    /**< 1: proprio has the arm's seven joint angles and the gripper's
-                               opening; default 0 */
-  const engram_perturbation* perturbations; /**< `num_perturbations` of them; default none */
-  size_t num_perturbations;
-  int32_t choices_stride; /**< engram_evaluate_choices: control steps between the frames of
-                             questions; default 1 */
-} engram_evaluation_options;
-
-ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
-
-/** Runs the benchmark's evaluation protocol with a policy of the caller's. *document: {summary,
- * tasks} as JSON, as `engram eval --json` prints it, to be freed by engram_free_text; NULL if the
- * call fails. */
-ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* options,
-                                         engram_policy_callback policy, void* user,
-                                         char** document);
-/** The same with a policy that names answers, which a scripted hand carries out. For tasks whose
- * `choices` in engram_describe_json is not null. */
-ENGRAM_API engram_status engram_evaluate_choices(const engram_evaluation_options* options,
-                                                 engram_choice_callback policy, void* user,
-                                                 char** document);
-ENGRAM_API void engram_free_text(char* text);
-
-/** Probes whether a policy reads its memory (docs/probe.md). options: as of an evaluation, without
- * resume, seed_file and repeat; output: folder of probe.json and probe.html. probes: some of
- * "twins,forgetting,interference,capacity", NULL for all. other: id of the task of further episodes
- * of interference, or NULL. *document: {settings, other, tasks} as JSON, as `engram probe --json`
- * prints it, to be freed by engram_free_text; NULL if the call fails. */
-ENGRAM_API engram_status engram_probe(const engram_evaluation_options* options, const char* probes,
-                                      const char* other, engram_policy_callback policy, void* user,
-                                      char** document);
-
-/** Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
- * Valid for the life of the process. NULL, with a message, if there is no memory for it. */
-ENGRAM_API const char* engram_suites_json(void);
-
-/** Compares two results of evaluations episode by episode. a, b: folders of runs, JSON files of
- * results, or texts of such documents. allowed: `num_allowed` of "ids", "seeds", "version",
- * "rules", "constants" and "choices", in which they may differ. *document: as `engram compare
- * --json` prints it, to be freed by engram_free_text; NULL if the call fails. */
-ENGRAM_API engram_status engram_compare(const char* a, const char* b, const char* const* allowed,
-                                        size_t num_allowed, char** document);
-/** A table of results. format: "md", "latex", "csv", "episodes" or "vla-eval". *table: as
- * `engram report` prints it, to be freed by engram_free_text; NULL if the call fails. */
-ENGRAM_API engram_status engram_report(const char* results, const char* format, char** table);
 
 #ifdef __cplusplus
 }

@@ -59,7 +59,7 @@ breathe_default_project = "engram"
 NOT_PUBLIC = {"ENGRAM_API", "engram::VectorEnv::Close"}
 breathe_default_members = ("members", "undoc-members")
 breathe_show_include = False
-breathe_domain_by_file_pattern = {"*/engram_c.h": "c", "*/engram_task.h": "c"}
+breathe_domain_by_file_pattern = {"*_c.h": "c", "*/engram_task.h": "c"}
 
 html_theme = "furo"
 html_static_path = ["static"]

@@ -52,6 +52,20 @@ def checked_actions(actions: Any, shape: tuple[int, ...]) -> np.ndarray:
         return np.require(array, np.float32, ["C_CONTIGUOUS", "ALIGNED"])
 
 
+def check_actions_out(out: Any, shape: tuple[int, ...]) -> None:
+    """Refuses what actions cannot be written to as they are."""
+    if not (
+        isinstance(out, np.ndarray)
+        and out.dtype == np.float32
+        and out.shape == shape
+        and out.flags.carray
+    ):
+        raise InvalidArgumentError(
+            f"out: {kind_of(out)} given; a writable float32 array of shape "
+            f"{shape} without gaps is needed"
+        )
+
+
 def reset_options(
     options: dict[str, Any] | None, num_envs: int
 ) -> tuple[np.ndarray | None, Any | None, str | None]:

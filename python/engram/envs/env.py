@@ -12,8 +12,9 @@ from engram._args.keywords import check_single
 from engram._args.methods import checked_actions
 from engram.envs.compat import ObsT
 from engram.envs.copies import Copier
+from engram.envs.ended import ENDED
 from engram.envs.spec import spec_of
-from engram.envs.vector_env import ENDED, VectorEnv
+from engram.envs.vector_env import VectorEnv
 from engram.envs.window import Window
 from engram.errors import BadStateError
 

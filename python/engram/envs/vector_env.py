@@ -5,7 +5,6 @@ from __future__ import annotations
 import atexit
 import contextlib
 import json
-import re
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Generic
@@ -27,10 +26,12 @@ from engram.envs.compat import (
     autoreset,
 )
 from engram.envs.copies import Copier, same
+from engram.envs.ended import raise_if_ended
 from engram.envs.groups import TaskGroup, joined, shares_of
 from engram.envs.infos import Infos
 from engram.envs.output_arrays import OutputArrays
 from engram.envs.queries import QueryMixin
+from engram.envs.resetter import Resetter
 from engram.envs.spaces import Layout, action_spaces
 from engram.envs.spec import spec_of
 from engram.envs.sub_env import SubEnvMixin
@@ -50,9 +51,6 @@ if TYPE_CHECKING:
         Rules,
         TaskDescription,
     )
-
-# In the library's message about a step of an environment whose episode has ended.
-ENDED = re.compile(r"the episode of environment \d+ has ended")
 
 _open_batches: weakref.WeakSet[VectorEnv[Any]] = weakref.WeakSet()
 
@@ -229,11 +227,10 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         options = option_args.make_options(arguments, AUTORESET_NAMES[self.autoreset_mode])
         self._batch = _core.Batch(self.task_id if shares is None else shares, options)
         self._out = OutputArrays(self._batch, {} if out is None else out)
-        self._seed = options.seed
         self._same_step = self.autoreset_mode is AutoresetMode.SAME_STEP
-        self._started = False
         exported = Copier() if copy else same
         self._open(obs_mode, exported, bool(privileged), bool(language_in_info))
+        self._resetter = Resetter(self._batch, self._group, options.seed, self._ones)
         for text in self.description["warnings"]:
             warn(text)
         self.spec = None  # of several tasks: Gymnasium has none
@@ -320,42 +317,9 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             UnknownIdError: No pin of that name, or an option that is nearly one of those above.
             BadStateError: The first reset leaves environments out, or a step is under way.
         """
-        seeds = methods.seed_list(seed, self.num_envs, self._group.slots)
-        parts = [
-            methods.reset_options(part, self.num_envs) for part in self._group.split_reset(options)
-        ]
-        saved = self._batch.save(-1) if self._started and len(parts) > 1 else None
-        try:
-            for part in parts:
-                self._reset_part(seeds, *part)
-        except Exception:
-            if saved is not None:  # a bad call changes nothing
-                self._batch.restore(-1, saved)
-            raise
-        self._started = True
-        masks = [self._ones if mask is None else mask for mask, *_ in parts]
-        which = np.logical_or.reduce(masks) if len(masks) > 1 else masks[0]
+        which = self._resetter.reset(seed, options)
         self._infos.refresh_instructions(np.flatnonzero(which))
         return self._outputs(which)
-
-    def _reset_part(self, seeds: Any, mask: Any, pins: Any, constants: Any) -> None:
-        """Resets with checked arguments; some of the seeds may be None."""
-        if not isinstance(seeds, list):
-            self._batch.reset(mask, seeds, pins, constants)
-            return
-        given = np.array([value is not None for value in seeds])
-        filled = [
-            self._seed + slot if value is None else value
-            for slot, value in zip(self._group.slots.tolist(), seeds)
-        ]
-        array = np.array([value % 2**64 for value in filled], np.uint64)
-        if not self._started:
-            self._batch.reset(mask, array, pins, constants)
-            return
-        chosen = self._ones if mask is None else mask
-        for part, part_seeds in ((chosen & given, array), (chosen & ~given, None)):
-            if part.any():
-                self._batch.reset(part, part_seeds, pins, constants)
 
     def step(self, actions: Any) -> tuple[ObsT, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step (0.05 s) of all environments.
@@ -384,7 +348,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         try:
             self._batch.step_async(methods.checked_actions(actions, self._action_shape))
         except BadStateError as error:
-            self._name_ended(error)
+            raise_if_ended(error, self._views)
             raise
 
     def step_wait(
@@ -421,16 +385,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         number = one_of("policy", policy, POLICY)
         if out is None:
             out = np.empty(self._action_shape, np.float32)
-        elif not (
-            isinstance(out, np.ndarray)
-            and out.dtype == np.float32
-            and out.shape == self._action_shape
-            and out.flags.carray
-        ):
-            raise InvalidArgumentError(
-                f"out: {methods.kind_of(out)} given; a writable float32 array of shape "
-                f"{self._action_shape} without gaps is needed"
-            )
+        else:
+            methods.check_actions_out(out, self._action_shape)
         self._batch.act(number, out)
         return out
 
@@ -459,7 +415,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         if not isinstance(data, bytes):
             raise InvalidArgumentError(f"data: {methods.kind_of(data)} given, bytes needed")
         self._batch.restore(methods.batch_index(index, self.num_envs), data)
-        self._started = True
+        self._resetter.started = True
         self._infos.refresh_instructions(range(self.num_envs))
         return self._outputs(self._ones)
 
@@ -519,20 +475,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         try:
             self._batch.step(methods.checked_actions(actions, self._action_shape))
         except BadStateError as error:
-            self._name_ended(error)
+            raise_if_ended(error, self._views)
             raise
-
-    def _name_ended(self, error: BadStateError) -> None:
-        """Raises the error of episodes that have ended, if it is one, with all their indices."""
-        if not ENDED.search(str(error)):
-            return
-        ended = np.flatnonzero(self._views["terminated"] | self._views["truncated"])
-        indices = ", ".join(map(str, ended[:10])) + (", ..." if len(ended) > 10 else "")
-        raise BadStateError(
-            f"episodes of environments {indices} have ended: reset them, with "
-            'options={"reset_mask": terminated | truncated}, or make the batch with '
-            'after_end="hold" or "continue"'
-        ) from None
 
     def _outputs(self, which: np.ndarray) -> tuple[ObsT, dict[str, Any]]:
         """Observations and infos."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import io
 import json
 import subprocess
 import sys
@@ -146,6 +147,19 @@ def zmq_server(respond: Callable[[bytes], Awaitable[bytes | None]]) -> Iterator[
 
     with in_thread(run) as port:
         yield f"gr00t://127.0.0.1:{port}"
+
+
+# NumPy's arrays in msgpack, as Isaac-GR00T has them.
+def encode_npy(value: Any) -> Any:
+    file = io.BytesIO()
+    np.save(file, value, allow_pickle=False)
+    return {"__ndarray_class__": True, "as_npy": file.getvalue()}
+
+
+def decode_npy(value: Any) -> Any:
+    if "__ndarray_class__" in value:
+        return np.load(io.BytesIO(value["as_npy"]), allow_pickle=False)
+    return value
 
 
 def observation(count: int = 1, step: int = 0, first: bool | None = None, **more: Any) -> Any:

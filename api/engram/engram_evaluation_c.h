@@ -1,0 +1,198 @@
+/** @file
+ * engram: evaluation and probes of policies of the caller's, comparison and tables of results. A
+ * part of the C API; include engram_c.h. */
+#ifndef ENGRAM_ENGRAM_EVALUATION_C_H
+#define ENGRAM_ENGRAM_EVALUATION_C_H
+
+/* NOLINTBEGIN(readability-identifier-naming,modernize-use-using,modernize-deprecated-headers):
+ * this is C */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "engram_base_c.h"
+#include "engram_options_c.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Episodes that need actions, one row each in every array. Valid during the call alone. */
+typedef struct engram_policy_request {
+  size_t struct_size;
+  const char* env_id;
+  int32_t count;        /**< rows */
+  int32_t worker;       /**< the thread's batch: 0 to threads - 1 */
+  const int32_t* slots; /**< place among the worker's episodes, 0 to max_slots - 1: the same from an
+                           episode's first request to its last */
+  const int32_t* episodes; /**< opaque numbers, the same in every run; with tell_episodes 0 to the
+                              number of episodes - 1 */
+  const int32_t* steps;    /**< control steps taken so far */
+  const uint8_t* first;    /**< 1: the episode's first request */
+  const char* const* instructions;
+  const float* proprio; /**< (count, proprio_dim) */
+  const uint8_t* rgb;   /**< (count, height, width, 6), or NULL without images */
+  const float* state;   /**< (count, state_dim): state or objects, or NULL with images */
+  int32_t height;
+  int32_t width;
+  int32_t state_dim;
+  int32_t max_slots;
+  int32_t action_dim;
+  const uint64_t* seeds; /**< of the episodes, with tell_episodes; otherwise NULL */
+  uint64_t policy_seed;  /**< of the policy's own random numbers */
+  int32_t proprio_dim;
+} engram_policy_request;
+
+typedef struct engram_policy_reply engram_policy_reply;
+
+/** Sets the actions of one row: shape (action_dim), (K, action_dim) or (1, K, action_dim). They are
+ * queued and used one per step; the episode is asked for again when its queue is empty. For use in
+ * the callback alone. */
+ENGRAM_API engram_status engram_policy_set(engram_policy_reply* reply, int32_t row,
+                                           const float* actions, const int64_t* shape,
+                                           int32_t ndim);
+/** Sets the reason why the policy cannot answer; the callback then returns something else than
+ * 0. */
+ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const char* message);
+
+/** Answers a request by setting every row; returns 0, or anything else to end the evaluation.
+ * Called from several threads, by one at a time. */
+typedef int (*engram_policy_callback)(void* user, const engram_policy_request* request,
+                                      engram_policy_reply* reply);
+
+/* A question to a policy that names answers instead of sending actions. Frames are the observations
+ * since the episode's last question, or since it began; those that look like the one before are
+ * left out, and the last one is of now. */
+typedef struct engram_choice_question {
+  size_t struct_size;
+  const char* env_id;
+  int32_t worker; /**< the thread's batch: 0 to threads - 1 */
+  int32_t slot;   /**< place among the worker's episodes, 0 to max_slots - 1 */
+  int32_t
+      episode;  /**< opaque number, the same in every run; with tell_episodes that of the episode */
+  int32_t step; /**< control steps taken so far */
+  int32_t index; /**< of the question in its episode, from 0 */
+  const char* instruction;
+  const char* question;
+  const char* const* choices; /**< `num_choices` texts, in an order that means nothing */
+  size_t num_choices;
+  int32_t least; /**< choices of an answer, at least and at most; and 1 if one may be named twice */
+  int32_t most;
+  int32_t repeats;
+  size_t num_frames;
+  const int32_t* frame_steps;
+  const float* proprio;     /**< (num_frames, proprio_dim) */
+  const uint8_t* rgb;       /**< (num_frames, height, width, 6), or NULL without images */
+  const float* state;       /**< (num_frames, state_dim): state or objects, or NULL with images */
+  const char* const* texts; /**< (num_frames) the objects in words, or NULL without objects */
+  int32_t height;
+  int32_t width;
+  int32_t state_dim;
+  int32_t proprio_dim;
+  int32_t max_slots;
+  const uint64_t* seed; /**< of the episode, with tell_episodes; otherwise NULL */
+  uint64_t policy_seed; /**< of the policy's own random numbers */
+} engram_choice_question;
+
+typedef struct engram_choice_answer engram_choice_answer;
+
+/** Names `count` choices by their indices, in the answer's order. For use in the callback alone. */
+ENGRAM_API engram_status engram_choose(engram_choice_answer* answer, const int32_t* indices,
+                                       size_t count);
+/** The same by their texts, or by indices in digits. */
+ENGRAM_API engram_status engram_choose_texts(engram_choice_answer* answer, const char* const* texts,
+                                             size_t count);
+/** Sets the reason why the policy cannot answer; the callback then returns something else than
+ * 0. */
+ENGRAM_API engram_status engram_choice_fail(engram_choice_answer* answer, const char* message);
+
+/** Answers a question by engram_choose or engram_choose_texts; returns 0, or anything else to end
+ * the evaluation. Called from several threads, by one at a time. */
+typedef int (*engram_choice_callback)(void* user, const engram_choice_question* question,
+                                      engram_choice_answer* answer);
+
+/** Progress of an evaluation, reported several times a second by the thread that called
+ * engram_evaluate. Returns 0, or anything else to end the evaluation. */
+typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t all_episodes,
+                                        uint64_t env_steps);
+
+typedef struct engram_evaluation_options {
+  size_t struct_size;     /**< set by engram_evaluation_options_init */
+  const char* const* ids; /**< `num_ids` tasks */
+  size_t num_ids;
+  int32_t episodes;        /**< per task; default 50 */
+  int32_t num_envs;        /**< episodes that a thread plays together; default 8 */
+  int32_t threads;         /**< default 0: one per core */
+  int32_t obs_mode;        /**< ENGRAM_OBS_RGB (default), _STATE or _OBJECTS */
+  uint64_t seed;           /**< episode i has seed + i; default 4242424242 */
+  const char* name;        /**< of the policy, in the results; default "external" */
+  const char* config_json; /**< an object: what else the results say of it; default NULL */
+  const char* renderer;    /**< "cpu" (default) or "egl" */
+  const char* output;      /**< results go to `<output>/<split>/<date_time>/`; default NULL: none */
+  const char* resume; /**< folder of an interrupted run with these options, instead of output */
+  const engram_task_option* task_options; /**< `num_task_options` of them; default none */
+  size_t num_task_options;
+  engram_progress_callback progress; /**< default NULL; gets the `user` of engram_evaluate */
+  int32_t rules;                     /**< an engram_rules; default ENGRAM_RULES_REFERENCE */
+  const char* constants; /**< of all tasks, a JSON object as in engram_options; default NULL */
+  int32_t tell_episodes; /**< 1: requests have numbers and seeds of episodes; default 0 */
+  const char* seed_file; /**< sealed evaluation: seeds follow from the secret line in this file, not
+                            from `seed`; default NULL */
+  int32_t repeat;        /**< rounds of the same episodes; round i has policy_seed + i; default 1 */
+  uint64_t policy_seed;  /**< told to the policy in every request; default 0 */
+  const char* latency;   /**< control steps from a request to its answer, such as "3", or
+                            milliseconds, "120ms": the world goes on with the last action meanwhile;
+                            default NULL: 0 */
+  const char* control_mode; /**< meaning of actions; default NULL: the tasks' own */
+  int32_t joint_proprio;    /**< 1: proprio has the arm's seven joint angles and the gripper's
+                               opening; default 0 */
+  const engram_perturbation* perturbations; /**< `num_perturbations` of them; default none */
+  size_t num_perturbations;
+  int32_t choices_stride; /**< engram_evaluate_choices: control steps between the frames of
+                             questions; default 1 */
+} engram_evaluation_options;
+
+ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
+
+/** Runs the benchmark's evaluation protocol with a policy of the caller's. *document: {summary,
+ * tasks} as JSON, as `engram eval --json` prints it, to be freed by engram_free_text; NULL if the
+ * call fails. */
+ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* options,
+                                         engram_policy_callback policy, void* user,
+                                         char** document);
+/** The same with a policy that names answers, which a scripted hand carries out. For tasks whose
+ * `choices` in engram_describe_json is not null. */
+ENGRAM_API engram_status engram_evaluate_choices(const engram_evaluation_options* options,
+                                                 engram_choice_callback policy, void* user,
+                                                 char** document);
+
+/** Probes whether a policy reads its memory (docs/probe.md). options: as of an evaluation, without
+ * resume, seed_file and repeat; output: folder of probe.json and probe.html. probes: some of
+ * "twins,forgetting,interference,capacity", NULL for all. other: id of the task of further episodes
+ * of interference, or NULL. *document: {settings, other, tasks} as JSON, as `engram probe --json`
+ * prints it, to be freed by engram_free_text; NULL if the call fails. */
+ENGRAM_API engram_status engram_probe(const engram_evaluation_options* options, const char* probes,
+                                      const char* other, engram_policy_callback policy, void* user,
+                                      char** document);
+
+/** Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
+ * Valid for the life of the process. NULL, with a message, if there is no memory for it. */
+ENGRAM_API const char* engram_suites_json(void);
+
+/** Compares two results of evaluations episode by episode. a, b: folders of runs, JSON files of
+ * results, or texts of such documents. allowed: `num_allowed` of "ids", "seeds", "version",
+ * "rules", "constants" and "choices", in which they may differ. *document: as `engram compare
+ * --json` prints it, to be freed by engram_free_text; NULL if the call fails. */
+ENGRAM_API engram_status engram_compare(const char* a, const char* b, const char* const* allowed,
+                                        size_t num_allowed, char** document);
+/** A table of results. format: "md", "latex", "csv", "episodes" or "vla-eval". *table: as
+ * `engram report` prints it, to be freed by engram_free_text; NULL if the call fails. */
+ENGRAM_API engram_status engram_report(const char* results, const char* format, char** table);
+
+#ifdef __cplusplus
+}
+#endif
+
+/* NOLINTEND(readability-identifier-naming,modernize-use-using,modernize-deprecated-headers) */
+
+#endif
