@@ -11,8 +11,7 @@ namespace {
 int instances_in_view(const RenderRig& rig) {
   const gl::Shapes shapes(rig.scene.meshes);
   gl::DrawList list(rig.scene, shapes);
-  const gl::Viewpoint view =
-      gl::camera_viewpoint(rig.scene, rig.instances(), 0, 64, 64);
+  const gl::Viewpoint view = gl::camera_viewpoint(rig.scene, rig.instances(), 0, 64, 64);
   list.fill_for_camera(rig.instances(), view, 0.1F);
   int count = 0;
   for (const gl::DrawCall& call : list.draws()) count += call.count;
@@ -33,8 +32,7 @@ TEST_CASE("A draw list has the visible geoms before the camera", "[render][egl]"
 
 TEST_CASE("A camera's view has the middle of the picture where it points", "[render][egl]") {
   RenderRig rig;
-  const gl::Viewpoint view =
-      gl::camera_viewpoint(rig.scene, rig.instances(), 0, 64, 32);
+  const gl::Viewpoint view = gl::camera_viewpoint(rig.scene, rig.instances(), 0, 64, 32);
   const Eigen::Vector4f clip = view.clip_from_world * Eigen::Vector4f(2, 0, 0, 1);
   CHECK(clip.x() / clip.w() == Approx(0).margin(1e-6));
   CHECK(clip.y() / clip.w() == Approx(0).margin(1e-6));
