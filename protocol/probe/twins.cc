@@ -95,7 +95,8 @@ Document document_of(const ProbeTask& task, const ConditionResults& results) {
       answered.push_back(group[i].answered != 0);
       wiped.push_back(group[i + kOneWiped].correct != 0);
       const TrialResult& swapped = group[i + kOneInOther];
-      past.push_back(group[i].correct != 0 && answers_as(swapped, group[i], task.facts().answer_cut));
+      past.push_back(group[i].correct != 0 &&
+                     answers_as(swapped, group[i], task.facts().answer_cut));
       scene.push_back(swapped.correct != 0);
     }
     both.push_back(group[kOne].correct != 0 && group[kOther].correct != 0);
