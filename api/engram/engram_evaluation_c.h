@@ -139,7 +139,7 @@ typedef struct engram_evaluation_options {
   const char* seed_file; /**< sealed evaluation: seeds follow from the secret line in this file, not
                             from `seed`; default NULL */
   int32_t repeat;        /**< rounds of the same episodes; round i has policy_seed + i; default 1 */
-  uint64_t policy_seed;  /**< told to the policy in every request; default 0 */
+  uint64_t policy_seed;  /**< part of every request; default 0 */
   const char* latency;   /**< control steps from a request to its answer, such as "3", or
                             milliseconds, "120ms": the world goes on with the last action meanwhile;
                             default NULL: 0 */

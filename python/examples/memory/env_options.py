@@ -32,7 +32,7 @@ def option(text):
 
 
 def of_evaluation(options):
-    """Those that `engram.evaluate` takes; it tells every policy the time."""
+    """Those that `engram.evaluate` takes; every policy gets the time there."""
     return {name: value for name, value in options.items() if name != TIME}
 
 

@@ -16,13 +16,13 @@ SEED = 4242424242
 
 
 def play(infer) -> tuple[bool, float]:
-    """An episode with a client's function of told facts and observation."""
+    """An episode with a client's function of facts and observation."""
     env = engram.make(TASK, obs_mode="rgb")
     obs, info = env.reset(seed=SEED)
     total, step, over = 0.0, 0, False
     while not over:
-        told = {"env_id": TASK, "seed": SEED, "step": step}
-        action = infer(obs["rgb"], obs["proprio"], env.language_instruction, told)
+        facts = {"env_id": TASK, "seed": SEED, "step": step}
+        action = infer(obs["rgb"], obs["proprio"], env.language_instruction, facts)
         obs, reward, terminated, truncated, info = env.step(np.asarray(action, np.float32))
         total, step, over = total + reward, step + 1, terminated or truncated
     env.close()
@@ -49,14 +49,14 @@ def test_openpi_clients(package, oracle):
         client = client_class(host=host, port=int(port))
         assert client.get_server_metadata()["server"] == "engram"
 
-        def infer(rgb, proprio, prompt, told):
+        def infer(rgb, proprio, prompt, facts):
             keys = {
                 "observation/image": rgb[..., :3],
                 "observation/wrist_image": rgb[..., 3:],
                 "observation/state": proprio,
                 "prompt": prompt,
             }
-            return client.infer({**keys, "engram": told})["actions"][0]
+            return client.infer({**keys, "engram": facts})["actions"][0]
 
         assert play(infer) == oracle
         with urllib.request.urlopen(f"http://{host}:{port}/healthz") as response:
@@ -76,11 +76,11 @@ def test_a_client_of_json_numpy(oracle):
             with urllib.request.urlopen(request) as response:
                 return json_numpy.loads(response.read())
 
-        def infer(rgb, proprio, prompt, told):
-            return post({"image": rgb[..., :3], "instruction": prompt, "engram": told})
+        def infer(rgb, proprio, prompt, facts):
+            return post({"image": rgb[..., :3], "instruction": prompt, "engram": facts})
 
-        def infer_encoded(rgb, proprio, prompt, told):
-            return post({"encoded": json_numpy.dumps({"instruction": prompt, "engram": told})})
+        def infer_encoded(rgb, proprio, prompt, facts):
+            return post({"encoded": json_numpy.dumps({"instruction": prompt, "engram": facts})})
 
         assert play(infer) == oracle
         assert play(infer_encoded) == oracle
@@ -109,13 +109,13 @@ def test_a_client_of_plain_zmq(oracle):
         client = PlainGr00t(url)
         assert client.call("ping")["status"] == "ok"
 
-        def infer(rgb, proprio, prompt, told):
+        def infer(rgb, proprio, prompt, facts):
             observation = {
                 "video": {"image": rgb[None, None, ..., :3]},
                 "state": {"state": proprio[None, None]},
                 "language": {"task": [[prompt]]},
             }
-            data = {"observation": observation, "options": {"engram": told}}
+            data = {"observation": observation, "options": {"engram": facts}}
             answer, _info = client.call("get_action", data)
             assert answer["action"].shape == (1, 1, 7)
             return answer["action"][0, 0]
@@ -129,22 +129,22 @@ def test_odd_requests_have_an_answer_and_do_no_harm(oracle):
     """Whatever a client sends, it gets a sentence, and the next one is served."""
     from engram.servers import codecs
 
-    told = {"env_id": TASK, "seed": SEED, "step": 0}
+    facts = {"env_id": TASK, "seed": SEED, "step": 0}
     odd = [
         3,
         [],
         {},
         {"engram": 3},
-        {"engram": {**told, "env_id": "../../etc"}},
-        {"engram": {**told, "env_id": None}},
-        {"engram": {**told, "seed": -1}},
-        {"engram": {**told, "seed": "x"}},
-        {"engram": {**told, "step": -1}},
-        {"engram": {**told, "step": 999_999}},
-        {"engram": {**told, "proprio": "here"}},
-        {"engram": {**told, "proprio": [1.0, 2.0]}},
-        {"engram": told, "image": np.zeros(3), "observation/image": np.zeros((2, 2))},
-        {"engram": told, "image": "x", "observation/image": "x"},
+        {"engram": {**facts, "env_id": "../../etc"}},
+        {"engram": {**facts, "env_id": None}},
+        {"engram": {**facts, "seed": -1}},
+        {"engram": {**facts, "seed": "x"}},
+        {"engram": {**facts, "step": -1}},
+        {"engram": {**facts, "step": 999_999}},
+        {"engram": {**facts, "proprio": "here"}},
+        {"engram": {**facts, "proprio": [1.0, 2.0]}},
+        {"engram": facts, "image": np.zeros(3), "observation/image": np.zeros((2, 2))},
+        {"engram": facts, "image": "x", "observation/image": "x"},
     ]
     with engram_serve("--policy", "oracle") as url:
         from websockets.sync.client import connect
