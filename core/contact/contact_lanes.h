@@ -3,6 +3,8 @@
 // layout is that of the structures below, with one double for each lane in place of every number.
 #pragma once
 
+#include <algorithm>
+
 #include "core/math/vec3.h"
 #include "core/robot/robot_model.h"
 
@@ -105,6 +107,11 @@ struct ContactLanes {
   double* patches = nullptr;
   PatchMembers* members = nullptr;
   PatchLists lists;
+
+  // Nothing beside the robot's free motion in any lane.
+  bool empty() const {
+    return num_bodies == 0 && std::ranges::all_of(lists.size, [](int size) { return size == 0; });
+  }
 };
 
 }  // namespace engram

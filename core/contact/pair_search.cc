@@ -27,6 +27,9 @@ static_assert(kActiveGap + kClearanceAllowance < kContactMargin);
 constexpr double kOrderPrecision = 1000;  // 1/m
 // Pairs that are tested in every substep.
 constexpr double kNever = -1;
+// Bodies whose bounding spheres are so much farther apart than they can come together in a substep
+// are not measured more precisely, m.
+constexpr double kFarApart = 0.1;
 
 // Lower bound of the distance of a point to a shape.
 double distance_to(const CollisionShape& shape, const Frame& frame, const Vec3& point) {
@@ -89,7 +92,9 @@ PairSearch::PairSearch(const CollisionScene& scene)
       shapes_clear_(scene.shape_pairs().size()),
       was_near_(scene.body_pairs().size()),
       shape_frames_(scene.shapes().size()),
-      posed_(scene.shapes().size()) {
+      posed_(scene.shapes().size()),
+      centers_(scene.bodies().size()),
+      centered_(scene.bodies().size()) {
   const auto most = at(max_near_pairs(scene));
   near_.reserve(most);
   kept_.reserve(most);
@@ -109,6 +114,7 @@ void PairSearch::find(const BodyStates& bodies, ContactMemory& memory, NarrowPha
   near_.clear();
   advance_travel(bodies, timestep);
   std::fill(posed_.begin(), posed_.end(), std::uint8_t{0});
+  std::fill(centered_.begin(), centered_.end(), std::uint8_t{0});
   const int known = static_cast<int>(memory.pairs.size());
   kept_.assign(memory.pairs.size(), 0);
   for (std::size_t i = 0; i < scene_.body_pairs().size(); ++i) {
@@ -144,6 +150,26 @@ const Frame& PairSearch::shape_frame(int shape, const BodyStates& bodies) {
   return frame;
 }
 
+const Vec3& PairSearch::center(int body, const BodyStates& bodies) {
+  Vec3& result = centers_[at(body)];
+  if (centered_[at(body)] == 0) {
+    centered_[at(body)] = 1;
+    const Frame& frame = bodies.frames[at(body)];
+    result = frame.pos + frame.axes * scene_.bodies()[at(body)].bounding_center;
+  }
+  return result;
+}
+
+// Lower bound of the distance of A's centre to B, m: a rough one where it exceeds `needed` by far.
+double PairSearch::body_distance(const BodyPair& pair, double needed, const BodyStates& bodies) {
+  const Vec3& center_a = center(pair.a, bodies);
+  const CollisionBody& b = scene_.bodies()[at(pair.b)];
+  const double distance = (center_a - center(pair.b, bodies)).norm() - b.bounding_radius;
+  if (b.num_shapes > 1 || distance > needed + kFarApart) return distance;
+  return distance_to(scene_.shapes()[at(b.first_shape)], shape_frame(b.first_shape, bodies),
+                     center_a);
+}
+
 void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemory& memory,
                                 NarrowPhase& narrow_phase) {
   const BodyPair& pair = scene_.body_pairs()[at(index)];
@@ -153,20 +179,9 @@ void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemo
   }
   const Travel travel = travel_of(pair.a, pair.b);
   if (travel.after() < bodies_clear_[at(index)]) return;
-  const CollisionBody& a = scene_.bodies()[at(pair.a)];
-  const CollisionBody& b = scene_.bodies()[at(pair.b)];
-  const Frame& frame_a = bodies.frames[at(pair.a)];
-  const Frame& frame_b = bodies.frames[at(pair.b)];
-  const Vec3 center = frame_a.pos + frame_a.axes * a.bounding_center;
-  double distance = 0;
-  if (b.num_shapes == 1) {
-    distance =
-        distance_to(scene_.shapes()[at(b.first_shape)], shape_frame(b.first_shape, bodies), center);
-  } else {
-    const Vec3 other = frame_b.pos + frame_b.axes * b.bounding_center;
-    distance = (center - other).norm() - b.bounding_radius;
-  }
-  bodies_clear_[at(index)] = travel.before + distance - a.bounding_radius - kActiveGap;
+  const double around = scene_.bodies()[at(pair.a)].bounding_radius + kActiveGap;
+  const double distance = body_distance(pair, around + travel.substep, bodies);
+  bodies_clear_[at(index)] = travel.before + distance - around;
   if (travel.after() < bodies_clear_[at(index)]) return;
   if (was_near_[at(index)] == 0) {
     was_near_[at(index)] = 1;

@@ -75,6 +75,8 @@ class PairSearch {
   void advance_travel(const BodyStates& bodies, double timestep);
   Travel travel_of(int body_a, int body_b) const;
   const Frame& shape_frame(int shape, const BodyStates& bodies);
+  const Vec3& center(int body, const BodyStates& bodies);
+  double body_distance(const BodyPair& pair, double needed, const BodyStates& bodies);
   void find_body_pair(int pair, const BodyStates& bodies, ContactMemory& memory,
                       NarrowPhase& narrow_phase);
   void find_shape_pair(int pair, const Travel& travel, const BodyStates& bodies,
@@ -90,10 +92,12 @@ class PairSearch {
   std::vector<double> shapes_clear_;    // set for body pairs that have been near
   std::vector<std::uint8_t> was_near_;  // body pairs, in this control step
   std::vector<Frame> shape_frames_;
-  std::vector<std::uint8_t> posed_;  // shapes whose frame is known
-  std::vector<std::uint8_t> kept_;   // of the memory's pairs
-  std::vector<int> order_;           // of near_
-  std::vector<int> moved_to_;        // of the memory's pairs
+  std::vector<std::uint8_t> posed_;     // shapes whose frame is known
+  std::vector<Vec3> centers_;           // of the bodies' bounding spheres, world
+  std::vector<std::uint8_t> centered_;  // bodies whose centre is known
+  std::vector<std::uint8_t> kept_;      // of the memory's pairs
+  std::vector<int> order_;              // of near_
+  std::vector<int> moved_to_;           // of the memory's pairs
   std::vector<ContactPair> added_;
   ContactPair added_pair_;  // one that may be added
 };

@@ -10,13 +10,14 @@ namespace engram {
 
 // First rows of quantities in the memory of a block. A row has one double for each lane.
 struct LaneRows {
-  static constexpr int kQ = 0;                                      // (9) rad, m: joint positions
-  static constexpr int kV = kQ + kRobotJoints;                      // (9) rad/s, m/s
-  static constexpr int kDriveBias = kV + kRobotJoints;              // (9) see JointSolver
-  static constexpr int kEndQ = kDriveBias + kRobotJoints;           // (9) after a substep
-  static constexpr int kEndV = kEndQ + kRobotJoints;                // (9)
-  static constexpr int kClearanceQpos = kEndV + kRobotJoints;       // (9) where it was measured
-  static constexpr int kClearance = kClearanceQpos + kRobotJoints;  // (1) m
+  static constexpr int kQ = 0;                                 // (9) rad, m: joint positions
+  static constexpr int kV = kQ + kRobotJoints;                 // (9) rad/s, m/s
+  static constexpr int kDriveBias = kV + kRobotJoints;         // (9) see JointSolver
+  static constexpr int kEndQ = kDriveBias + kRobotJoints;      // (9) after a substep
+  static constexpr int kEndV = kEndQ + kRobotJoints;           // (9)
+  static constexpr int kClearanceQpos = kEndV + kRobotJoints;  // (9) where it was measured
+  static constexpr int kSelfClearance = kClearanceQpos + kRobotJoints;  // (9) m, see RobotBounds
+  static constexpr int kClearance = kSelfClearance + kRobotJoints;      // (1) m, to all else
   static constexpr int kLinkPoses = kClearance + 1;  // (7 x (3 + 9)) written on demand
   // Rows of differential_ik() and forward_kinematics().
   static constexpr int kDisplacement = kLinkPoses + kArmJoints * 12;  // (6) of the TCP, m, rad
@@ -30,9 +31,9 @@ struct LaneKernel {
   InstructionSet instruction_set;
   int lanes;
 
-  // The lanes, as bits, whose robots may have moved farther than their clearance, or will have
-  // after `look_ahead` seconds at their velocity, of which `allowance` metres do not count. Reads
-  // kQ, kV, kClearanceQpos, kClearance.
+  // The lanes, as bits, whose robots may have moved farther than a clearance, or than that to all
+  // else after `look_ahead` seconds at their velocity, of which `allowance` metres do not count.
+  // Reads kQ, kV, kClearanceQpos, kSelfClearance, kClearance.
   unsigned (*clearance_exceeded)(const RobotModel& robot, double look_ahead, double allowance,
                                  const double* rows);
   // kQ to kLinkPoses.

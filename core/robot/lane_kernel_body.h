@@ -42,14 +42,17 @@ unsigned clearance_exceeded(const RobotModel& robot, double look_ahead, double a
                             const double* rows) {
   V displacement = {};
   V speed = {};
-  for (int i = 0; i < kRobotJoints; ++i) {
+  V least = simd::broadcast<V>(1);  // of what is left of the clearances
+  for (int i = kRobotJoints; i-- > 0;) {
     displacement +=
         robot.lever_arms[i] * simd::abs(load_row<V>(rows, LaneRows::kQ + i) -
                                         load_row<V>(rows, LaneRows::kClearanceQpos + i));
     speed += robot.lever_arms[i] * simd::abs(load_row<V>(rows, LaneRows::kV + i));
+    least = simd::min(least, load_row<V>(rows, LaneRows::kSelfClearance + i) - displacement);
   }
   displacement += simd::max(V{}, look_ahead * speed - allowance);
-  return other_lanes<V>(displacement < load_row<V>(rows, LaneRows::kClearance));
+  least = simd::min(least, load_row<V>(rows, LaneRows::kClearance) - displacement);
+  return other_lanes<V>(least > 0.0);
 }
 
 template <class V>

@@ -13,9 +13,9 @@
 namespace engram {
 namespace {
 
-// About as far as points of the robot move in two control steps. Larger distances need not be known
-// precisely.
-constexpr double kMaxSelfClearance = 0.1;  // m
+// About as far as points of the robot move in three control steps. Larger distances need not be
+// known precisely.
+constexpr double kMaxSelfClearance = 0.15;  // m
 
 struct Sphere {
   Vec3 center;
@@ -160,7 +160,7 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
     const int first = body1 > 0 && body1 < robot.nbody ? index_of_body(body1) : -1;
     const int second = body2 > 0 && body2 < robot.nbody ? index_of_body(body2) : -1;
     if (first >= 0 && second >= 0) {
-      pairs_.emplace_back(std::min(first, second), std::max(first, second));
+      pairs_.push_back(pair_of(first, second));
     } else if (first >= 0 || second >= 0) {
       Capsule& capsule = capsules_[static_cast<std::size_t>(std::max(first, second))];
       const int other = first >= 0 ? body2 : body1;
@@ -169,6 +169,14 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
   }
   std::sort(pairs_.begin(), pairs_.end());
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+}
+
+// Bodies of a chain: joints up to the first body move both. A finger's joint moves no other body,
+// so that both fingers' joints count for pairs with one.
+RobotBounds::Pair RobotBounds::pair_of(int capsule, int other) const {
+  const int link = std::min(capsules_[static_cast<std::size_t>(capsule)].link,
+                            capsules_[static_cast<std::size_t>(other)].link);
+  return {std::min(capsule, other), std::max(capsule, other), std::min(link + 1, kArmJoints)};
 }
 
 // A joint's lever arm is the largest distance of a point of its body, or of what the body carries,
@@ -222,19 +230,21 @@ RobotBounds::Clearance RobotBounds::clearance(const RobotPose& pose,
   table -= kContactMargin;
   if (table <= 0) return result;
   result.self = self_clearance(positions);
-  if (result.self <= 0) return result;
-  result.self = std::min(result.self, table);
+  if (*std::min_element(result.self.begin(), result.self.end()) <= 0) return result;
+  result.table = table;
   result.obstacles = obstacle_clearance(positions, obstacles, lowest);
   result.lowest = lowest;
   result.qpos = pose.qpos;
   return result;
 }
 
-double RobotBounds::self_clearance(const CapsulePositions& positions) const {
-  double least = kMaxSelfClearance;
-  for (const auto& [first, second] : pairs_) {
-    const auto i = static_cast<std::size_t>(first);
-    const auto j = static_cast<std::size_t>(second);
+JointArray RobotBounds::self_clearance(const CapsulePositions& positions) const {
+  JointArray result;
+  result.fill(kMaxSelfClearance);
+  for (const Pair& pair : pairs_) {
+    const auto i = static_cast<std::size_t>(pair.first);
+    const auto j = static_cast<std::size_t>(pair.second);
+    double& least = result[static_cast<std::size_t>(pair.joint)];
     // Most pairs are so far apart that the spheres around the capsules show it.
     const double apart =
         capsules_[i].bounding_radius + capsules_[j].bounding_radius + least + kSelfMargin;
@@ -245,7 +255,7 @@ double RobotBounds::self_clearance(const CapsulePositions& positions) const {
                      std::sqrt(squared) - capsules_[i].radius - capsules_[j].radius - kSelfMargin);
     if (least <= 0) break;
   }
-  return least;
+  return result;
 }
 
 double RobotBounds::obstacle_clearance(const CapsulePositions& positions,
@@ -286,10 +296,14 @@ double RobotBounds::max_displacement(const JointArray& from, const JointArray& t
   return displacement;
 }
 
-// Two bodies of the robot move relative to one another only by the joints between them. So
-// max_displacement() is also a bound of how much nearer they can have come.
+// Two bodies of the robot come nearer by the joints between them only.
 bool RobotBounds::still_clear(const Clearance& before, const JointArray& qpos) const {
-  return max_displacement(before.qpos, qpos) < before.clearance();
+  double displacement = 0;  // of a joint and later ones
+  for (std::size_t joint = lever_arms_.size(); joint-- > 0;) {
+    displacement += lever_arms_[joint] * std::abs(qpos[joint] - before.qpos[joint]);
+    if (displacement >= before.self[joint]) return false;
+  }
+  return displacement < before.outside();
 }
 
 }  // namespace engram

@@ -7,8 +7,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "core/robot/robot_pose.h"
@@ -25,17 +25,22 @@ class RobotBounds {
     double radius = 0;
   };
 
-  // Lower bounds of the robot's distances to what it could touch, m. If both are above zero, it
+  // Lower bounds of the robot's distances to what it could touch, m. If all are above zero, it
   // touches nothing.
   struct Clearance {
-    double self = 0;       // between its own bodies, and to the table top (z = 0)
+    // Between its own bodies: the least distance of two that only this joint and later ones move
+    // against one another.
+    JointArray self{};
+    double table = 0;      // to the table top (z = 0)
     double obstacles = 0;  // to obstacles
-    double lowest =
-        0;  // height of the parts that may meet obstacles; valid if `self` is above zero
-    JointArray qpos{};  // joint positions of this measurement
-    // Least displacement of any part of the robot that could make it touch something, m.
-    double clearance() const { return std::min(self, obstacles); }
-    bool is_clear() const { return clearance() > 0; }
+    double lowest = 0;     // height of the parts that may meet obstacles; valid if `table` is above
+                           // zero
+    JointArray qpos{};     // joint positions of this measurement
+    // To all that is not the robot.
+    double outside() const { return std::min(table, obstacles); }
+    bool is_clear() const {
+      return outside() > 0 && *std::min_element(self.begin(), self.end()) > 0;
+    }
   };
 
   RobotBounds() = default;
@@ -74,15 +79,25 @@ class RobotBounds {
     std::array<Eigen::Vector3d, kMaxBodies> middle;
   };
 
+  // Capsules that can touch.
+  struct Pair {
+    int first = 0;
+    int second = 0;
+    int joint = 0;  // the first that moves one against the other
+
+    auto operator<=>(const Pair&) const = default;
+  };
+
   int index_of_body(int body) const;
   void find_lever_arms(const mjModel& robot);
-  double self_clearance(const CapsulePositions& positions) const;
+  JointArray self_clearance(const CapsulePositions& positions) const;
+  Pair pair_of(int capsule, int other) const;
   double obstacle_clearance(const CapsulePositions& positions, std::span<const Obstacle> obstacles,
                             double lowest) const;
   void add_capsule(const mjModel& robot, int body);
 
   std::vector<Capsule> capsules_;
-  std::vector<std::pair<int, int>> pairs_;
+  std::vector<Pair> pairs_;
   JointArray lever_arms_{};
 };
 

@@ -30,8 +30,9 @@ const LaneKernel& choose_kernel(int lanes, int num_envs) {
 }
 
 void put_clearance(LaneBlock& block, int lane, const RobotBounds::Clearance& clearance) {
-  const double distance = clearance.clearance();
+  const double distance = clearance.outside();
   block.put(LaneRows::kClearanceQpos, lane, clearance.qpos.data(), kRobotJoints);
+  block.put(LaneRows::kSelfClearance, lane, clearance.self.data(), kRobotJoints);
   block.put(LaneRows::kClearance, lane, &distance, 1);
 }
 
@@ -63,28 +64,37 @@ struct Simulator::Lane {
   }
 
   // Tests again whether the robot, at a new pose, is clear of everything in this substep. If not,
-  // the lane is busy from now on. Links have been posed.
-  void update_clearance(const RobotPose& pose) {
+  // the lane is busy from now on.
+  void update_clearance(const RobotPose& pose, const JointArray& qvel) {
     clearance_updated = true;
-    step.clearance = step.model.robot_bounds().clearance(pose, sleep_manager.obstacles());
-    const double reach = kApproach * step.model.robot_params().timestep * transfer.fastest_link();
-    const double needed = std::max(0.0, reach - kClearanceAllowance);
-    if (step.clearance.clearance() <= needed) busy = true;
+    const RobotBounds& bounds = step.model.robot_bounds();
+    step.clearance = bounds.clearance(pose, sleep_manager.obstacles());
+    const auto reaches = [&](double speed) {
+      const double reach = kApproach * step.model.robot_params().timestep * speed;
+      return step.clearance.outside() <= reach - kClearanceAllowance;
+    };
+    if (!step.clearance.is_clear()) {
+      busy = true;
+    } else if (reaches(bounds.max_displacement(JointArray{}, qvel))) {  // of all joints together
+      transfer.pose_links(pose, qvel);
+      if (reaches(transfer.fastest_link())) busy = true;
+    }
   }
 
-  // Wakes props, finds contacts, and puts them and the free bodies into the block. Links have been
-  // posed.
-  void find_contacts(const RobotPose& pose, bool sleep, int lane, NarrowPhase& narrow_phase,
-                     ContactBlock& block) {
+  // Wakes props, finds contacts, and puts them and the free bodies into the block.
+  void find_contacts(const RobotPose& pose, const JointArray& qvel, bool sleep, int lane,
+                     NarrowPhase& narrow_phase, ContactBlock& block) {
     transfer.load_contacts();
     // The updated clearance serves the next step's begin(). This step keeps its geometry.
-    if (!clearance_updated && step.awake().empty()) update_clearance(pose);
+    if (!clearance_updated && step.awake().empty()) update_clearance(pose, qvel);
+    transfer.pose_links(pose, qvel);
     if (sleep) sleep_manager.wake_touching(pose);
     mark(step.clock, StepPart::kWake);
     put_bodies(lane, block);
     transfer.pose_props();
     step.workspace.contacts.find(step.workspace.bodies, step.workspace.memory, narrow_phase,
                                  step.model.robot_params().timestep, lane, block);
+    mark(step.clock, StepPart::kDynamics);
   }
 
   void put_bodies(int lane, ContactBlock& block) {
@@ -191,7 +201,7 @@ void Simulator::step(const State& state, int first, int worker, std::span<const 
     begin_lane(workspace, lane);
   }
   workspace.block.pad(LaneRows::kQ, LaneRows::kEndQ, count);
-  workspace.block.pad(LaneRows::kClearanceQpos, kRobotJoints + 1, count);
+  workspace.block.pad(LaneRows::kClearanceQpos, 2 * kRobotJoints + 1, count);
   mark(clock, StepPart::kGather);
   for (int i = 0; i < options_.substeps; ++i) {
     for (int lane = 0; lane < count; ++lane) {
@@ -241,12 +251,18 @@ void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool v
     kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows());
   } else {
     kernel_.pose_links(robot, block.rows());
+    mark(clock, StepPart::kDynamics);
     workspace.contact_block.clear();
     for (int lane = 0; lane < count; ++lane) {
       if (((busy | unclear) >> lane & 1) != 0) find_contacts(workspace, lane, unclear >> lane & 1);
     }
-    contact_kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows(),
-                            workspace.contact_block.finish());
+    // A robot that is near something mostly touches nothing; the kernel without contacts is faster.
+    const ContactLanes& contacts = workspace.contact_block.finish();
+    if (contacts.empty()) {
+      kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows());
+    } else {
+      contact_kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows(), contacts);
+    }
   }
   mark(clock, StepPart::kDynamics);
   for (int lane = 0; lane < count; ++lane) {
@@ -265,14 +281,14 @@ void Simulator::find_contacts(WorkerWorkspace& workspace, int lane, bool check_c
   JointArray qvel;
   block.get(LaneRows::kV, lane, qvel.data(), kRobotJoints);
   try {
-    here.transfer.pose_links(pose, qvel);
     if (check_clearance) {
-      here.update_clearance(pose);
+      here.update_clearance(pose, qvel);
       put_clearance(block, lane, here.step.clearance);
       mark(here.step.clock, StepPart::kWake);
     }
     if (!here.busy) return;
-    here.find_contacts(pose, options_.sleep, lane, workspace.narrow_phase, workspace.contact_block);
+    here.find_contacts(pose, qvel, options_.sleep, lane, workspace.narrow_phase,
+                       workspace.contact_block);
   } catch (const Error&) {
     here.good = false;  // MuJoCo failed in the middle of a step; nothing has been stored
   }

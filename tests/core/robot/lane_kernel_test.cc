@@ -71,6 +71,8 @@ TEST_CASE("Lanes of every width give the same bits", "[physics]") {
 
 TEST_CASE("A robot that moves beyond its clearance is reported", "[physics]") {
   LaneBlock block(widest_lane_kernel());
+  JointArray far;
+  far.fill(1);
   Robot robot = random_robots(1).front();
   for (int lane = 0; lane < block.lanes(); ++lane) {
     block.put(LaneRows::kClearanceQpos, lane, robot.q.data(), kRobotJoints);
@@ -79,6 +81,7 @@ TEST_CASE("A robot that moves beyond its clearance is reported", "[physics]") {
     block.put(LaneRows::kQ, lane, moved.data(), kRobotJoints);
     const double clearance = physics().robot_model().lever_arms[0] * 0.015;
     block.put(LaneRows::kClearance, lane, &clearance, 1);
+    block.put(LaneRows::kSelfClearance, lane, far.data(), kRobotJoints);
   }
   const unsigned all = (1U << block.lanes()) - 1;
   const RobotModel& model = physics().robot_model();
@@ -92,6 +95,42 @@ TEST_CASE("A robot that moves beyond its clearance is reported", "[physics]") {
   CHECK(block.kernel().clearance_exceeded(model, 0.01, 0, block.rows()) == (all & ~1U));
   const double allowance = model.lever_arms[0] * 0.008;
   CHECK(block.kernel().clearance_exceeded(model, 0.01, allowance, block.rows()) == (all & ~3U));
+}
+
+TEST_CASE("Only a joint and later ones use up the clearance of bodies that it moves", "[physics]") {
+  LaneBlock block(widest_lane_kernel());
+  const RobotModel& model = physics().robot_model();
+  const Robot robot = random_robots(1).front();
+  constexpr std::size_t kJoint = 4;
+  const double outside = 10;
+  for (int lane = 0; lane < block.lanes(); ++lane) {
+    block.put(LaneRows::kClearanceQpos, lane, robot.q.data(), kRobotJoints);
+    block.put(LaneRows::kClearance, lane, &outside, 1);
+  }
+  const unsigned all = (1U << block.lanes()) - 1;
+  for (std::size_t joint = 0; joint < kRobotJoints; ++joint) {
+    CAPTURE(joint);
+    JointArray self;
+    self.fill(1);
+    self[kJoint] = model.lever_arms[joint] * 0.015;
+    for (int lane = 0; lane < block.lanes(); ++lane) {
+      JointArray moved = robot.q;
+      moved[joint] += 0.01 * (lane % 3);
+      block.put(LaneRows::kQ, lane, moved.data(), kRobotJoints);
+      block.put(LaneRows::kSelfClearance, lane, self.data(), kRobotJoints);
+    }
+    unsigned beyond = 0;
+    for (int lane = 0; lane < block.lanes(); ++lane) {
+      if (joint >= kJoint && lane % 3 == 2) beyond |= 1U << lane;
+    }
+    // Its own velocity brings no body of the robot nearer than it comes.
+    JointArray fast;
+    fast.fill(0.1);
+    for (int lane = 0; lane < block.lanes(); ++lane) {
+      block.put(LaneRows::kV, lane, fast.data(), kRobotJoints);
+    }
+    CHECK(block.kernel().clearance_exceeded(model, 1, 0, block.rows()) == (all & beyond));
+  }
 }
 
 TEST_CASE("The widest kernel is of the best instruction set here", "[physics]") {

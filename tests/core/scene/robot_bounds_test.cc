@@ -93,6 +93,31 @@ TEST_CASE("The robot is never called clear where it reaches an obstacle", "[prox
   CHECK(clear > reached);
 }
 
+TEST_CASE("The first joint turns the robot without bringing its bodies nearer", "[proximity]") {
+  const PhysicsModel physics(tasks::scene_source({}));
+  const RobotBounds& bounds = physics.robot_bounds();
+  const DataPtr data = make_data(physics.robot());
+  RandomStream random(5, 0, 0);
+  int turned = 0;
+  for (int round = 0; round < 1000; ++round) {
+    random_robot(physics.robot(), random, true, data.get());
+    mj_kinematics(&physics.robot(), data.get());
+    const RobotBounds::Clearance before = bounds.clearance(pose_of(physics, *data), {});
+    if (!before.is_clear()) continue;
+    const double least = *std::min_element(before.self.begin() + 1, before.self.end());
+    const double way = std::min(before.self[0], before.outside());
+    if (least >= 0.9 * way) continue;
+    JointArray qpos = before.qpos;
+    qpos[0] += 0.9 * way / bounds.lever_arms()[0];
+    CHECK(bounds.still_clear(before, qpos));
+    qpos = before.qpos;
+    qpos[kArmJoints - 1] += 1.1 * way / bounds.lever_arms()[kArmJoints - 1];
+    CHECK_FALSE(bounds.still_clear(before, qpos));
+    ++turned;
+  }
+  CHECK(turned > 100);
+}
+
 TEST_CASE("The robot is never called still clear where it has come to a contact", "[proximity]") {
   const PhysicsModel physics(tasks::scene_source({}));
   const RobotBounds& bounds = physics.robot_bounds();

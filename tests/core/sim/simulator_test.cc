@@ -108,6 +108,20 @@ TEST_CASE("Without substeps nothing changes", "[simulator]") {
   CHECK(bytes_of(columns, 0) == before);
 }
 
+TEST_CASE("A clock counts poses of links and the search for contacts as dynamics", "[simulator]") {
+  MixedColumns columns;  // with cubes that are awake
+  columns.place(0, test::kCube0, {0, 0.4, 0.03}, PropStatus::kAwake);
+  const SimulatorOptions options;
+  Simulator simulator(mixed_model(), options, 1, 1);
+  StepClock clock(1);
+  clock.worker(0).start();
+  CHECK(simulator.step(columns.state, 0, 0, hold(), &clock.worker(0)));
+  const auto substeps = static_cast<std::uint64_t>(options.substeps);
+  const StepClock::Ticks marks = clock.marks();
+  CHECK(marks[static_cast<std::size_t>(StepPart::kDynamics)] == 3 * substeps);
+  CHECK(marks[static_cast<std::size_t>(StepPart::kWake)] == substeps + 1);
+}
+
 TEST_CASE("Unknown numbers of lanes are refused with those that are allowed", "[simulator]") {
   CHECK_THROWS_WITH(Simulator(mixed_model(), {5, true, 3}, 1, 1),
                     Catch::StartsWith("lanes: 3 given; this processor allows: 0, 1"));
