@@ -37,8 +37,7 @@ std::vector<int> values_of(const Quantity& quantity) {
                      static_cast<int>(std::lround(share * (quantity.high - quantity.low))));
   }
   std::ranges::sort(values);
-  const auto same = std::ranges::unique(values);
-  values.erase(same.begin(), same.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
 

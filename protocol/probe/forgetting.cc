@@ -25,8 +25,7 @@ Delays delays_of(const ProbeTask& task) {
   const DocumentList& range = list(constant->value);
   Delays delays{{static_cast<int>(number(range.at(0)))}, static_cast<int>(number(range.at(1)))};
   for (const int times : kTimes) delays.steps.push_back(times * delays.longest);
-  const auto same = std::ranges::unique(delays.steps);
-  delays.steps.erase(same.begin(), same.end());
+  delays.steps.erase(std::unique(delays.steps.begin(), delays.steps.end()), delays.steps.end());
   return delays;
 }
 

@@ -39,6 +39,7 @@ class ExternalTask final : public FamilyBase, public BatchRules {
   void act(std::span<const int> envs, Script script, FloatRows actions) override;
 
   // Not called: there are batch_rules.
+  using Task::before_physics;
   void advance(Range envs) override;
   void evaluate(Range envs) override;
   void observe(Range envs, FloatRows out) override;
