@@ -24,6 +24,11 @@ int width_of(const std::vector<Field>& fields) {
   return width;
 }
 
+[[noreturn]] void refuse_taken(const std::string& id, const std::string& what,
+                               const std::string& name) {
+  refuse(id, what + " '" + name + "': the name is taken, another one needed");
+}
+
 // Throws Error unless all names are different, and none is among those that are taken.
 template <class Items, class Name>
 void check_names(const std::string& id, const std::string& what, const Items& items, Name name,
@@ -31,7 +36,7 @@ void check_names(const std::string& id, const std::string& what, const Items& it
   for (const auto& item : items) {
     const std::string& own = std::invoke(name, item);
     if (std::ranges::find(taken, own) != taken.end()) {
-      refuse(id, what + " '" + own + "': the name is taken, another one needed");
+      refuse_taken(id, what, own);
     }
     taken.push_back(own);
   }
