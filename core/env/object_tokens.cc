@@ -36,7 +36,7 @@ ObjectTokens::ObjectTokens(const std::vector<ObjectDescriptor>& descriptors) {
     set(Layout::kColor + descriptor.color, 1);
     if (descriptor.shape >= 0) set(Layout::kShape + descriptor.shape, 1);
     set(Layout::kKind + static_cast<int>(descriptor.kind) - 1, 1);
-    objects_.push_back(std::move(object));
+    objects_.push_back(object);
   }
 }
 
