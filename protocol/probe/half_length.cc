@@ -64,10 +64,12 @@ double resampled(const std::vector<DelayedAnswers>& answers, const std::vector<i
                  double chance, RandomStream& random) {
   const std::size_t episodes = answers.front().right.size();
   std::vector<std::size_t> drawn;
+  drawn.reserve(episodes);
   for (std::size_t i = 0; i < episodes; ++i) {
     drawn.push_back(static_cast<std::size_t>(random.integer(0, static_cast<int>(episodes) - 1)));
   }
   std::vector<double> rates;
+  rates.reserve(answers.size());
   for (const DelayedAnswers& one : answers) {
     rates.push_back(rate_of(one, episodes, chance, [&drawn](std::size_t i) { return drawn[i]; }));
   }
@@ -88,6 +90,7 @@ Document half_length_document(const std::vector<DelayedAnswers>& answers, double
   const std::vector<int> delays = delays_of(answers);
   RandomStream random(0, 0, kPurposeProbeResampling);
   std::vector<double> lengths;
+  lengths.reserve(kResamples);
   for (int i = 0; i < kResamples; ++i) {
     lengths.push_back(resampled(answers, delays, chance, random));
   }
