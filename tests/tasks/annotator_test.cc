@@ -94,14 +94,14 @@ TEST_CASE("Words: nothing is episode before a picture shows it", "[labels]") {
   int all_alike = 0;
   for (const auto& [id, variable, one, other] : twins) {
     INFO(id);
-    const auto twin = [&, name = variable](const std::vector<double>& value) {
+    const auto twin = [task = id, name = variable](const std::vector<double>& value) {
       MakeOptions options;
       options.seed = 7;
       options.threads = 1;
       options.obs_mode = ObsMode::kRgb;
       options.auto_reset = AutoReset::kOff;
       options.pins = {{name, value}};
-      auto env = make(id, options);
+      auto env = make(task, options);
       env->reset();
       return env;
     };

@@ -182,7 +182,7 @@ double published_reward(const Batch& env, int index) {
   }
   const bool still = fastest <= 0.2;
   const bool placed = distance <= 0.05;
-  if (still && placed && state.elapsed[static_cast<std::size_t>(index)] >= kReveal) return 3;
+  if (still && placed && state.elapsed[index] >= kReveal) return 3;
   return 1 - std::tanh(10 * distance) + 0.5 * (1 - std::tanh(5 * std::sqrt(square))) +
          0.5 * (still && placed ? 1 : 0);
 }
