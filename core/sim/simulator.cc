@@ -63,12 +63,16 @@ struct Simulator::Lane {
     busy = !sleep || !step.awake().empty() || !was_clear;
   }
 
+  void update_clearance(const RobotPose& pose) {
+    clearance_updated = true;
+    step.clearance = step.model.robot_bounds().clearance(pose, sleep_manager.obstacles());
+  }
+
   // Tests again whether the robot, at a new pose, is clear of everything in this substep. If not,
   // the lane is busy from now on.
-  void update_clearance(const RobotPose& pose, const JointArray& qvel) {
-    clearance_updated = true;
+  void check_clearance(const RobotPose& pose, const JointArray& qvel) {
+    update_clearance(pose);
     const RobotBounds& bounds = step.model.robot_bounds();
-    step.clearance = bounds.clearance(pose, sleep_manager.obstacles());
     const auto reaches = [&](double speed) {
       const double reach = kApproach * step.model.robot_params().timestep * speed;
       return step.clearance.outside() <= reach - kClearanceAllowance;
@@ -86,7 +90,7 @@ struct Simulator::Lane {
                      NarrowPhase& narrow_phase, ContactBlock& block) {
     transfer.load_contacts();
     // The updated clearance serves the next step's begin(). This step keeps its geometry.
-    if (!clearance_updated && step.awake().empty()) update_clearance(pose, qvel);
+    if (!clearance_updated && step.awake().empty()) update_clearance(pose);
     transfer.pose_links(pose, qvel);
     if (sleep) sleep_manager.wake_touching(pose);
     mark(step.clock, StepPart::kWake);
@@ -282,7 +286,7 @@ void Simulator::find_contacts(WorkerWorkspace& workspace, int lane, bool check_c
   block.get(LaneRows::kV, lane, qvel.data(), kRobotJoints);
   try {
     if (check_clearance) {
-      here.update_clearance(pose, qvel);
+      here.check_clearance(pose, qvel);
       put_clearance(block, lane, here.step.clearance);
       mark(here.step.clock, StepPart::kWake);
     }

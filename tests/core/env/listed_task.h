@@ -26,10 +26,10 @@ class ListedTask final : public Task, public BatchRules {
   }
   void bind(const Bindings& bindings) override { task_->bind(bindings); }
   void reset(const Episode& episode) override { task_->reset(episode); }
+  using Task::before_physics;
   void advance(Range /*envs*/) override { throw std::logic_error("called for a range"); }
   void evaluate(Range /*envs*/) override { throw std::logic_error("called for a range"); }
   void observe(Range /*envs*/, FloatRows /*out*/) override { throw std::logic_error("a range"); }
-  using Task::before_physics;
   void dense_reward(Range /*envs*/, FloatRows /*out*/) override {
     throw std::logic_error("called for a range");
   }
