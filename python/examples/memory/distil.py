@@ -70,6 +70,7 @@ CUT = {
     "keep": 4,
     "evaluate_every": 0,
 }
+SIZES = ("appearances", "counts", "hidden", "width", "path_points")
 EPISODES = 200  # of the last evaluation, of each task
 
 
@@ -106,6 +107,7 @@ def arguments():
     add("--counts", type=int, default=N_COUNTS, help="of a lamp or a button, to tell apart")
     add("--hidden", type=int, default=64, help="numbers of the memory of all objects")
     add("--width", type=int, default=64, help="of the action's layers")
+    add("--path-points", type=int, default=0, help="kept of what moves by itself; 0: none")
     by_horizon = "default: by the task's horizon"
     add("--envs", type=int, help=f"episodes per iteration; {by_horizon}")
     add("--chunk", type=int, help=f"steps; 0: episodes are whole; {by_horizon}")
@@ -328,6 +330,13 @@ def evaluation_scenes(args, episodes, scenes, wording=instructions.own):
     return {id: ObjectsEnv(id, episodes, **given) for id in args.id}
 
 
+def keep_paths(policy, points):
+    """Gives a policy that keeps paths room for other numbers of points."""
+    if policy.path_points == 0:
+        raise SystemExit(f"--path-points: {points} given; the policy to begin with keeps no paths")
+    policy.keep_paths(points)
+
+
 def main():
     args = arguments()
     torch.manual_seed(args.seed)
@@ -340,7 +349,9 @@ def main():
     delays = Delays(*given) if args.chunk else None
     scenes = training_scenes(args, policy, detector, delays)
     test = evaluation_scenes(args, args.episodes, scenes)
-    sizes = {name: getattr(args, name) for name in ("appearances", "counts", "hidden", "width")}
+    sizes = {name: getattr(args, name) for name in SIZES}
+    if policy and args.path_points:
+        keep_paths(policy, args.path_points)
     policy = policy or Policy(scenes.layout, not args.no_memory, **sizes)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []

@@ -3,7 +3,6 @@
 import math
 
 import torch
-from keyframes import N_KEPT
 from memory_loss import MemoryLoss
 from training import decided, make_batch, selected
 
@@ -124,7 +123,7 @@ def pack(policy, state, num_envs):
             torch.full((1, num_envs, tokens), -1),
             torch.zeros(1, num_envs, policy.gru.hidden_size),
             torch.zeros(1, num_envs, tokens, policy.slots.hidden_size),
-            torch.zeros(1, num_envs, tokens, N_KEPT),
+            torch.zeros(1, num_envs, tokens, policy.kept_size),
         )
     before, known, slots, kept = state
     return before[None], known, slots.unflatten(1, (num_envs, tokens)), kept[None]

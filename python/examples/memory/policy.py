@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import torch
 from instructions import EMBEDDING, InstructionEncoder
-from keyframes import N_CLOCK, N_SINCE, arrivals, keyframes
+from keyframes import N_CLOCK, N_KEPT, N_SINCE, arrivals, keyframes
+from paths import N_PATHS, path_size, paths
 from rotations import alignments, angle, relative, tilt, turned, yaw
 from torch import nn
 
@@ -208,6 +209,7 @@ class Policy(nn.Module):
         width=64,
         token=32,
         slot=32,
+        path_points=0,
     ):
         super().__init__()
         self.appearances, self.counts = appearances, counts
@@ -217,6 +219,7 @@ class Policy(nn.Module):
             "hidden": hidden,
             "width": width,
         }
+        self.keep_paths(path_points if memory else 0)
         self.layout, self.memory = layout, memory
         self.predicts = memory  # what has been shown, for the memory's loss
         self.register_buffer("mean", torch.zeros(layout.agent))
@@ -252,6 +255,7 @@ class Policy(nn.Module):
         self.key = nn.Linear(object_width, token)
         self.context_proj = nn.Linear(seen + kept, width)
         here = N_GEOMETRY + len(layout.body) + (N_SINCE + 1 if memory else 0)
+        here += N_PATHS if self.path_points else 0
         self.offset_proj = nn.Linear(here, width, bias=False)
         n = layout.actions
         self.act = mlp(width, width, 2 * n + 2 + N_GATES, gain=0.01)
@@ -259,6 +263,11 @@ class Policy(nn.Module):
             self.act[-1].bias[-N_GATES:] = torch.tensor([-2.0, 2, 0, 0, 0])  # mostly none
         # Whether to come down can depend on how far the rest of the action is from its goal.
         self.refine = mlp(width + n, width, n, gain=0.01)
+
+    def keep_paths(self, points):
+        """Sets how many points of paths the state keeps. No weight depends on their number."""
+        self.path_points = self.sizes["path_points"] = points
+        self.kept_size = N_KEPT + path_size(points)
 
     def fit(self, rows):
         """Sets normalization and vocabulary of appearances from these rows."""
@@ -315,7 +324,7 @@ class Policy(nn.Module):
             priors = self.priors(tokens, was_shown, recalled, distance)
             parts += [known, slots.sum(-2), (priors * seen).sum(-2)]
             objects = torch.cat([read, 4 * priors, slots, view_code(was_shown)], -1)
-            here += [since, torch.sigmoid(recalled[2][..., -1:].detach())]
+            here += [*since, torch.sigmoid(recalled[2][..., -1:].detach())]
             parts.append(clocks)
         known = torch.cat(parts, -1)
         match = (self.key(objects) * self.query(known)[..., None, :]).sum(-1)
@@ -354,7 +363,10 @@ class Policy(nn.Module):
         bodies = layout.bodies(tokens, pairs)
         before, state, slot_state, kept = state or (None, None, None, None)
         new = arrivals(bodies, before)
-        since, clocks, kept = keyframes(layout, rows, new, kept)
+        kept = (None, None) if kept is None else (kept[..., :N_KEPT], kept[..., N_KEPT:])
+        since, clocks, kept_events = keyframes(layout, rows, new, kept[0])
+        ways, kept_paths = self.follow_paths(rows, kept[1])
+        kept = torch.cat([kept_events, *kept_paths], -1)
         code = self.code(pairs)
         plain = torch.cat([tokens[..., layout.appearance], tokens[..., layout.place]], -1)
         marks = position_encoding(tokens[..., layout.place])
@@ -378,7 +390,14 @@ class Policy(nn.Module):
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
         recalled = (shown[..., :3, :], predecessor, self.recall(slots))
         state = bodies[-1], state, slot_state, kept
-        return known, slots, was_shown, recalled, state, (since, clocks)
+        return known, slots, was_shown, recalled, state, ([since, *ways], clocks)
+
+    def follow_paths(self, rows, kept):
+        """Features and state of `paths`, each in a list; empty if no paths are kept."""
+        if not self.path_points:
+            return [], []
+        ways, kept = paths(self.layout, rows, kept, self.path_points)
+        return [ways], [kept]
 
     def priors(self, tokens, was_shown, recalled, distance):
         """Features (T, N, tokens, N_PRIORS) of attention priors, by object."""
