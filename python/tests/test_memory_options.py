@@ -170,6 +170,16 @@ def test_distilling_with_the_time(learners: SimpleNamespace, tmp_path: Path) -> 
     assert learners.inference.load_runner(tmp_path / "agent.pt").options == TIME
 
 
+def test_reinforcement_in_another_control_mode(learners: SimpleNamespace, tmp_path: Path) -> None:
+    given = ["--id", "RememberColor3-v0", "--option", "control_mode=pd_ee_delta_pose"]
+    short = ["--steps", "1000", "--envs", "16", "--out", str(tmp_path)]
+    result = json.loads(run("ppo_recurrent.py", *given, *short)[-1])
+    assert result["options"] == {"control_mode": "pd_ee_delta_pose"}
+    runner = learners.inference.load_runner(tmp_path / "agent.pt")
+    assert runner.options == result["options"]
+    assert runner.policy.layout.actions == 7
+
+
 def test_pictures_have_no_time() -> None:
     command = [sys.executable, str(FOLDER / "distil.py"), "--obs", "rgb", "--option"]
     done = subprocess.run([*command, "observe_time"], capture_output=True, text=True, check=False)

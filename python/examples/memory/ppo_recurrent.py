@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import data_parallel
+import env_options
 import torch
 from memory_loss import MemoryLoss
 from policy import Policy, can_act, groups
@@ -35,6 +36,14 @@ def arguments():
     add = parser.add_argument
     add("--id", default="RememberColor3-VLA-v0")
     add("--seed", type=int, default=1)
+    add(
+        "--option",
+        nargs="+",
+        default=[],
+        type=env_options.option,
+        metavar="NAME[=VALUE]",
+        help=f"of the environment, also where it is played: {', '.join(env_options.NAMES)}",
+    )
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true", help="the control: the same policy without its GRUs")
@@ -51,7 +60,9 @@ def arguments():
     add("--clip", type=float, default=0.2)
     add("--entropy", type=float, default=0.0)
     add("--evaluate-every", type=int, default=40, help="iterations")
-    return parser.parse_args()
+    args = parser.parse_args()
+    args.option = dict(args.option)
+    return args
 
 
 class Agent(nn.Module):
@@ -150,8 +161,9 @@ def main():
     torch.manual_seed(args.seed + 1000 * rank)
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
-    scenes = ObjectsEnv(args.id, args.envs // processes, seed=args.seed + 1000 * rank)
-    test = ObjectsEnv(args.id, 200) if rank == 0 else None  # the first process evaluates
+    given = {"options": args.option}
+    scenes = ObjectsEnv(args.id, args.envs // processes, args.seed + 1000 * rank, **given)
+    test = ObjectsEnv(args.id, 200, **given) if rank == 0 else None  # the first process evaluates
     agent = Agent(Policy(scenes.layout, memory=not args.no_memory))
     agent(scenes.reset(seed=args.seed + 1000 * rank)[None])  # the critic takes its size from this
     if args.resume and path.exists():
@@ -176,7 +188,7 @@ def main():
         rate = round(steps / (time.monotonic() - begun))
         log.add(env_steps=steps, steps_per_s=rate, cpu_s=round(clock(), 1), **scores)
         if path:
-            save_policy(agent.policy, path, args.id)
+            save_policy(agent.policy, path, args.id, options=args.option)
     if rank == 0:
         learner = "PPO without memory" if args.no_memory else "recurrent PPO"
         finish(agent.policy, test, args, log, clock(), learner)
