@@ -408,7 +408,7 @@ PPO = ["--steps", "1600", "--evaluate-every", "1"]
     "command",
     [
         [*DISTIL, "--envs", "32"],
-        [*DISTIL, "--envs", "16", "--no-memory"],
+        pytest.param([*DISTIL, "--envs", "16", "--no-memory"], marks=pytest.mark.long),
         [*DISTIL, "--envs", "16", "--obs", "rgb", "--detector-updates", "3"],
         ["ppo_recurrent.py", *PPO, "--envs", "32"],
         ["ppo_recurrent.py", "--no-memory", *PPO, "--envs", "32"],

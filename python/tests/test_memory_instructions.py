@@ -163,6 +163,7 @@ def test_a_checkpoint_has_the_vocabulary(examples: SimpleNamespace, tmp_path: Pa
         "counts": 8,
         "hidden": 32,
         "width": 48,
+        "path_points": 0,
     }
     rows = torch.from_numpy(engram.make_vec(COLOR, 2, obs_mode="objects").reset(seed=1)[0])
     sentences = ["Touch the cube", "Push that cup forward"]

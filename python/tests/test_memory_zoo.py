@@ -274,7 +274,11 @@ SHORT = {
 
 @pytest.mark.parametrize(
     ("script", "name"),
-    [("zoo_imitation.py", "mamba"), ("zoo_imitation.py", "none"), ("zoo_ppo.py", "gtrxl")],
+    [
+        ("zoo_imitation.py", "mamba"),
+        pytest.param("zoo_imitation.py", "none", marks=pytest.mark.long),
+        ("zoo_ppo.py", "gtrxl"),
+    ],
 )
 def test_a_learner_runs_and_resumes(
     zoo: SimpleNamespace, tmp_path: Path, script: str, name: str
