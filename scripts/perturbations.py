@@ -16,6 +16,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "data" / "perturbations.md"
 EPISODES = 200
+ORACLE_EPISODES = 100  # of each id
 PICTURE_AXES = (
     "camera",
     "fov",
@@ -33,7 +34,8 @@ LEVELS = (0.5, 1)
 HEAD = """# Policies under perturbations
 
 `scripts/perturbations.py` writes this page; [perturbations](../perturbations.md) explains the axes. Rates of
-success once, from the seed 4242424242: {episodes} episodes of each id for the oracle, and in every cell for students.
+success once, from the seed 4242424242: {oracle_episodes} episodes of each id for the oracle, {episodes} in every
+cell for students.
 """
 STUDENTS = "\n## Students from pictures\n"
 
@@ -47,7 +49,7 @@ def run(words):
 
 def oracle_rates(engram, axis=None, level=None):
     """Success of the oracle by family: the least of its ids."""
-    words = [engram, "eval", "--all", "--policy", "oracle", "--episodes", str(EPISODES)]
+    words = [engram, "eval", "--all", "--policy", "oracle", "--episodes", str(ORACLE_EPISODES)]
     words += ["--json"] if axis is None else ["--json", "--perturb", f"{axis}={level}"]
     families = {}
     known = {entry["id"]: entry for entry in json.loads(run([engram, "list", "--json"]))}
@@ -104,7 +106,7 @@ def main():
             f"({json.dumps(trained.get('perturb'))}).\n\n{agents_table(options.agents)}\n"
         )
     PAGE.write_text(
-        HEAD.format(episodes=EPISODES)
+        HEAD.format(episodes=EPISODES, oracle_episodes=ORACLE_EPISODES)
         + "\n## The oracle\n\nThe least rate of a family's ids. What cameras see makes no "
         f"difference to it.\n\n{oracle_table(options.engram)}\n{STUDENTS}{students}"
     )
