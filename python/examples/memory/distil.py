@@ -88,14 +88,7 @@ def arguments():
         metavar="AXIS=LEVEL",
         help="of training and test: docs/perturbations.md",
     )
-    add(
-        "--option",
-        nargs="+",
-        default=[],
-        type=env_options.option,
-        metavar="NAME[=VALUE]",
-        help=f"of the environment, also where it is played: {', '.join(env_options.NAMES)}",
-    )
+    env_options.add_to(parser)
     add("--disturb", type=float, default=0, metavar="SHARE", help="of the training episodes")
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")

@@ -31,6 +31,18 @@ def option(text):
         return name, value
 
 
+def add_to(parser):
+    """Adds --option, whose value is a list of pairs, to a learner's arguments."""
+    parser.add_argument(
+        "--option",
+        nargs="+",
+        default=[],
+        type=option,
+        metavar="NAME[=VALUE]",
+        help=f"of the environment, also where it is played: {', '.join(NAMES)}",
+    )
+
+
 def of_evaluation(options):
     """Those that `engram.evaluate` takes; every policy gets the time there."""
     return {name: value for name, value in options.items() if name != TIME}

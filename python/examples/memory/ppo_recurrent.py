@@ -36,14 +36,7 @@ def arguments():
     add = parser.add_argument
     add("--id", default="RememberColor3-VLA-v0")
     add("--seed", type=int, default=1)
-    add(
-        "--option",
-        nargs="+",
-        default=[],
-        type=env_options.option,
-        metavar="NAME[=VALUE]",
-        help=f"of the environment, also where it is played: {', '.join(env_options.NAMES)}",
-    )
+    env_options.add_to(parser)
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true", help="the control: the same policy without its GRUs")
