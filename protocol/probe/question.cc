@@ -14,7 +14,7 @@ namespace {
 
 // Control steps in which the hand comes to rest once it needs the answer. Where it stops short, the
 // way to one place leads past another.
-constexpr int kHandSettles = 5;
+constexpr int kHandSettles = 8;
 
 template <class T>
 void append(std::vector<std::byte>& bytes, std::span<const T> values) {

@@ -22,6 +22,9 @@ constexpr double kLeastHeight = 0.014;  // m, of the grip: the fingertips clear 
 constexpr double kTravelGap = 0.04;     // m above the cube during the approach
 constexpr double kCarryGap = 0.015;     // m above a cube on the table
 constexpr double kNearPart = 0.85;      // of the radius, from the target's centre
+// m, along x: beyond, the arm is nearly straight, and a small step of the TCP takes large ones of
+// the joints.
+constexpr double kFarthest = 0.21;
 constexpr int kMiddle = 1;              // key of the slot in the middle
 
 }  // namespace
@@ -112,7 +115,8 @@ Vec2 TakeItBackExpert::neutral_way(int env) const {
   const Vec2 goal = Eigen::Map<const Vec2>(view_.goal.row(env));
   const double cube_y = prop_pos(*view_.engine.state, env, kCube).y();
   const bool aligned = std::abs(cube_y - goal.y()) < kAligned;
-  return aligned ? goal : goal - Vec2(view_.goal_radius + kRoom, 0);
+  if (!aligned) return goal - Vec2(view_.goal_radius + kRoom, 0);
+  return {std::min(goal.x(), kFarthest), goal.y()};
 }
 
 // The cube's first place, or the same in another slot.

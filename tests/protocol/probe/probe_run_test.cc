@@ -192,6 +192,16 @@ TEST_CASE("A cue that the robot works with ends with the hand's question", "[pro
   CHECK(rate(guessed, "stay") == 1);
 }
 
+// The hand stops before the arm is straight, and where no way leads past another place.
+TEST_CASE("A cue that the robot works with leaves every answer open", "[probe]") {
+  const EvaluationSettings settings = settings_for({"TakeItBack-VLA-v0"}, 24);
+  const Document oracle = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Document& twins = section(oracle, "twins");
+  CHECK(rate(twins, "answered") == 1);
+  CHECK(rate(twins, "follow") == 1);
+  CHECK(rate(part(twins, "swapped"), "scene") == 1);
+}
+
 TEST_CASE("Presents are the same in pictures, too", "[probe][render]") {
   EvaluationSettings settings =
       settings_for({"ShellGameTouch-VLA-v0", "FindImposterColor3-VLA-v0", "GatherAndRecall1-VLA-v0",
