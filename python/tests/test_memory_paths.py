@@ -156,3 +156,17 @@ def test_a_trained_policy_gets_room_for_longer_paths(
     without = learners.policy.Policy(episodes.layout)
     with pytest.raises(SystemExit, match="70 given; the policy to begin with keeps no paths"):
         learners.distil.keep_paths(without, POINTS)
+
+
+@pytest.mark.parametrize("given", [["--path-points", "-1"], ["--path-points", "70", "--no-memory"]])
+def test_paths_need_a_memory(
+    learners: SimpleNamespace,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    given: list[str],
+) -> None:
+    monkeypatch.setattr("sys.argv", ["distil.py", *given])
+    with pytest.raises(SystemExit):
+        learners.distil.arguments()
+    told = capsys.readouterr().err
+    assert f"--path-points: {given[1]} given; 0 or more, and a memory, needed" in told

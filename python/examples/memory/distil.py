@@ -137,6 +137,8 @@ def complete(args, parser):
     args.id = args.id if len(args.id) > 1 else args.id[0]
     if not 0 <= args.disturb <= 1:
         parser.error(f"--disturb: {args.disturb} given, 0 to 1 allowed")
+    if args.path_points < 0 or (args.path_points and args.no_memory):
+        parser.error(f"--path-points: {args.path_points} given; 0 or more, and a memory, needed")
     args.perturb, args.option = dict(args.perturb), dict(args.option)
     if args.obs == "rgb" and args.option.get(env_options.TIME):
         parser.error(f"--option {env_options.TIME}: --obs objects needed")

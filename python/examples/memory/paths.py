@@ -11,6 +11,7 @@ AWAY = 0.2  # least distance of the tool from what moves by itself, 0.1 m
 HELD = 0.12  # most distance of the tool from what it leads, 60 mm
 NEAR = 0.06  # most distance from a point that is passed, 30 mm
 AHEAD = 3  # points from the first that is left to another one
+MANY = 64  # points left, of which the feature is 1
 N_PATHS = 4 + 4 + 3  # features by object: ways to two points, coarse and fine; what is left
 
 
@@ -88,5 +89,5 @@ def features_of(path, counts, passed, place):
     known = (count > 0)[..., None].float()
     ways = torch.cat(ways, -1) * known
     left = left.sum(-1, keepdim=True)
-    remains = torch.stack([count > 0, left > 0, left / 64], -1)
+    remains = torch.stack([count > 0, left > 0, left / MANY], -1)
     return torch.cat([5 * ways, (20 * ways).tanh(), remains.expand(*ways.shape[:-1], 3)], -1)
