@@ -28,7 +28,8 @@ std::unique_ptr<Batch> listed(const std::string& id, const BatchOptions& options
 
 template <class T>
 bool equal(std::span<const T> a, std::span<const T> b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
 }
 
 void check_same(const Batch& one, const Batch& other) {

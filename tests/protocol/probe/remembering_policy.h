@@ -23,7 +23,9 @@ class RememberingPolicy final : public ExternalPolicy {
       if (request.first[i] != 0 || !remembers_) cups_.erase(request.slots[i]);
       const float* const seen =
           request.state.data() + i * static_cast<std::size_t>(request.state_dim);
-      const std::vector<Place> cups = look(seen, request.slots[i]);
+      // Other tasks, whose episodes come between, have other numbers of objects.
+      const int objects = (request.state_dim - kFirstObject) / kObjectWidth;
+      const std::vector<Place> cups = look(seen, objects, request.slots[i]);
       const auto found = cups_.find(request.slots[i]);
       const std::size_t cup = found == cups_.end() ? 1 : found->second;  // the middle one
       std::vector<float> action(7);
@@ -45,7 +47,6 @@ class RememberingPolicy final : public ExternalPolicy {
   static constexpr int kTcp = 18;
   static constexpr int kFirstObject = 25;
   static constexpr int kObjectWidth = 42;
-  static constexpr int kObjects = 4;
   static constexpr int kPosition = 1;
   static constexpr int kBall = 34;  // of the kinds
   static constexpr int kCup = 35;
@@ -54,10 +55,10 @@ class RememberingPolicy final : public ExternalPolicy {
   static constexpr float kHalfWay = 0.2F;  // m, from the middle cup to the others
 
   // Returns the cups from one side to the other.
-  std::vector<Place> look(const float* row, std::int32_t slot) {
+  std::vector<Place> look(const float* row, int objects, std::int32_t slot) {
     std::vector<Place> cups;
     std::vector<Place> balls;
-    for (int object = 0; object < kObjects; ++object) {
+    for (int object = 0; object < objects; ++object) {
       const float* const token = row + kFirstObject + object * kObjectWidth;
       const Place place = {token[kPosition], token[kPosition + 1]};
       if (token[kBall] > 0.5F) balls.push_back(place);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -154,6 +155,9 @@ TEST_CASE("Names are given by number, too, and as tables", "[constants]") {
             .starts_with("constant 'SHAPES': {1: 'circle'} given"));
 }
 
+// A list of one list. Braces within braces would be a copy for some compilers.
+Constant list_of(ConstantList item) { return ConstantList(1, Constant(std::move(item))); }
+
 TEST_CASE("Colours are given by name and by red, green and blue", "[constants]") {
   const auto palette = [](const Constant& given) {
     return declare({{"PALETTE", given}}).at("PALETTE").value;
@@ -164,16 +168,16 @@ TEST_CASE("Colours are given by name and by red, green and blue", "[constants]")
                               {"1", ConstantList{1, 128 / 255.0F, 0}},
                               {"2", ConstantList{0.2, 0.3, 0.4}}}) ==
         Constant(ConstantList{"blue", "olive", ConstantList{0.2, 0.3, 0.4}}));
-  const Declared grey = declare({{"PALETTE", ConstantList{ConstantList{0.5, 0.5, 0.5, 1}}}});
+  const Declared grey = declare({{"PALETTE", list_of({0.5, 0.5, 0.5, 1})}});
   CHECK(grey.params.PALETTE.size() == 1);
   CHECK(grey.params.PALETTE[0] == mjcf::Rgba{0.5, 0.5, 0.5, 1});
   CHECK(grey.at("PALETTE").published_value ==
         Constant(ConstantTable{{"0", ConstantList{0.5, 0.5, 0.5, 1.0}}}));
   for (const Constant& wrong :
        {Constant("pink"), Constant(ConstantList{"red", ConstantList{1, 0, 0, 1}}),
-        Constant(ConstantList{ConstantList{255, 0, 0}}), Constant(ConstantList{0.1, 0.2, 0.3}),
-        Constant(ConstantList{ConstantList{1, 0, 0, 0.5}}),
-        Constant(ConstantList{ConstantList{1, 0}})}) {
+        list_of({255, 0, 0}), Constant(ConstantList{0.1, 0.2, 0.3}),
+        list_of({1, 0, 0, 0.5}),
+        list_of({1, 0})}) {
     INFO(in_words(wrong));
     CHECK(refusal({{"PALETTE", wrong}})
               .ends_with("1 to 16 different colours, of red, green, blue, yellow, magenta, cyan, "
