@@ -25,7 +25,7 @@ constexpr double kNearPart = 0.85;      // of the radius, from the target's cent
 // m, along x: beyond, the arm is nearly straight, and a small step of the TCP takes large ones of
 // the joints.
 constexpr double kFarthest = 0.21;
-constexpr int kMiddle = 1;              // key of the slot in the middle
+constexpr int kMiddle = 1;  // key of the slot in the middle
 
 }  // namespace
 

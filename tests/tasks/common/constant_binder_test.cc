@@ -175,8 +175,7 @@ TEST_CASE("Colours are given by name and by red, green and blue", "[constants]")
         Constant(ConstantTable{{"0", ConstantList{0.5, 0.5, 0.5, 1.0}}}));
   for (const Constant& wrong :
        {Constant("pink"), Constant(ConstantList{"red", ConstantList{1, 0, 0, 1}}),
-        list_of({255, 0, 0}), Constant(ConstantList{0.1, 0.2, 0.3}),
-        list_of({1, 0, 0, 0.5}),
+        list_of({255, 0, 0}), Constant(ConstantList{0.1, 0.2, 0.3}), list_of({1, 0, 0, 0.5}),
         list_of({1, 0})}) {
     INFO(in_words(wrong));
     CHECK(refusal({{"PALETTE", wrong}})
