@@ -168,5 +168,5 @@ def test_paths_need_a_memory(
     monkeypatch.setattr("sys.argv", ["distil.py", *given])
     with pytest.raises(SystemExit):
         learners.distil.arguments()
-    told = capsys.readouterr().err
-    assert f"--path-points: {given[1]} given; 0 or more, and a memory, needed" in told
+    error = capsys.readouterr().err
+    assert f"--path-points: {given[1]} given; 0 or more, and a memory, needed" in error
