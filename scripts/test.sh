@@ -6,9 +6,9 @@
 #   --help   prints this
 # ctest runs those of C++, then pytest those of the Python package and its clients, in the virtual
 # environments of scripts/python_env.sh; then the documentation's site is built, which checks links
-# and references. Everything runs even if something fails; the last lines are the summaries, and
-# what was skipped. Clients that conflict with those of the newest environment have one to
-# themselves: scripts/check_clients.sh.
+# and references. Everything runs even if something fails; the last lines say what was skipped and
+# what failed, with its output. Clients that conflict with those of the newest environment have one
+# to themselves: scripts/check_clients.sh.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -28,18 +28,25 @@ esac
 
 scripts/build.sh release
 failed=()
-ctest --preset release -j2 "${without_long[@]}" "$@" || failed+=("C++ tests")
-
 skipped=build/skipped.txt
+failures=build/failures.txt  # what failed, and what it printed
 : > "$skipped"
+: > "$failures"
+if ! ctest --preset release -j2 "${without_long[@]}" "$@" 2>&1 | tee build/ctest.log; then
+  failed+=("C++ tests")
+  awk '/^ *[0-9]+\/[0-9]+ Test / { shown = /\*\*\*/ } /^ +Start / { next } shown
+       /^The following tests FAILED/ { shown = 1 }' build/ctest.log >> "$failures"
+fi
+
 python_tests() {  # ENVIRONMENT REASON-TO-SKIP ARGUMENT...
   local env=$1 may_skip=$2 log=build/pytest.log
   shift 2
   # A file's tests run in one process, because they share what it sets up.
-  "$env/bin/python" -m pytest -n 2 --dist loadfile -rs --may-skip "$may_skip" \
+  "$env/bin/python" -m pytest -n 2 --dist loadfile -rsfE --may-skip "$may_skip" \
     "${without_long_python[@]}" "$@" 2>&1 | tee "$log" ||
     failed+=("Python tests in $env")
   { grep '^SKIPPED' "$log" || echo nothing; } | sed "s|^|$env: |" >> "$skipped"
+  grep -E '^(FAILED|ERROR) ' "$log" | sed "s|^|$env: |" >> "$failures" || true
 }
 env=build/python-env
 # What these run with has an environment of its own.
@@ -66,6 +73,7 @@ fi
 echo "skipped:"
 cat "$skipped"
 if [ ${#failed[@]} -gt 0 ]; then
+  cat "$failures" >&2
   printf 'failed: %s\n' "${failed[@]}" >&2
   exit 1
 fi
