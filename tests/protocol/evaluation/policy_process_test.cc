@@ -11,7 +11,9 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <functional>
 #include <thread>
+#include <utility>
 
 #include "protocol/evaluation/choice_question.h"
 #include "tests/protocol/evaluation/watched_process.h"
@@ -57,8 +59,8 @@ TEST_CASE("A policy that is no longer waited for ends with all its processes", "
   const Work work;
   PolicyProcessOptions options =
       options_of("trap '' TERM HUP; sleep 1000 & echo $! >'" + file + "'; sleep 1000");
-  options.timeout = std::chrono::seconds(1);
-  CHECK_THROWS_WITH(PolicyProcess(options, work.context), Catch::Contains("within 1 s"));
+  options.timeout = std::chrono::seconds(3);  // by then the shell has written the number
+  CHECK_THROWS_WITH(PolicyProcess(options, work.context), Catch::Contains("within 3 s"));
   CHECK(test::ends_soon(test::number_in(file)));
 }
 
@@ -152,13 +154,18 @@ class Pipes {
     pollfd one{to_[0], POLLIN, 0};
     if (::poll(&one, 1, 0) > 0) (void)!::read(to_[0], bytes.data(), bytes.size());
   }
-  // Answers so many times once it is asked.
-  std::thread answer_when_asked(int times) const {
+  // Calls it once there is a question.
+  std::thread when_asked(std::function<void()> act) const {
     while (drain()) {
     }
-    return std::thread([this, times] {
+    return std::thread([this, act = std::move(act)] {
       pollfd one{to_[0], POLLIN, 0};
       ::poll(&one, 1, 10'000);
+      act();
+    });
+  }
+  std::thread answer_when_asked(int times) const {
+    return when_asked([this, times] {
       for (int i = 0; i < times; ++i) answer();
     });
   }
@@ -243,10 +250,7 @@ TEST_CASE("A question over pipes is as documented", "[policy][choices]") {
   (void)hello.take(8 + 7 * 4);
   CHECK(hello.get<std::uint32_t>() == 0);  // size of an action
 
-  std::thread other([&pipes] {
-    ::usleep(100'000);
-    pipes.say({7, 12, 1, 4, kDigits});
-  });
+  std::thread other = pipes.when_asked([&] { pipes.say({7, 12, 1, 4, kDigits}); });
   CHECK(ChoiceCall(work.context).ask(policy) == std::vector<int>{1});
   other.join();
   const std::vector<char> bytes = pipes.received();
@@ -284,10 +288,8 @@ TEST_CASE("Answers that are no choices end a policy", "[policy][choices]") {
     PolicyProcessOptions options = options_of("x");
     options.choices = true;
     PolicyProcess policy(pipes.to(), pipes.from(), options, work.context);
-    std::thread other([&pipes, &answer = answer] {
-      ::usleep(20'000);
-      pipes.say(answer);
-    });
+    const auto say = [&pipes, &answer = answer] { pipes.say(answer); };
+    std::thread other = pipes.when_asked(say);
     CHECK_THROWS_WITH(ChoiceCall(work.context).ask(policy), Catch::Contains(words));
     other.join();
   }
