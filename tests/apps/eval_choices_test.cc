@@ -13,12 +13,16 @@ std::string chooser(const std::string& options = "") {
   return "--policy-choices '" + choices_policy() + options + "' ";
 }
 
+// What goes behind a Python that may start later than it is waited for: it would complain of its
+// closed pipe.
+const std::string kSilent = " 2>/dev/null";
+
 // The example with another function that answers.
-std::string answering(const std::string& expression) {
+std::string answering(const std::string& expression, const std::string& behind = "") {
   return "--policy-choices 'python3 -c \"import sys; sys.argv[1:] = []; sys.path.insert(0, \\\"" +
          (std::filesystem::path(test::kRoot) / "python" / "examples").string() +
          "\\\"); import choices_policy; choices_policy.answer = lambda asked, notes: " +
-         expression + "; choices_policy.main()\"' ";
+         expression + "; choices_policy.main()\"" + behind + "' ";
 }
 
 Json evaluate(const std::string& arguments) {
@@ -89,10 +93,11 @@ TEST_CASE("eval: answers of another form end the run with a sentence", "[apps]")
     require_refusal(eval + answering(expression), 1, words);
   }
   require_refusal(eval + answering("[\\\"7\\\"]"), 1, "of episode 0 of RememberColor3-VLA-v0");
-  require_refusal(eval + answering("__import__(\\\"time\\\").sleep(9)") + "--policy-timeout 1", 1,
-                  "has not answered within 1 s");
+  require_refusal(
+      eval + answering("__import__(\\\"time\\\").sleep(9)", kSilent) + "--policy-timeout 1", 1,
+      "has not answered within 1 s");
   // A policy that sends actions does not know questions.
-  require_refusal(eval + "--policy-choices '" + pipe_policy() + "' --policy-timeout 2", 1,
+  require_refusal(eval + "--policy-choices '" + pipe_policy() + kSilent + "' --policy-timeout 2", 1,
                   "has not answered within 2 s");
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <random>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -45,8 +46,21 @@ fs::path run_in(const fs::path& output) {
   return {};
 }
 
-// Starts the command and kills it after that time. Returns whether it was still running.
-bool kill_after(const std::string& arguments, std::chrono::microseconds time) {
+// The number of documents below a folder, also while a run writes there.
+std::size_t documents_in(const fs::path& output) {
+  std::size_t count = 0;
+  std::error_code ignored;
+  for (fs::recursive_directory_iterator entry(output, ignored), end; entry != end && !ignored;
+       entry.increment(ignored)) {
+    count += entry->path().extension() == ".json" ? 1 : 0;
+  }
+  return count;
+}
+
+// Starts the command, and kills it so long after the folder has so many documents. Returns whether
+// it was still running.
+bool kill_after(const std::string& arguments, const fs::path& output, std::size_t enough,
+                std::chrono::duration<double> time) {
   const std::string line =
       std::string("exec '") + test::kCommand + "' " + arguments + " >/dev/null 2>&1 </dev/null";
   std::string shell = "sh";
@@ -55,6 +69,14 @@ bool kill_after(const std::string& arguments, std::chrono::microseconds time) {
   char* words[] = {shell.data(), option.data(), text.data(), nullptr};
   pid_t process = -1;
   REQUIRE(::posix_spawn(&process, "/bin/sh", nullptr, nullptr, words, environ) == 0);
+  const auto has_ended = [process] {
+    siginfo_t info{};
+    return ::waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == process;
+  };
+  while (documents_in(output) < enough && !has_ended()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
   std::this_thread::sleep_for(time);
   ::kill(process, SIGKILL);
   int status = 0;
@@ -70,13 +92,15 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]")
   REQUIRE(
       engram_command("eval " + kTasks + kProtocol + " --out " + reference.path().string()).code ==
       0);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - start;
   const auto expected = results_in(run_in(reference.path()));
   REQUIRE(expected.size() == 10);
 
   std::mt19937 random(20260101);
-  std::uniform_real_distribution<double> moment(0, seconds);
+  // By what has been written: by the clock alone, a first run that was held up makes all others
+  // end before they are killed.
+  std::uniform_int_distribution<std::size_t> more(0, 4);
+  std::uniform_real_distribution<double> share(0, 0.1);
   const std::string command = "eval " + kTasks + kProtocol;
   int killed = 0;
   int partial = 0;
@@ -87,8 +111,8 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]")
     // Killed once or several times, then left to end.
     fs::path run;
     for (int k = 0; k < 3; ++k) {
-      const bool alive = kill_after(
-          arguments, std::chrono::microseconds(static_cast<long>(1e6 * moment(random) / (k + 1))));
+      const std::size_t enough = documents_in(folder.path()) + more(random);
+      const bool alive = kill_after(arguments, folder.path(), enough, whole * share(random));
       killed += alive ? 1 : 0;
       run = run_in(folder.path());
       if (run.empty()) continue;

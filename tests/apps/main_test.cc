@@ -104,10 +104,11 @@ TEST_CASE("command: a closed pipe is an error of one line", "[apps]") {
                                 "doctor --json", "rollout RememberColor3-VLA-v0 --steps 2 --json",
                                 "bench overhead --rounds 1 --num-envs 1 --json",
                                 "eval RememberColor3-VLA-v0 --episodes 1 --json"}) {
-    // The pipe's other end is closed before anything is written.
-    const std::string line = "bash -c \"set -o pipefail; { sleep 0.2; '" +
-                             std::string(test::kCommand) + "' " + arguments + " 2>'" + err +
-                             "'; } | true\"";
+    // The command starts once nothing can be written to the pipe any more.
+    const std::string line =
+        "bash -c \"set -o pipefail; "
+        "{ (trap '' PIPE; while printf x; do sleep 0.01; done) 2>/dev/null; '" +
+        std::string(test::kCommand) + "' " + arguments + " 2>'" + err + "'; } | true\"";
     const int status = std::system(line.c_str());
     INFO(arguments << ": " << read_file(err));
     CHECK(WIFEXITED(status));

@@ -14,7 +14,10 @@ constexpr const char* kId = "RememberColor3-VLA-v0";
 TEST_CASE("soak: an interrupted command reports its work, and fails", "[apps][soak]") {
   const CommandResult result =
       engram_command(std::string("soak ") + kId + " --env-steps 100000000 --max-drift 1000 --json",
-                     "& sleep 2; kill -TERM $!; wait $!");
+                     // Once it handles the signal; it takes its first sample in any case.
+                     "& p=$!; while [ -d /proc/$p ] && "
+                     "! grep -q '^SigCgt:.*[4-7c-f]...$' /proc/$p/status; do sleep 0.02; done; "
+                     "kill -TERM $p; wait $p");
   INFO(result.err);
   CHECK(result.code == 1);
   CHECK_THAT(result.err, Catch::Contains("interrupted; reported is what was done until then"));
