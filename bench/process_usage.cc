@@ -32,7 +32,7 @@ int listed_threads() {
 
 // A thread that has been joined stays listed for a moment: the least of several readings counts.
 int threads() {
-  constexpr int kReadings = 10;
+  constexpr int kReadings = 100;
   int least = std::numeric_limits<int>::max();
   for (int reading = 0; reading < kReadings && least > 1; ++reading) {
     if (reading > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));

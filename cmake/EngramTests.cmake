@@ -64,7 +64,7 @@ add_test(NAME options_up_to_date
 # A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons
 # in names of test cases make such names, because CMake reads them as lists.
 catch_discover_tests(engram_tests TEST_SPEC "~[long]~[.]" TEST_LIST engram_quick_tests
-  EXTRA_ARGS --warn NoTests PROPERTIES TIMEOUT 300)
+  EXTRA_ARGS --warn NoTests PROPERTIES TIMEOUT 900)
 catch_discover_tests(engram_tests TEST_SPEC "[long]" TEST_LIST engram_long_tests
   EXTRA_ARGS --warn NoTests PROPERTIES LABELS long TIMEOUT 3600)
 
