@@ -16,7 +16,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "data" / "perturbations.md"
 EPISODES = 200
-ORACLE_EPISODES = 100  # of each id
+ORACLE_EPISODES = 200  # of each id
 PICTURE_AXES = (
     "camera",
     "fov",
