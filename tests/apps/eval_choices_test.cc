@@ -156,7 +156,7 @@ TEST_CASE("eval: a sealed run of choices tells nobody its seeds before the end",
 TEST_CASE("compare: choices and actions are told apart", "[apps]") {
   const TemporaryFolder folder;
   const auto evaluated = [&folder](const std::string& name, const std::string& options) {
-    const std::string path = (folder.path() / name).string();
+    std::string path = (folder.path() / name).string();
     std::ofstream(path) << evaluate("RememberColor3-VLA-v0 --episodes 5 " + options).dump();
     return path;
   };
