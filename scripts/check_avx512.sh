@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Rolls tasks out on an emulated processor with AVX-512 (Bochs, Skylake-X) and compares hashes with
 # this machine's: check_avx512.sh [ID...], default the last task of each family. For machines that
-# have no AVX-512. Takes a few minutes for the start and about half a minute for a task.
+# have no AVX-512. Takes a few minutes for the start, and up to a minute for a task.
 #   STEPS   control steps of a rollout, default 50
 # Needs build/release and root, for packages.
 set -euo pipefail
@@ -9,8 +9,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 steps=${STEPS:-50}
 engram=build/release/engram
-scripts/install_dependencies.sh bochs bochs-x bochsbios vgabios xvfb xauth busybox-static cpio xorriso \
-  isolinux syslinux-common
+scripts/install_dependencies.sh bochs bochs-x bochsbios vgabios xvfb xauth busybox-static cpio \
+  xorriso isolinux syslinux-common
 ids=("$@")
 [ ${#ids[@]} -gt 0 ] || mapfile -t ids < <("$engram" list --json | python3 -c '
 import json, sys
@@ -27,7 +27,8 @@ for id in ${ids[*]}; do
   for policy in oracle random; do
     for lanes in 0 2 4; do
       echo "\$id \$policy lanes \$lanes" \$("\$1" rollout \$id --policy \$policy --num-envs 16 \\
-        --steps $steps --threads 1 --lanes \$lanes --hash --json 2>&1 | grep -o '"hash".*')
+        --steps $steps --threads 1 --lanes \$lanes --hash --json 2>&1 |
+        grep -o '"hash".*')
     done
   done
 done
@@ -53,7 +54,8 @@ strip -o "$root/bin/engram" "$engram"
 ldd "$engram" | grep -o ' /[^ ]*' | xargs cp -Lt "$root/lib/x86_64-linux-gnu"
 cp -L /lib64/ld-linux-x86-64.so.2 "$root/lib64/"
 
-kernel=$(apt-cache depends linux-image-amd64 | sed -n 's/.*Depends: \(linux-image-[0-9]\)/\1/p' | head -1)
+kernel=$(apt-cache depends linux-image-amd64 |
+  sed -n 's/.*Depends: \(linux-image-[0-9]\)/\1/p' | head -1)
 (cd "$work" && apt-get download -q "$kernel" 2>/dev/null >&2 && dpkg -x "$kernel"_*.deb kernel)
 cp "$work"/kernel/boot/vmlinuz-* "$work/disc/vmlinuz"
 (cd "$root" && find . | cpio -o -H newc --quiet | gzip -1) > "$work/disc/initrd"
@@ -86,8 +88,13 @@ sh "$root/rollouts" "$engram" > "$work/here"
 # Debian's Bochs has its debugger, which waits for "continue".
 (cd "$work" && echo c | xvfb-run -a bochs -q -f bochsrc > bochs.out 2>&1) || true
 tr -d '\r' < "$work/serial" > "$work/there"
-grep -q 'has AVX-512' "$work/there" || { echo "no AVX-512: $work/serial" >&2; tail "$work/there"; exit 1; }
-grep -q '^all done' "$work/there" || { tail "$work/there" >&2; exit 1; }
+for sign in "has AVX-512" "all done"; do
+  if ! grep -q "^$sign" "$work/there"; then
+    echo "the emulated machine did not say \"$sign\"; its last lines:" >&2
+    tail "$work/there" >&2
+    exit 1
+  fi
+done
 if grep ' lanes ' "$work/there" | diff "$work/here" - > "$work/different"; then
   echo "$(wc -l < "$work/here") rollouts of ${#ids[@]} tasks, 0 different"
 else
