@@ -10,11 +10,11 @@
 #include <map>
 #include <random>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <vector>
 
 #include "tests/apps/command.h"
+#include "tests/apps/killed_run.h"
 #include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
@@ -144,24 +144,6 @@ TEST_CASE("collect: failures are kept on request", "[apps]") {
   CHECK(engram_command(collection(words + "8", folder.path())).code == 2);
 }
 
-// Also while another process writes there.
-int episodes_in(const fs::path& folder) {
-  int count = 0;
-  std::error_code ignored;
-  for (fs::recursive_directory_iterator entry(folder, ignored), end; entry != end && !ignored;
-       entry.increment(ignored)) {
-    count += entry->path().extension() == ".npz" ? 1 : 0;
-  }
-  return count;
-}
-
-// Leaves its status to be waited for.
-bool has_ended(pid_t child) {
-  siginfo_t info{};
-  return ::waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-         info.si_pid == child;
-}
-
 TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
   const std::string ids = "RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 ";
   const TemporaryFolder reference;
@@ -172,7 +154,7 @@ TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
   REQUIRE(expected.size() == 22);
 
   std::mt19937 random(1);
-  std::uniform_int_distribution<int> more(0, 2);
+  std::uniform_int_distribution<std::size_t> more(0, 2);
   std::uniform_real_distribution<double> share(0, 0.1);
   const TemporaryFolder folder;
   int kills = 0;
@@ -193,8 +175,8 @@ TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
       ::_exit(127);
     }
     // On a busy machine, too, episodes are written between some of the kills.
-    const int enough = episodes_in(folder.path()) + more(random);
-    while (episodes_in(folder.path()) < enough && !has_ended(child)) {
+    const std::size_t enough = files_below(folder.path(), ".npz") + more(random);
+    while (files_below(folder.path(), ".npz") < enough && !has_ended(child)) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     std::this_thread::sleep_for(whole * share(random));

@@ -8,11 +8,11 @@
 #include <map>
 #include <random>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <vector>
 
 #include "tests/apps/command.h"
+#include "tests/apps/killed_run.h"
 #include "tests/build_paths.h"
 
 namespace engram::tests {
@@ -46,17 +46,6 @@ fs::path run_in(const fs::path& output) {
   return {};
 }
 
-// The number of documents below a folder, also while a run writes there.
-std::size_t documents_in(const fs::path& output) {
-  std::size_t count = 0;
-  std::error_code ignored;
-  for (fs::recursive_directory_iterator entry(output, ignored), end; entry != end && !ignored;
-       entry.increment(ignored)) {
-    count += entry->path().extension() == ".json" ? 1 : 0;
-  }
-  return count;
-}
-
 // Starts the command, and kills it so long after the folder has so many documents. Returns whether
 // it was still running.
 bool kill_after(const std::string& arguments, const fs::path& output, std::size_t enough,
@@ -69,12 +58,7 @@ bool kill_after(const std::string& arguments, const fs::path& output, std::size_
   char* words[] = {shell.data(), option.data(), text.data(), nullptr};
   pid_t process = -1;
   REQUIRE(::posix_spawn(&process, "/bin/sh", nullptr, nullptr, words, environ) == 0);
-  const auto has_ended = [process] {
-    siginfo_t info{};
-    return ::waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-           info.si_pid == process;
-  };
-  while (documents_in(output) < enough && !has_ended()) {
+  while (files_below(output, ".json") < enough && !has_ended(process)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   std::this_thread::sleep_for(time);
@@ -111,7 +95,7 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]")
     // Killed once or several times, then left to end.
     fs::path run;
     for (int k = 0; k < 3; ++k) {
-      const std::size_t enough = documents_in(folder.path()) + more(random);
+      const std::size_t enough = files_below(folder.path(), ".json") + more(random);
       const bool alive = kill_after(arguments, folder.path(), enough, whole * share(random));
       killed += alive ? 1 : 0;
       run = run_in(folder.path());
