@@ -15,8 +15,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "data" / "perturbations.md"
-EPISODES = 200
-ORACLE_EPISODES = 200  # of each id
+EPISODES = 200  # of each id for the oracle, of each cell for students
 PICTURE_AXES = (
     "camera",
     "fov",
@@ -34,8 +33,8 @@ LEVELS = (0.5, 1)
 HEAD = """# Policies under perturbations
 
 `scripts/perturbations.py` writes this page; [perturbations](../perturbations.md) explains the axes. Rates of
-success once, from the seed 4242424242: {oracle_episodes} episodes of each id for the oracle, {episodes} in every
-cell for students.
+success once, from the seed 4242424242: {episodes} episodes of each id for the oracle, and of every cell for
+students.
 """
 STUDENTS = "\n## Students from pictures\n"
 
@@ -49,7 +48,7 @@ def run(words):
 
 def oracle_rates(engram, axis=None, level=None):
     """Success of the oracle by family: the least of its ids."""
-    words = [engram, "eval", "--all", "--policy", "oracle", "--episodes", str(ORACLE_EPISODES)]
+    words = [engram, "eval", "--all", "--policy", "oracle", "--episodes", str(EPISODES)]
     words += ["--json"] if axis is None else ["--json", "--perturb", f"{axis}={level}"]
     families = {}
     known = {entry["id"]: entry for entry in json.loads(run([engram, "list", "--json"]))}
@@ -106,7 +105,7 @@ def main():
             f"({json.dumps(trained.get('perturb'))}).\n\n{agents_table(options.agents)}\n"
         )
     PAGE.write_text(
-        HEAD.format(episodes=EPISODES, oracle_episodes=ORACLE_EPISODES)
+        HEAD.format(episodes=EPISODES)
         + "\n## The oracle\n\nThe least rate of a family's ids. What cameras see makes no "
         f"difference to it.\n\n{oracle_table(options.engram)}\n{STUDENTS}{students}"
     )
