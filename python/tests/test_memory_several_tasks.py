@@ -27,7 +27,8 @@ SEED = 4242424242
 
 @pytest.fixture(scope="module")
 def examples() -> Iterator[SimpleNamespace]:
-    with modules("distil", "inference", "policy", "several_tasks", "training") as found:
+    names = ("distil", "inference", "policy", "rgb_env", "several_tasks", "training", "views")
+    with modules(*names) as found:
         yield found
 
 
@@ -210,15 +211,102 @@ def test_an_evaluation_plays_every_task_as_learners_do(
         np.testing.assert_allclose(returns[id], expected[scenes.parts[id]], rtol=0, atol=0.02)
 
 
+# --- pictures ---
+
+
+@pytest.fixture
+def pictures(examples: SimpleNamespace) -> Any:
+    """Scenes of two horizons, with a detector that finds some objects, or nothing is tested."""
+    torch.manual_seed(1)
+    inputs = examples.several_tasks.TaskInputs.of([COLOR, CUPS], words=True, numbered=True)
+    scenes = examples.rgb_env.RgbEnv([COLOR, CUPS], 6, seed=3, inputs=inputs)
+    with torch.no_grad():
+        scenes.detector.peak.bias += 4.0
+        scenes.detector.name.bias[-1] -= 2.0
+    return scenes
+
+
+def test_rows_from_pictures_have_robot_task_and_objects(
+    examples: SimpleNamespace, pictures: Any
+) -> None:
+    """The same objects as in the labels, in tokens of the detector; and each task's own words."""
+    rows = pictures.reset(seed=3)
+    robot, words = examples.views.ROBOT, len(pictures.layout.words)
+    agent, tokens = pictures.layout.split(rows)
+    assert agent.shape == (6, robot + 2 + words)
+    assert agent[:, robot : robot + 2].tolist() == [[1, 0]] * 3 + [[0, 1]] * 3
+    bags = agent[:, robot + 2 :]
+    assert bags.sum(-1).min() >= 3
+    assert (bags[0] == bags[1]).all()
+    assert (bags[0] != bags[3]).any()
+    assert tokens.shape[1] == len(pictures.detector.tokens)
+    alone = examples.training.ObjectsEnv(CUPS, 3)
+    alone.reset(seed=3)
+    for _ in range(12):
+        pictures.step(pictures.oracle())
+        objects = alone.step(alone.oracle())[0]
+    shown = pictures.layout.split(pictures.truth)[1][3:]
+    expected = alone.layout.split(objects)[1]
+    place = alone.layout.place
+    for own, others in zip(shown, expected):
+        own, others = own[own[:, 0] > 0][:, place], others[others[:, 0] > 0][:, place]
+        assert len(own) == len(others)
+        assert torch.cdist(own, others).amin(-1).max() < 0.05  # noise: 4 mm
+
+
+def test_frames_of_ended_episodes_are_no_examples(pictures: Any) -> None:
+    pictures.reset(seed=3)
+    for _ in range(27):
+        pictures.step(pictures.oracle())  # RememberColor3 has ended after 25 steps
+    for _ in range(60):
+        pictures.store()
+    kept = pictures.frames.parts[0]
+    of_ended, of_others = pictures.last[0][:3], pictures.last[0][3:]
+    assert any(torch.equal(one, frame) for one in of_others for frame in kept)
+    assert not any(torch.equal(one, frame) for one in of_ended for frame in kept)
+
+
+def test_students_from_pictures_have_rows_of_one_width(
+    examples: SimpleNamespace, pictures: Any
+) -> None:
+    policy = untrained(examples, pictures)
+    pictures.reset(seed=3)
+    rows, actions = examples.distil.collect(policy, pictures, first=True)
+    episodes = examples.distil.by_length(policy, pictures, rows, actions)
+    assert [one.shape for one, *_ in episodes] == [(25, 3, rows.shape[-1]), (30, 3, rows.shape[-1])]
+
+
+def test_an_evaluation_from_pictures_plays_every_task_as_learners_do(
+    examples: SimpleNamespace, pictures: Any, tmp_path: Path
+) -> None:
+    policy, path = untrained(examples, pictures), tmp_path / "agent.pt"
+    examples.training.save_policy(policy, path, [COLOR, CUPS], pictures.detector)
+    runner = examples.inference.PolicyRunner.load(path)
+    assert (runner.obs, runner.task) == ("rgb", [COLOR, CUPS])
+    options = {"obs": "rgb", "episodes": 3, "threads": 1, "num_envs": 50}
+    result = engram.evaluate(runner, runner.task, **options)
+    together = pictures.reset(seed=SEED)
+    given = {"detector": pictures.detector, "inputs": pictures.inputs}
+    for task in result["tasks"]:
+        alone = examples.rgb_env.RgbEnv(task["env_id"], 3, **given)
+        rows = together[pictures.parts[task["env_id"]]]
+        np.testing.assert_allclose(alone.reset(seed=SEED), rows, atol=1e-4)
+        expected = lockstep(policy, alone)
+        assert (alone.found.known >= 0).any()
+        assert np.ptp(expected) > 0.1  # the episodes differ
+        np.testing.assert_allclose(task["returns"], expected, rtol=0, atol=1e-3)
+
+
 # --- scripts ---
 
 
 BRIEF = ["--iterations", "2", "--updates", "2", "--envs", "16", "--evaluate-every", "2"]
 
 
-def test_one_policy_is_distilled_and_played(examples: SimpleNamespace, tmp_path: Path) -> None:
+@pytest.mark.parametrize("obs", ["objects", pytest.param("rgb", marks=pytest.mark.long)])
+def test_one_policy_is_distilled_and_played(obs: str, tmp_path: Path) -> None:
     ids = [COLOR, CUPS]
-    options = [*BRIEF, "--appearances", "9", "--out", str(tmp_path)]
+    options = [*BRIEF, "--appearances", "9", "--obs", obs, "--out", str(tmp_path)]
     result = json.loads(run("distil.py", "--id", *ids, *options)[-1])
     assert result == json.loads((tmp_path / "result.json").read_text())
     assert result["id"] == ids
@@ -236,7 +324,7 @@ def test_one_policy_is_distilled_and_played(examples: SimpleNamespace, tmp_path:
     agent = tmp_path / "agent.pt"
     figures = run("evaluate.py", str(agent), "--episodes", "2", "--json")
     assert [json.loads(line)["id"] for line in figures] == ids
-    command = [sys.executable, "-m", "engram", "eval", *ids, "--obs", "objects", "--json"]
+    command = [sys.executable, "-m", "engram", "eval", *ids, "--obs", obs, "--json"]
     served = f"{sys.executable} {FOLDER / 'serve.py'} {agent}"
     short = ["--episodes", "2", "--threads", "1", "--num-envs", "50", "--policy-command", served]
     done = subprocess.run([*command, *short], capture_output=True, text=True, check=False)
@@ -248,7 +336,7 @@ def test_one_policy_is_distilled_and_played(examples: SimpleNamespace, tmp_path:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--id", COLOR, CUPS, "--obs", "rgb"], "one --id needed"),
+        (["--id", COLOR, CUPS, "--obs", "rgb", "--chunk", "5"], "--chunk: one --id needed"),
         (["--id", COLOR, COLOR], "an id is given twice"),
     ],
 )

@@ -130,8 +130,6 @@ def complete(args, parser):
     args.appearances = args.appearances or (2 if short else 1) * N_APPEARANCES
     if len(args.id) == 1 and args.id[0] in SETS:
         args.id = list(SETS[args.id[0]]())
-    if len(args.id) > 1 and args.obs == "rgb":
-        parser.error("--obs rgb: one --id needed; several learn from objects")
     if len(set(args.id)) < len(args.id):
         parser.error("--id: an id is given twice")
     args.id = args.id if len(args.id) > 1 else args.id[0]
@@ -307,22 +305,23 @@ def task_inputs(args, policy):
 
 def training_scenes(args, policy, detector, delays):
     given = (args.id, args.envs, args.seed, None if args.chunk else args.most_steps, args.perturb)
+    inputs, wording = task_inputs(args, policy), instructions.drawn
     if args.obs == "rgb":
-        return RgbEnv(*given, detector, args.option)
+        return RgbEnv(*given, detector, args.option, inputs=inputs, wording=wording)
     widest = delays.widest() if delays else None
-    inputs = task_inputs(args, policy)
-    return ObjectsEnv(*given, widest, inputs, instructions.drawn, args.option)
+    return ObjectsEnv(*given, widest, inputs, wording, args.option)
 
 
 def evaluation_scenes(args, episodes, scenes, wording=instructions.own):
     """Scenes of an evaluation: of several tasks by id, each alone."""
     given = {"perturb": args.perturb, "options": args.option}
-    if args.obs == "rgb":
-        return RgbEnv(args.id, episodes, detector=scenes.detector, **given)
     given |= {"inputs": scenes.inputs, "wording": wording}
+    if args.obs == "rgb":
+        given["detector"] = scenes.detector
+    env = RgbEnv if args.obs == "rgb" else ObjectsEnv
     if isinstance(args.id, str):
-        return ObjectsEnv(args.id, episodes, **given)
-    return {id: ObjectsEnv(id, episodes, **given) for id in args.id}
+        return env(args.id, episodes, **given)
+    return {id: env(id, episodes, **given) for id in args.id}
 
 
 def keep_paths(policy, points):

@@ -82,10 +82,7 @@ class PolicyRunner:
         if self.time is not None:
             rows = self.time.add(observation["env_id"], rows, observation["step"])
         if self.inputs is not None:
-            sentences = observation["instruction"]
-            if self.instruction is not None:
-                sentences = [self.instruction] * len(rows)
-            return self.inputs.of_task(observation["env_id"], rows, sentences)
+            return self.inputs.of_task(observation["env_id"], rows, self.sentences(observation))
         if rows.shape[1] != self.width:
             given = f"{rows.shape[1]} numbers given, {self.width} needed"
             raise ValueError(f"{given}: obs objects of {self.task}, or of a task like it")
@@ -99,4 +96,12 @@ class PolicyRunner:
         before = Tracks(*(torch.cat(parts) for parts in zip(*before)))
         now = self.detector.update(pictures, proprio, before)
         self.tracks.update(zip(keys, zip(*(part.split(1) for part in now))))
-        return self.detector.rows(proprio, now, self.policy.layout.place)
+        rows = self.detector.rows(proprio, now, self.policy.layout.place)
+        if self.inputs is None:
+            return rows
+        return self.inputs.of_pictures(observation["env_id"], rows, self.sentences(observation))
+
+    def sentences(self, observation):
+        if self.instruction is None:
+            return observation["instruction"]
+        return [self.instruction] * len(observation["slot"])

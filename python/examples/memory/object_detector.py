@@ -52,7 +52,8 @@ class Tracks(NamedTuple):
 def detector_layout(layout, tokens):
     """Layout of the rows that an ObjectDetector makes."""
     result = copy.copy(layout)
-    result.agent, result.tcp, result.tokens = ROBOT, slice(0, 3), tokens
+    result.agent = ROBOT + layout.tasks + len(layout.words)
+    result.tcp, result.tokens = slice(0, 3), tokens
     result.arm_speed = slice(0, 0)  # proprio lacks it: a touch needs no rest
     result.tool, result.turn = slice(0, 0), None
     return result

@@ -1,11 +1,14 @@
-"""Environment with image observations, beside a batch with the labels."""
+"""Environment with image observations, of one task or several, beside a batch with the labels."""
 
+import numpy as np
 import torch
 from object_detector import ObjectDetector, Objects, detector_layout
 from training import ObjectsEnv, make_batch, scale_lr
+from views import ROBOT
 from vocabulary import sort, vocabulary
 
 NOISE = 0.004  # metres: deviation of the labels' positions, as of those of a detector
+FRAMES = 2400  # most frames that a detector is trained on; of several tasks twice as many
 
 
 class Frames:
@@ -37,18 +40,26 @@ class RgbEnv(ObjectsEnv):
     """
 
     def __init__(
-        self, task, num_envs, seed=0, most_steps=None, perturb=None, detector=None, options=None
+        self,
+        task,
+        num_envs,
+        seed=0,
+        most_steps=None,
+        perturb=None,
+        detector=None,
+        options=None,
+        **inputs,
     ):
-        super().__init__(task, num_envs, seed, most_steps, perturb, options=options)
+        """inputs: of ObjectsEnv, and the wording."""
+        super().__init__(task, num_envs, seed, most_steps, perturb, options=options, **inputs)
         self.camera = make_batch(task, num_envs, seed, "rgb", perturb, options=options)
-        self.objects = self.layout
         self.detector = detector or ObjectDetector(*self.collect_vocabulary(seed))
         self.layout = detector_layout(self.objects, len(self.detector.tokens))
         self.optimiser = torch.optim.Adam(self.detector.parameters(), 4e-3)
-        self.frames, self.first = Frames(2400), True
+        self.frames, self.first = Frames(FRAMES * (2 if self.parts else 1)), True
 
     def collect_vocabulary(self, seed):
-        """Vocabulary of the task, from episodes of the oracle."""
+        """Vocabulary of the task or tasks, from episodes of the oracle."""
         tokens = [self.objects.split(super().reset(seed=seed))[1]]
         for _ in range(self.horizon - 1):
             tokens.append(self.objects.split(super().step(self.oracle())[0])[1])
@@ -71,16 +82,30 @@ class RgbEnv(ObjectsEnv):
         self.last = (pictures, proprio, self.shown, before)
         place = self.shown.place + NOISE * torch.randn_like(self.shown.place)
         noisy = Objects(place, self.shown.known)
-        self.truth = self.detector.rows(proprio, noisy, self.layout.place)
+        self.truth = self.rows_of(proprio, noisy)
         self.found = self.detector.update(pictures, proprio, self.found)
-        return self.detector.rows(proprio, self.found, self.layout.place)
+        return self.rows_of(proprio, self.found)
+
+    def rows_of(self, proprio, objects):
+        rows = self.detector.rows(proprio, objects, self.layout.place)
+        if self.inputs is None:
+            return rows
+        if not self.parts:
+            return self.inputs.of_pictures(self.batch.description["id"], rows, self.sentences)
+        index = torch.from_numpy(np.array(self.infos["task_index"]))
+        return self.inputs.of_batch(rows, index, self.sentences, ROBOT)
 
     def store(self):
-        """Stores some of the last frames; those in which objects appear or vanish count more."""
+        """Stores some of the last frames; those in which objects appear or vanish count more.
+
+        None of episodes that have ended.
+        """
         pictures, proprio, now, before = self.last
-        share = (1600 if self.first else 300) / (self.horizon * self.num_envs)
+        share = self.frames.most / (1.5 if self.first else 8) / float(self.horizons.sum())
         change = (now.known != before.known).any(-1)
-        chosen = (torch.rand(len(change)) < torch.where(change, 4 * share, share)).nonzero()[:, 0]
+        chosen = torch.rand(len(change)) < torch.where(change, 4 * share, share)
+        steps = torch.from_numpy(np.array(self.infos["elapsed_steps"]))
+        chosen = (chosen & (steps < self.horizons[:, 0])).nonzero()[:, 0]
         if len(chosen) > 0:
             parts = (part[chosen] for part in (pictures, proprio, *now, *before))
             self.frames.add(torch.where(change[chosen], 2.0, 1.0), *parts)

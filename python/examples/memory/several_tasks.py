@@ -5,6 +5,7 @@ import contextlib
 import torch
 from instructions import BagOfWords, vocabulary
 from policy import TOKEN, ObservationLayout
+from views import ROBOT
 
 import engram
 
@@ -72,18 +73,20 @@ class TaskInputs:
         """The inputs that a policy of this layout was trained with."""
         return cls.of(ids, layout.words, layout.tasks > 0, options)
 
-    def of_batch(self, rows, index, sentences=()):
+    def of_batch(self, rows, index, sentences=(), robot=None):
         """Inputs from rows (N, width) in the common layout.
 
         index (N,): number of each one's task; sentences: instruction of each, if there are words.
+        robot: numbers of the robot, if not those of the objects observation.
         """
-        parts = [rows[:, : self.robot]]
+        robot = self.robot if robot is None else robot
+        parts = [rows[:, :robot]]
         if self.numbered:
             one_hot = torch.nn.functional.one_hot(index.long(), len(self.ids))
             parts.append(one_hot.to(rows.dtype))
         if self.bag.words:
             parts.append(self.bags(sentences))
-        return torch.cat([*parts, rows[:, self.robot :]], -1)
+        return torch.cat([*parts, rows[:, robot:]], -1)
 
     def bags(self, sentences):
         if sentences is not self.last[0]:  # once per episode, not per step
@@ -101,13 +104,21 @@ class TaskInputs:
             raise ValueError(f"{given}: obs objects of {id}")
         common = rows.new_zeros(len(rows), self.width)
         common[:, columns] = rows
-        number = self.ids.index(id) if self.numbered else 0
-        return self.of_batch(common, torch.full((len(rows),), number), sentences)
+        return self.of_batch(common, self.numbers_of(id, len(rows)), sentences)
+
+    def of_pictures(self, id, rows, sentences=()):
+        """Inputs from rows of one task alone, of a detector: their layout is the common one."""
+        return self.of_batch(rows, self.numbers_of(id, len(rows)), sentences, ROBOT)
+
+    def numbers_of(self, id, count):
+        """The task's number, that many times; 0 where the number is no input."""
+        if self.numbered and id not in self.ids:
+            raise ValueError(f"{id} given; tasks of this policy: {', '.join(self.ids)}")
+        return torch.full((count,), self.ids.index(id) if self.numbered else 0)
 
     def columns_of(self, id):
         if id not in self.columns:
-            if self.numbered:
-                raise ValueError(f"{id} given; tasks of this policy: {', '.join(self.ids)}")
+            self.numbers_of(id, 0)  # refuses tasks that the policy does not know
             task = engram.describe(id, obs_mode="objects", **self.options)
             unknown = [f["name"] for f in task["state_fields"] if f["name"] not in self.common]
             if unknown:

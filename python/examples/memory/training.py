@@ -61,6 +61,7 @@ class ObjectsEnv:
     Attributes:
         horizon: Steps of the longest episodes.
         horizons: Steps (N, 1) of every environment's.
+        objects, layout: Layouts of the labels, and of the student's rows.
         parts: By task of several, its environments; empty for one task.
 
     Args:
@@ -87,7 +88,8 @@ class ObjectsEnv:
         self.num_envs, description = num_envs, self.batch.description
         tasks = description.get("tasks", [])
         self.inputs = inputs or (TaskInputs(description) if tasks else None)
-        self.layout = self.inputs.layout if self.inputs else ObservationLayout(description)
+        self.objects = self.inputs.layout if self.inputs else ObservationLayout(description)
+        self.layout = self.objects
         self.wording, self.sentences = wording, []
         self.parts = {
             one["id"]: slice(one["first_env"], one["first_env"] + one["num_envs"]) for one in tasks
@@ -134,14 +136,15 @@ class ObjectsEnv:
         A row ends with the objects that the task has.
         """
         widths = torch.full((self.num_envs,), self.truth.shape[1])
-        for one in self.batch.description.get("tasks", []):
-            widths[self.parts[one["id"]]] = self.width_of(one)
+        if self.detector is None:  # whose rows have one width
+            for one in self.batch.description.get("tasks", []):
+                widths[self.parts[one["id"]]] = self.width_of(one)
         sizes = torch.stack([self.horizons[:, 0].long(), widths], -1)
         kinds, which = sizes.unique(dim=0, return_inverse=True)
         return [(*kind, (which == i).nonzero()[:, 0]) for i, kind in enumerate(kinds.tolist())]
 
     def width_of(self, task):
-        return self.layout.agent + tokens_of(task) * self.layout.width
+        return self.objects.agent + tokens_of(task) * self.objects.width
 
     def store(self):
         """Called in steps on which a detector is trained."""
