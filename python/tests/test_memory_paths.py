@@ -58,42 +58,125 @@ def parts_of(kept: Any, points: int) -> tuple[Any, Any, Any]:
 def test_a_path_is_where_the_red_cube_has_been(
     learners: SimpleNamespace, episodes: SimpleNamespace
 ) -> None:
-    _, kept = learners.paths.paths(episodes.layout, episodes.rows, None, POINTS)
+    *_, kept = learners.paths.paths(episodes.layout, episodes.rows, None, POINTS)
     path, _, count = parts_of(kept, POINTS)
     red, place = of_red_cube(episodes.layout, episodes.rows)
-    # One point less than waypoints: it stands at the first.
-    assert (count[red] == DEMO - 1).all()
+    assert (count[red] == DEMO).all()
     assert (count[~red] == 0).all()  # the green one was carried
-    for env, points in enumerate(path[red][:, : DEMO - 1]):
+    for env, points in enumerate(path[red][:, :DEMO]):
+        assert torch.equal(points[0], place[0, env])  # where it stands at first
         shown = place[:, env][(place[:, env] != 0).any(-1)]
         distance = (points[:, None] - shown).norm(dim=-1).amin(1)
         assert distance.max() == 0
-        assert len(points.unique(dim=0)) == DEMO - 1
+        assert len(points.unique(dim=0)) == DEMO
 
 
 def test_points_are_passed_by_what_the_tool_leads(
     learners: SimpleNamespace, episodes: SimpleNamespace
 ) -> None:
-    features, _ = learners.paths.paths(episodes.layout, episodes.rows, None, POINTS)
-    left = (64 * features[..., -1]).amax(-1)  # of objects in sight
+    left = left_of(learners, episodes.layout, episodes.rows, POINTS)
     assert left[5].max() <= 3  # the red cube has hardly begun
     for env, won in enumerate(episodes.won):
-        at_question = left[: won - 20, env].max()
-        assert at_question == DEMO - 1
-        assert left[won, env] <= 6  # the oracle cuts corners within 35 mm
+        assert left[: won - 20, env].max() == DEMO
+        assert left[won, env] == 0
+
+
+def left_of(learners: SimpleNamespace, layout: Any, rows: Any, points: int) -> Any:
+    """Points that are left after every step (T, N)."""
+    _, left, _ = learners.paths.paths(layout, rows, None, points)
+    assert torch.equal(left[..., 1], (left[..., 2] > 0).float())
+    return (learners.paths.MANY * left[..., 2]).round()
+
+
+def test_a_sequence_is_passed_line_by_line(learners: SimpleNamespace) -> None:
+    points = 330
+    scenes = learners.training.ObjectsEnv("TraceShapeSeqHard-VLA-v0", 8, 3)
+    rows, closed, won = [scenes.reset(seed=3)], [], []
+    for _ in range(620):
+        rows.append(scenes.step(scenes.oracle())[0])
+        closed.append(np.array(scenes.infos["all_shapes_closed"]))
+        won.append(np.array(scenes.infos["success_once"]))
+    assert won[-1].all()
+    left = left_of(learners, scenes.layout, torch.stack(rows), points)
+    lengths = set()
+    for env, (ends, end) in enumerate(zip(np.argmax(closed, 0) + 1, np.argmax(won, 0) + 1)):
+        shown = left[:end, env].max()
+        lengths.add(int(shown))
+        assert shown % DEMO == 0
+        # The oracle closes the last shape up to 35 mm before its end, and goes to the button.
+        assert left[ends - 5, env] < DEMO
+        assert left[end, env] <= 6
+    assert len(lengths) > 2
+
+
+def circle(turn: float = 0.0) -> Any:
+    """64 points of a circle with a radius of 100 mm, in units of 0.5 m. turn: rad."""
+    angle = turn + torch.arange(64) * 2 * np.pi / 64
+    return 0.2 * torch.stack([angle.cos(), angle.sin()], -1)
+
+
+def follow(learners: SimpleNamespace, path: Any, led: Any) -> Any:
+    """Passed points (T, points) of a cube that is led along these places (T, 2)."""
+    counts = torch.full((len(led), 1, 1), len(path))
+    none = torch.zeros(1, 1, len(path), dtype=torch.bool)
+    leads = torch.ones(len(led), 1, dtype=torch.bool)
+    path = path[None, None]
+    lines = learners.paths.lines_of(path, counts[-1])
+    passed = learners.paths.follow(lines, counts, none, led[:, None], leads)
+    return passed[:, 0, 0]
+
+
+def test_the_end_of_a_line_is_passed_last(learners: SimpleNamespace) -> None:
+    """At its begin, a closed line's end is near, and is not passed."""
+    passed = follow(learners, circle(), circle())
+    assert not passed[:-4, -1].any()
+    assert passed[-1].all()
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.2, 1.0, np.pi])
+def test_another_line_begins_when_one_closes(learners: SimpleNamespace, turn: float) -> None:
+    """Although the second one lies where the first one does, whether or not the object jumps."""
+    path = torch.cat([circle(), circle(turn)])
+    lines = learners.paths.lines_of(path[None, None], torch.tensor([[128]]))
+    assert lines.ends[0, 0].nonzero()[:, 0].tolist() == [63, 127]
+    assert torch.equal(lines.place[0, 0, [63, 127]], path[[0, 64]])
+    passed = follow(learners, path, path)
+    assert not passed[:58, 64:].any()
+    assert passed[70:, :64].all()
+    assert passed[-1].all()
+    # Whoever traces one circle has hardly begun the other.
+    assert follow(learners, path, path[:64])[-1, 64:].sum() < 10
+
+
+def test_an_open_line_ends_where_the_object_jumps(learners: SimpleNamespace) -> None:
+    arc = circle()[:20]
+    path = torch.cat([arc, arc.flip(0) + 0.5])
+    lines = learners.paths.lines_of(path[None, None], torch.tensor([[40]]))
+    assert lines.ends[0, 0].nonzero()[:, 0].tolist() == [19, 39]
+    assert torch.equal(lines.place[0, 0], path)
+
+
+def test_few_points_at_a_corner_may_be_left_out(learners: SimpleNamespace) -> None:
+    side = torch.linspace(0, 0.5, 16)
+    zeros, ones = torch.zeros(16), torch.full((16,), 0.5)
+    corner = torch.stack([torch.cat([side, ones]), torch.cat([zeros, side])], -1)
+    cut = torch.cat([corner[:14], corner[19:]])
+    assert follow(learners, corner, cut)[-1].all()
+    short = torch.cat([corner[:8], corner[25:]])
+    assert not follow(learners, corner, short)[-1, 12:20].any()
 
 
 def test_ways_lead_to_what_is_left(learners: SimpleNamespace, episodes: SimpleNamespace) -> None:
     """Where nothing has been passed, to the first point: from every object in sight."""
     layout, rows = episodes.layout, episodes.rows[: DEMO + 12]
-    features, kept = learners.paths.paths(layout, rows, None, POINTS)
+    ways, _, kept = learners.paths.paths(layout, rows, None, POINTS)
     path, passed, _ = parts_of(kept, POINTS)
     assert (passed == 0).all()
     red, _ = of_red_cube(layout, rows)
     tokens = layout.split(rows[-1])[1]
     way = path[red][:, None, 0] - tokens[..., layout.place][..., :2]
     expected = 5 * way * tokens[..., :1]
-    np.testing.assert_allclose(features[-1, ..., :2], expected, atol=1e-6)
+    np.testing.assert_allclose(ways[-1, ..., :2], expected, atol=1e-6)
     assert expected.abs().max() > 0.5
 
 
@@ -101,8 +184,8 @@ def test_full_paths_keep_their_first_points(
     learners: SimpleNamespace, episodes: SimpleNamespace
 ) -> None:
     few = 20
-    _, kept = learners.paths.paths(episodes.layout, episodes.rows, None, few)
-    _, all_kept = learners.paths.paths(episodes.layout, episodes.rows, None, POINTS)
+    *_, kept = learners.paths.paths(episodes.layout, episodes.rows, None, few)
+    *_, all_kept = learners.paths.paths(episodes.layout, episodes.rows, None, POINTS)
     path, _, count = parts_of(kept, few)
     red, _ = of_red_cube(episodes.layout, episodes.rows)
     assert (count[red] == few).all()
@@ -112,13 +195,13 @@ def test_full_paths_keep_their_first_points(
 def test_paths_go_on_from_what_is_kept(
     learners: SimpleNamespace, episodes: SimpleNamespace
 ) -> None:
-    features, kept = learners.paths.paths(episodes.layout, episodes.rows, None, POINTS)
+    whole = learners.paths.paths(episodes.layout, episodes.rows, None, POINTS)
     state, found = None, []
     for rows in episodes.rows.split(13):
-        part, state = learners.paths.paths(episodes.layout, rows, state, POINTS)
+        *part, state = learners.paths.paths(episodes.layout, rows, state, POINTS)
         found.append(part)
-    assert torch.equal(torch.cat(found), features)
-    assert torch.equal(state, kept)
+    for parts, expected in zip([*zip(*found), [state]], whole):
+        assert torch.equal(torch.cat(parts), expected)
 
 
 def test_a_policy_keeps_paths_until_they_are_wiped(
@@ -134,7 +217,7 @@ def test_a_policy_keeps_paths_until_they_are_wiped(
     red, _ = of_red_cube(episodes.layout, episodes.rows)
     kept = wiped[3][..., -learners.paths.path_size(POINTS) :]
     count = parts_of(kept, POINTS)[2][red]
-    assert count.tolist() == [0 if i % 2 else DEMO - 1 for i in range(16)]
+    assert count.tolist() == [0 if i % 2 else DEMO for i in range(16)]
     packed = learners.long_episodes.pack(policy, None, 16)
     first = learners.long_episodes.unpack(*packed)
     assert [part.shape[1:] for part in first] == [part.shape[1:] for part in state]

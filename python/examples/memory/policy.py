@@ -10,7 +10,7 @@ from typing import NamedTuple
 import torch
 from instructions import EMBEDDING, InstructionEncoder
 from keyframes import N_CLOCK, N_KEPT, N_SINCE, arrivals, keyframes
-from paths import N_PATHS, path_size, paths
+from paths import N_LEFT, N_WAYS, path_size, paths
 from rotations import alignments, angle, relative, tilt, turned, yaw
 from torch import nn
 
@@ -220,6 +220,7 @@ class Policy(nn.Module):
             "width": width,
         }
         self.keep_paths(path_points if memory else 0)
+        n_left, n_ways = (N_LEFT, N_WAYS) if self.path_points else (0, 0)
         self.layout, self.memory = layout, memory
         self.predicts = memory  # what has been shown, for the memory's loss
         self.register_buffer("mean", torch.zeros(layout.agent))
@@ -229,7 +230,7 @@ class Policy(nn.Module):
         agent = layout.bag + (EMBEDDING if layout.words else 0)
         self.read = mlp(layout.width + 3, token, token)
         seen = agent + token
-        kept = hidden + slot + N_PRIORS + N_CLOCK if memory else 0
+        kept = hidden + slot + N_PRIORS + N_CLOCK + n_left if memory else 0
         if memory:
             plain = appearances * (1 + N_MARKS) + len(layout.appearance) + 3
             # Raw inputs beside encoded ones: the memory learns faster to store them.
@@ -255,7 +256,7 @@ class Policy(nn.Module):
         self.key = nn.Linear(object_width, token)
         self.context_proj = nn.Linear(seen + kept, width)
         here = N_GEOMETRY + len(layout.body) + (N_SINCE + 1 if memory else 0)
-        here += N_PATHS if self.path_points else 0
+        here += n_ways + n_left
         self.offset_proj = nn.Linear(here, width, bias=False)
         n = layout.actions
         self.act = mlp(width, width, 2 * n + 2 + N_GATES, gain=0.01)
@@ -318,14 +319,14 @@ class Policy(nn.Module):
         parts, objects, recalled = [scaled, read.sum(-2)], read, None
         here = [layout.geometry(rows), tokens[..., layout.body]]
         if self.memory:
-            known, slots, was_shown, recalled, state, (since, clocks) = self.remember(
+            known, slots, was_shown, recalled, state, (since, times) = self.remember(
                 rows, scaled, read, state
             )
             priors = self.priors(tokens, was_shown, recalled, distance)
             parts += [known, slots.sum(-2), (priors * seen).sum(-2)]
             objects = torch.cat([read, 4 * priors, slots, view_code(was_shown)], -1)
             here += [*since, torch.sigmoid(recalled[2][..., -1:].detach())]
-            parts.append(clocks)
+            parts.extend(times)
         known = torch.cat(parts, -1)
         match = (self.key(objects) * self.query(known)[..., None, :]).sum(-1)
         match = match / math.sqrt(read.shape[-1]) + priors @ self.prior_gain
@@ -365,7 +366,7 @@ class Policy(nn.Module):
         new = arrivals(bodies, before)
         kept = (None, None) if kept is None else (kept[..., :N_KEPT], kept[..., N_KEPT:])
         since, clocks, kept_events = keyframes(layout, rows, new, kept[0])
-        ways, kept_paths = self.follow_paths(rows, kept[1])
+        ways, left, kept_paths = self.follow_paths(rows, kept[1])
         kept = torch.cat([kept_events, *kept_paths], -1)
         code = self.code(pairs)
         plain = torch.cat([tokens[..., layout.appearance], tokens[..., layout.place]], -1)
@@ -390,14 +391,18 @@ class Policy(nn.Module):
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
         recalled = (shown[..., :3, :], predecessor, self.recall(slots))
         state = bodies[-1], state, slot_state, kept
-        return known, slots, was_shown, recalled, state, ([since, *ways], clocks)
+        return known, slots, was_shown, recalled, state, ([since, *ways], [clocks, *left])
 
     def follow_paths(self, rows, kept):
-        """Features and state of `paths`, each in a list; empty if no paths are kept."""
+        """Features by object, global ones and state of `paths`, each in a list.
+
+        The lists are empty if no paths are kept.
+        """
         if not self.path_points:
-            return [], []
-        ways, kept = paths(self.layout, rows, kept, self.path_points)
-        return [ways], [kept]
+            return [], [], []
+        ways, left, kept = paths(self.layout, rows, kept, self.path_points)
+        by_object = left[..., None, :].expand(*ways.shape[:-1], -1)
+        return [torch.cat([ways, by_object], -1)], [left], [kept]
 
     def priors(self, tokens, was_shown, recalled, distance):
         """Features (T, N, tokens, N_PRIORS) of attention priors, by object."""
