@@ -156,14 +156,23 @@ def test_an_open_line_ends_where_the_object_jumps(learners: SimpleNamespace) -> 
     assert torch.equal(lines.place[0, 0], path)
 
 
-def test_few_points_at_a_corner_may_be_left_out(learners: SimpleNamespace) -> None:
-    side = torch.linspace(0, 0.5, 16)
-    zeros, ones = torch.zeros(16), torch.full((16,), 0.5)
-    corner = torch.stack([torch.cat([side, ones]), torch.cat([zeros, side])], -1)
-    cut = torch.cat([corner[:14], corner[19:]])
-    assert follow(learners, corner, cut)[-1].all()
-    short = torch.cat([corner[:8], corner[25:]])
-    assert not follow(learners, corner, short)[-1, 12:20].any()
+@pytest.mark.parametrize(
+    ("begin", "end", "left"),
+    [(20, 31, 0), (20, 33, 6), (47, 59, 0), (40, 59, 12)],
+    ids=["few", "many", "few_before_the_end", "many_before_the_end"],
+)
+def test_few_points_may_be_left_out(
+    learners: SimpleNamespace, begin: int, end: int, left: int
+) -> None:
+    """Four in a row, five near the end. To more of them the tool has to come back."""
+    line = torch.stack([0.02 * torch.arange(60), torch.zeros(60)], -1)
+    led = line.clone()
+    led[begin + 1 : end, 1] = 0.12  # 60 mm beside the line: too far
+    passed = follow(learners, line, torch.cat([led, line[begin:]]))
+    missed = ~passed[: len(led)][-1]
+    assert missed[:-1].sum() == left
+    assert missed[-1] == (left > 0)
+    assert passed[-1].all()
 
 
 def test_ways_lead_to_what_is_left(learners: SimpleNamespace, episodes: SimpleNamespace) -> None:

@@ -14,8 +14,9 @@ MOVED = 0.002  # least motion in a step, 1 mm
 AWAY = 0.2  # least distance of the tool from what moves by itself, 0.1 m
 HELD = 0.12  # most distance of the tool from what it leads, 60 mm
 NEAR = 0.07  # most distance from a point that is passed, 35 mm
-GAP = 8  # most points in a row that count as passed once the tool has gone on
+GAP = 4  # most points in a row that count as passed once the tool has gone on
 ON = 12  # so many points, or to the line's end
+END = 8  # ... and at the end, of those this near to it, passed or not
 JUMP = 0.08  # least distance between points that are of two lines, 40 mm
 CLOSED = 1.5  # most distance of a closed line's end from its first point, in steps
 LOOP = 8  # least points of a closed line
@@ -109,14 +110,19 @@ def pass_points(lines, near, passed):
     order = torch.arange(passed.shape[-1], device=passed.device)
     first = (~passed).int().argmax(-1, keepdim=True)
     now = lines.number == lines.number.gather(-1, first)
-    passed = passed | (near & now & (~lines.ends | (order == first)))
+    passed = passed | (near & now & ~lines.ends)
     before = torch.where(passed, order, -1).cummax(-1).values
     behind = torch.where(passed, order, 2 * len(order)).flip(-1).cummin(-1).values.flip(-1)
-    missed = now & (before >= 0) & (lines.number == lines.number.gather(-1, before.clamp(min=0)))
-    missed &= behind - before <= GAP + 1
+    last = torch.where(lines.ends & now, order, -1).amax(-1, keepdim=True)
+    at_end = (near & (order == last)).any(-1, keepdim=True)
     reached = torch.where(near & now, order, -1).amax(-1, keepdim=True)
-    gone_on = (reached - behind >= ON) | (near & now & lines.ends).any(-1, keepdim=True)
-    return passed | (missed & gone_on)
+    gone_on = (reached - behind >= ON) | at_end
+    missed = (behind - before <= GAP + 1) & gone_on
+    missed |= (last - before <= END + 1) & at_end
+    begun = (before >= 0) & (lines.number == lines.number.gather(-1, before.clamp(min=0)))
+    passed = passed | (missed & now & begun & (order < last))
+    first = (~passed).int().argmax(-1, keepdim=True)
+    return passed | (near & (order == first) & (order == last))
 
 
 def in_use(counts, points):
