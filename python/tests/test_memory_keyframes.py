@@ -127,6 +127,18 @@ def test_the_oracle_s_limited_actions_may_be_exceeded(learners: SimpleNamespace)
     assert distance(beyond * torch.tensor([1, 1, 1, 1, 1, -1, 1])) > 0.5  # the wrong way
 
 
+def test_with_a_smaller_huber_small_errors_weigh_more(learners: SimpleNamespace) -> None:
+    actions, mean = torch.zeros(1, 1, 7), torch.zeros(1, 1, 1, 7)
+    choice = learners.policy.Choice(torch.zeros(1, 1, 1), mean, None)
+    mean[..., 0] = 0.05  # squares in both
+    fine, coarse = (float(learners.distil.imitation(choice, actions, huber=h)) for h in (0.1, 0.3))
+    assert fine == pytest.approx(3 * coarse)
+    mean[..., 0] = 0.9  # linear in both
+    fine, coarse = (float(learners.distil.imitation(choice, actions, huber=h)) for h in (0.1, 0.3))
+    assert fine == pytest.approx(0.85)
+    assert coarse == pytest.approx(0.75)
+
+
 def test_a_false_motion_weighs_as_much_as_a_true_one(learners: SimpleNamespace) -> None:
     """Rests that the student keeps weigh a tenth."""
     actions = torch.zeros(3, 1, 7)

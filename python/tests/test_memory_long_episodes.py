@@ -231,7 +231,7 @@ def test_a_long_task_begins_with_the_policy_of_a_short_one(
     delays = examples.long_episodes.Delays(COLOR5)
     scenes = examples.training.ObjectsEnv(COLOR5, 4, 3, constants=delays.widest())
     args = SimpleNamespace(
-        id=COLOR5, chunk=30, iterations=10, updates=2, batch=120, recall=1.0, disturb=0.0
+        id=COLOR5, chunk=30, iterations=10, updates=2, batch=120, recall=1.0, huber=0.3, disturb=0.0
     )
     collector = examples.distil.Collector(warm, scenes, args, delays)
     optimiser = torch.optim.Adam(warm.parameters(), 1e-3)

@@ -170,7 +170,7 @@ def test_tasks_have_equal_weight(
             part[:] = part[:, :1].clone()
     with torch.no_grad():
         own = [examples.distil.losses_of(policy, *length)[0].item() for length in episodes]
-    args = SimpleNamespace(updates=1, batch=600, recall=1.0)
+    args = SimpleNamespace(updates=1, batch=600, recall=1.0, huber=0.3)
     still = SimpleNamespace(zero_grad=policy.zero_grad, step=lambda: None)
     logged = examples.distil.learn(policy, still, [episodes], args)
     assert np.ptp(own) > 0.01
@@ -338,6 +338,7 @@ def test_one_policy_is_distilled_and_played(obs: str, tmp_path: Path) -> None:
     [
         (["--id", COLOR, CUPS, "--obs", "rgb", "--chunk", "5"], "--chunk: one --id needed"),
         (["--id", COLOR, COLOR], "an id is given twice"),
+        (["--id", COLOR, "--huber", "0"], "--huber: 0.0 given, more than 0 allowed"),
     ],
 )
 def test_bad_options_are_refused(options: list[str], message: str) -> None:

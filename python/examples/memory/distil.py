@@ -54,6 +54,7 @@ from training import (
 import engram
 
 RESTING = 0.1  # greatest part of an action that is no motion
+HUBER = 0.3  # error of a part of an action from which its loss is linear
 LONG = 400  # steps; longer episodes are cut into chunks
 WHOLE = {
     "envs": 128,
@@ -114,6 +115,7 @@ def arguments():
     add("--memory-lr", type=float, default=1e-2)
     add("--perception-lr", type=float, default=3e-3, help="of encoder and attention")
     add("--recall", type=float, default=1.0, help="weight of the memory's loss")
+    add("--huber", type=float, default=HUBER, help="error of actions from which the loss is linear")
     add("--evaluate-every", type=int, help=f"iterations; 0: at the end; {by_horizon}")
     add("--episodes", type=int, default=EPISODES, help="of an evaluation before the last, by task")
     args = parser.parse_args()
@@ -135,6 +137,8 @@ def complete(args, parser):
     args.id = args.id if len(args.id) > 1 else args.id[0]
     if not 0 <= args.disturb <= 1:
         parser.error(f"--disturb: {args.disturb} given, 0 to 1 allowed")
+    if args.huber <= 0:
+        parser.error(f"--huber: {args.huber} given, more than 0 allowed")
     if args.path_points < 0 or (args.path_points and args.no_memory):
         parser.error(f"--path-points: {args.path_points} given; 0 or more, and a memory, needed")
     args.perturb, args.option = dict(args.perturb), dict(args.option)
@@ -196,7 +200,7 @@ def limited(actions):
     return result
 
 
-def imitation(choice, actions, doubt=0.1):
+def imitation(choice, actions, doubt=0.1, huber=HUBER):
     """Distance (T, N) of the action from the oracle's.
 
     A soft minimum over objects: attention learns the oracle's object, and actions are not averaged
@@ -207,7 +211,7 @@ def imitation(choice, actions, doubt=0.1):
     actions = actions.nan_to_num()[..., None, :].expand_as(choice.mean)
     exceeds = limited(actions) & (choice.mean * actions.sign() > actions.abs())
     mean = torch.where(exceeds, actions, choice.mean)
-    error = nn.functional.smooth_l1_loss(mean, actions, reduction="none", beta=0.3).sum(-1)
+    error = nn.functional.smooth_l1_loss(mean, actions, reduction="none", beta=huber).sum(-1)
     return -doubt * torch.logsumexp(choice.weights - error / doubt, -1) * labelled
 
 
@@ -232,7 +236,7 @@ def learn(policy, optimiser, episodes, args):
             steps = int(share * args.batch)
             pick = torch.randint(rows.shape[1], (max(1, steps // len(rows)),))
             picked = [part[:, pick] for part in (rows, actions, *labels)]
-            action, memory = losses_of(policy, *picked)
+            action, memory = losses_of(policy, *picked, huber=args.huber)
             sums["action"] += share * action.item() / args.updates
             sums["memory"] += share * memory.item() / args.updates
             total = total + share * (action + args.recall * memory)
@@ -243,7 +247,7 @@ def learn(policy, optimiser, episodes, args):
     return {name: round(value, 4) for name, value in sums.items()}
 
 
-def losses_of(policy, rows, actions, *labels):
+def losses_of(policy, rows, actions, *labels, huber=HUBER):
     """Losses of actions and memory in whole episodes of one length, or in chunks.
 
     labels: of the memory; of chunks also what else `Chunks.cut` returns.
@@ -254,7 +258,7 @@ def losses_of(policy, rows, actions, *labels):
     moves = choice.best()[..., :-1].detach().abs().amax(-1) > RESTING
     moves |= actions[..., :-1].abs().amax(-1) > 0
     weight = torch.where(moves & actions.isfinite().all(-1), 1.0, 0.1)
-    action = (imitation(choice, actions) * (weight / weight.sum())).sum()
+    action = (imitation(choice, actions, huber=huber) * (weight / weight.sum())).sum()
     if not policy.memory:
         return action, torch.zeros(())
     return action, MemoryLoss.loss(policy, rows, recalled, labels[:3], ever)
