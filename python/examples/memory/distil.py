@@ -7,6 +7,7 @@ oracle's actions; with images, the positions of visible objects as well.
     python distil.py --id RememberColor9-VLA-v0 --out runs/color9
     python distil.py --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
     python distil.py --id ten --out runs/ten
+    python distil.py --id ten --obs rgb --out runs/ten_pictures
     python distil.py --id short --out runs/short
 
 Several ids make one policy of several tasks, which gets the task as an input: its number, or its
