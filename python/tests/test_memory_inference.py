@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import TASK
-from learners import FOLDER, modules, run
+from learners import FOLDER, find_objects, modules, run
 
 import engram
 
@@ -85,9 +85,7 @@ def test_an_evaluation_plays_as_learners_do(examples: SimpleNamespace, policy: A
 
 def test_an_evaluation_from_pictures_plays_as_learners_do(examples: SimpleNamespace) -> None:
     scenes = examples.rgb_env.RgbEnv(TASK, EPISODES)
-    with torch.no_grad():  # some objects, or nothing is tested
-        scenes.detector.peak.bias += 4.0
-        scenes.detector.name.bias[-1] -= 2.0
+    find_objects(scenes.detector)
     policy = untrained(examples, scenes)
     expected, _ = lockstep(policy, scenes)
     assert (scenes.found.known >= 0).any()

@@ -105,7 +105,7 @@ def test_a_sequence_is_passed_line_by_line(learners: SimpleNamespace) -> None:
         assert shown % DEMO == 0
         # The oracle closes the last shape up to 35 mm before its end, and goes to the button.
         assert left[ends - 5, env] < DEMO
-        assert left[end, env] <= 6
+        assert left[end, env] == 0
     assert len(lengths) > 2
 
 
@@ -144,7 +144,7 @@ def test_another_line_begins_when_one_closes(learners: SimpleNamespace, turn: fl
     assert not passed[:58, 64:].any()
     assert passed[70:, :64].all()
     assert passed[-1].all()
-    # Whoever traces one circle has hardly begun the other.
+    # With one circle traced, the other has hardly begun.
     assert follow(learners, path, path[:64])[-1, 64:].sum() < 10
 
 

@@ -310,11 +310,11 @@ def task_inputs(args, policy):
 
 def training_scenes(args, policy, detector, delays):
     given = (args.id, args.envs, args.seed, None if args.chunk else args.most_steps, args.perturb)
-    inputs, wording = task_inputs(args, policy), instructions.drawn
+    named = {"inputs": task_inputs(args, policy), "wording": instructions.drawn}
+    named["options"] = args.option
     if args.obs == "rgb":
-        return RgbEnv(*given, detector, args.option, inputs=inputs, wording=wording)
-    widest = delays.widest() if delays else None
-    return ObjectsEnv(*given, widest, inputs, wording, args.option)
+        return RgbEnv(*given, detector=detector, **named)
+    return ObjectsEnv(*given, delays.widest() if delays else None, **named)
 
 
 def evaluation_scenes(args, episodes, scenes, wording=instructions.own):

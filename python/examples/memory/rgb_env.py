@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 from object_detector import ObjectDetector, Objects, detector_layout
-from training import ObjectsEnv, make_batch, scale_lr
+from training import ObjectsEnv, scale_lr
 from views import ROBOT
 from vocabulary import sort, vocabulary
 
@@ -39,20 +39,10 @@ class RgbEnv(ObjectsEnv):
     Two batches have the same seeds and actions: one renders, the other has the labels.
     """
 
-    def __init__(
-        self,
-        task,
-        num_envs,
-        seed=0,
-        most_steps=None,
-        perturb=None,
-        detector=None,
-        options=None,
-        **inputs,
-    ):
-        """inputs: of ObjectsEnv, and the wording."""
-        super().__init__(task, num_envs, seed, most_steps, perturb, options=options, **inputs)
-        self.camera = make_batch(task, num_envs, seed, "rgb", perturb, options=options)
+    def __init__(self, task, num_envs, seed=0, *given, detector=None, **named):
+        """given, named: further arguments of ObjectsEnv."""
+        super().__init__(task, num_envs, seed, *given, **named)
+        self.camera = self.make_batch("rgb")
         self.detector = detector or ObjectDetector(*self.collect_vocabulary(seed))
         self.layout = detector_layout(self.objects, len(self.detector.tokens))
         self.optimiser = torch.optim.Adam(self.detector.parameters(), 4e-3)
@@ -90,10 +80,7 @@ class RgbEnv(ObjectsEnv):
         rows = self.detector.rows(proprio, objects, self.layout.place)
         if self.inputs is None:
             return rows
-        if not self.parts:
-            return self.inputs.of_pictures(self.batch.description["id"], rows, self.sentences)
-        index = torch.from_numpy(np.array(self.infos["task_index"]))
-        return self.inputs.of_batch(rows, index, self.sentences, ROBOT)
+        return self.inputs.of_batch(rows, self.task_numbers(), self.sentences, ROBOT)
 
     def store(self):
         """Stores some of the last frames; those in which objects appear or vanish count more.

@@ -4,6 +4,7 @@ import argparse
 import csv
 import json
 import time
+from functools import partial
 from pathlib import Path
 
 import instructions
@@ -84,7 +85,9 @@ class ObjectsEnv:
         wording=instructions.own,
         options=None,
     ):
-        self.batch = make_batch(task, num_envs, seed, "objects", perturb, constants, options)
+        given = {"perturb": perturb, "constants": constants, "options": options}
+        self.make_batch = partial(make_batch, task, num_envs, seed, **given)
+        self.batch = self.make_batch("objects")
         self.num_envs, description = num_envs, self.batch.description
         tasks = description.get("tasks", [])
         self.inputs = inputs or (TaskInputs(description) if tasks else None)
@@ -127,8 +130,13 @@ class ObjectsEnv:
         if not self.parts:
             rows = self.inputs.of_task(self.batch.description["id"], rows, self.sentences)
             return rows[:, : self.width_of(self.batch.description)]
-        index = torch.from_numpy(np.array(self.infos["task_index"]))
-        return self.inputs.of_batch(rows, index, self.sentences)
+        return self.inputs.of_batch(rows, self.task_numbers(), self.sentences)
+
+    def task_numbers(self):
+        """Number of every environment's task (N,), for a policy of several."""
+        if self.parts:
+            return torch.from_numpy(np.array(self.infos["task_index"]))
+        return self.inputs.numbers_of(self.batch.description["id"], self.num_envs)
 
     def by_length(self):
         """Horizons and widths of rows, each with the indices of the environments that have both.
