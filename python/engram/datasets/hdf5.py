@@ -63,8 +63,8 @@ def convert(
     with new_folder(root, *place) as path:
         with (
             _new_file(path / HDF5_FILE) as file,
-            contextlib.closing(
-                in_order(lambda load: _Demonstration(load(), added), folder.loaders(), jobs)
+            in_order(
+                lambda load: _Demonstration(load(), added), folder.loaders(), jobs
             ) as demonstrations,
         ):
             writer = _Writer(file, added)

@@ -83,12 +83,13 @@ def compare(
 
         try:
             stored = islice(READERS[source](folder, Path(root)), count)
-            for number, (length, found) in enumerate(in_order(play, enumerate(stored), jobs)):
-                if found:
-                    different[number] = found
-                steps += length
-                played += 1
-                progress(played, count)
+            with in_order(play, enumerate(stored), jobs) as results:
+                for number, (length, found) in enumerate(results):
+                    if found:
+                        different[number] = found
+                    steps += length
+                    played += 1
+                    progress(played, count)
         except engram.Error as error:
             raise DatasetError(f"'{folder.path}' cannot be played: {error}") from error
     if played < count:

@@ -6,7 +6,6 @@ steps. Images are PNG, so that nothing is lost.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
@@ -59,8 +58,8 @@ def convert(
     with new_folder(root, *place) as path:
         with (
             _Shards(path) as shards,
-            contextlib.closing(
-                in_order(lambda load: _record(load(), folder.env_id, added), folder.loaders(), jobs)
+            in_order(
+                lambda load: _record(load(), folder.env_id, added), folder.loaders(), jobs
             ) as records,
         ):
             for done, (record, episode) in enumerate(records, 1):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import os
 import struct
+import threading
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,38 +18,85 @@ In = TypeVar("In")
 Out = TypeVar("Out")
 
 
-def in_order(function: Callable[[In], Out], items: Iterable[In], jobs: int = 0) -> Iterator[Out]:
+class _Calls:
+    """Calls in threads. When it ends, none runs any more, and none begins.
+
+    An executor alone forgets a thread whose start a Ctrl-C interrupts: it does not wait for it.
+    """
+
+    def __init__(self, threads: int) -> None:
+        self._executor = concurrent.futures.ThreadPoolExecutor(threads)
+        self._changed = threading.Condition()
+        self._running = 0
+        self._ended = False
+
+    def __enter__(self) -> _Calls:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self._changed:
+            self._ended = True
+        self._executor.shutdown(cancel_futures=True)
+        with self._changed:
+            self._changed.wait_for(lambda: not self._running)
+
+    def submit(self, function: Callable[..., Out], *args: Any) -> concurrent.futures.Future[Out]:
+        return self._executor.submit(self._call, function, *args)
+
+    def _call(self, function: Callable[..., Out], *args: Any) -> Out:
+        with self._changed:
+            if self._ended:
+                raise concurrent.futures.CancelledError
+            self._running += 1
+        try:
+            return function(*args)
+        finally:
+            with self._changed:
+                self._running -= 1
+                self._changed.notify_all()
+
+
+@contextlib.contextmanager
+def in_order(
+    function: Callable[[In], Out], items: Iterable[In], jobs: int = 0
+) -> Iterator[Iterator[Out]]:
     """function(item) for every item, in their order, from `jobs` threads (0: one per core).
 
-    Only a few results are buffered. Threads are enough: inflating and PNG work outside
-    Python's lock.
+    For use with ``with``, at whose end no function runs any more. Only a few results are buffered.
+    Threads are enough: inflating and PNG work outside Python's lock.
     """
     jobs = jobs or os.cpu_count() or 1
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        waiting: deque[concurrent.futures.Future[Out]] = deque()
-        try:
-            for item in items:
-                waiting.append(pool.submit(function, item))
-                if len(waiting) > 2 * jobs:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:
-            for future in waiting:
-                future.cancel()
+    with _Calls(jobs) as calls:
+        yield _results(calls, function, items, 2 * jobs)
+
+
+def _results(
+    calls: _Calls, function: Callable[[In], Out], items: Iterable[In], most: int
+) -> Iterator[Out]:
+    waiting: deque[concurrent.futures.Future[Out]] = deque()
+    for item in items:
+        waiting.append(calls.submit(function, item))
+        if len(waiting) > most:
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()
 
 
 _END = object()
 
 
-def ahead(items: Iterable[In]) -> Iterator[In]:
-    """The items, each made by a thread while the one before is used."""
-    iterator = iter(items)
-    with concurrent.futures.ThreadPoolExecutor(1) as pool:
-        coming = pool.submit(next, iterator, _END)
-        while (item := coming.result()) is not _END:
-            coming = pool.submit(next, iterator, _END)
-            yield item  # type: ignore[misc]
+@contextlib.contextmanager
+def ahead(items: Iterable[In]) -> Iterator[Iterator[In]]:
+    """The items, each made by a thread while the one before is used; as ``in_order``."""
+    with _Calls(1) as calls:
+        yield _next_ones(calls, iter(items))
+
+
+def _next_ones(calls: _Calls, iterator: Iterator[In]) -> Iterator[In]:
+    coming = calls.submit(next, iterator, _END)
+    while (item := coming.result()) is not _END:
+        coming = calls.submit(next, iterator, _END)
+        yield item
 
 
 def packed(image: np.ndarray) -> np.ndarray:

@@ -53,8 +53,9 @@ class Files:
             with contextlib.closing(video):
                 video.add(images)
 
-        for _ in in_order(film, videos.items()):
-            pass
+        with in_order(film, videos.items()) as filmed:
+            for _ in filmed:
+                pass
         return {}
 
     def close(self) -> None:

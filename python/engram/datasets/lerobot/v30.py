@@ -46,8 +46,9 @@ class Files:
         for key in videos:
             if key not in self.videos:
                 self.videos[key] = _VideoFiles(self.root, key, self.options)
-        for found in in_order(lambda camera: self.videos[camera[0]].add(camera[1]), videos.items()):
-            place |= found
+        with in_order(lambda one: self.videos[one[0]].add(one[1]), videos.items()) as places:
+            for found in places:
+                place |= found
         return place
 
     def close(self) -> None:

@@ -50,7 +50,7 @@ def convert(
     with new_folder(root, *place) as path:
         with (
             _Writer(path, folder.spaces, chosen, folder.keeps_failures) as writer,
-            contextlib.closing(ahead(folder)) as episodes,
+            ahead(folder) as episodes,
         ):
             for done, episode in enumerate(episodes, 1):
                 writer.add(episode)
