@@ -29,10 +29,7 @@ def learners() -> Iterator[SimpleNamespace]:
     with modules(
         "distil",
         "memory_loss",
-        "object_detector",
-        "rgb_env",
         "training",
-        "views",
         "policy",
         ppo="ppo_recurrent",
     ) as found:
@@ -307,94 +304,6 @@ def test_advantages_equal_their_definition(learners: SimpleNamespace) -> None:
     np.testing.assert_allclose(
         learners.ppo.advantages(rewards, values, args), torch.stack(expected), rtol=1e-5
     )
-
-
-# --- images ---
-
-
-def played(learners: SimpleNamespace, task: str, steps: int, num_envs: int = 16) -> Any:
-    """Environment with images, after some steps of the oracle; the detector is not asked."""
-    scenes = learners.rgb_env.RgbEnv(task, num_envs, seed=5)
-    scenes.detector.update = lambda pictures, proprio, before: before
-    scenes.reset(seed=5)
-    for _ in range(steps):
-        scenes.store()
-        scenes.step(scenes.oracle())
-    del scenes.detector.update
-    return scenes
-
-
-def test_views_project_positions_as_the_cameras_do(learners: SimpleNamespace) -> None:
-    scenes, views = played(learners, COLOR3, 9), learners.views
-    pictures, proprio, shown, _ = scenes.last
-    both = (views.base_view(), views.wrist_view(proprio))
-    meant = scenes.detector.codes // 32 // (scenes.objects.shapes + 1)
-    assert meant.tolist() == [0, 1, 2]  # cubes: red, lime, blue
-    for i, view in enumerate(both):
-        pixels = views.project(shown.place, view)
-        inside = ((pixels > 1) & (pixels < 126)).all(-1) & (shown.known >= 0)
-        assert inside.float().mean() > 0.3
-        color = views.sample(pictures[..., 3 * i : 3 * i + 3], torch.arange(16), pixels)
-        right = color.argmax(-1) == meant
-        assert right[inside].float().mean() > 0.8  # the arm hides some
-    camera = scenes.camera.camera_params()["hand_camera"]["cam2world_gl"]
-    expected = torch.from_numpy(np.array(camera))
-    np.testing.assert_allclose(both[1][0], expected[:, :3, 3], atol=1e-4)
-    np.testing.assert_allclose(both[1][1][:, :2], expected[:, :3, :2].mT, atol=1e-4)
-    points = views.unproject(views.project(shown.place, both[0])[0], shown.place[0, :, 2:])
-    np.testing.assert_allclose(points, shown.place[0], atol=1e-5)
-
-
-def test_the_detector_learns_positions(learners: SimpleNamespace) -> None:
-    torch.manual_seed(0)
-    scenes = played(learners, COLOR3, 25)
-    scenes.learn(50)
-    scenes.reset(seed=99)
-    for _ in range(12):
-        scenes.step(scenes.oracle())
-    found, true = scenes.found, scenes.shown
-    assert (true.known >= 0).all()
-    assert (found.known == true.known).float().mean() > 0.9
-    away = (found.place - true.place).norm(dim=-1)
-    assert away.median() < 0.015  # m; the cubes are spread over 0.4 m
-
-
-def test_labels_have_a_token_for_each_of_like_objects(learners: SimpleNamespace) -> None:
-    """Three cups have three tokens, which they keep; a lamp has one, whatever its colour."""
-    scenes = played(learners, LAMP, 40)
-    detector, shown = scenes.detector, scenes.shown
-    of_cup = detector.tokens == detector.tokens.mode().values
-    assert of_cup.sum() == 3
-    assert len(detector.tokens) == 7 < len(detector.codes)
-    assert (shown.known[:, of_cup] >= 0).all()
-    cups = shown.place[:, of_cup]
-    assert torch.pdist(cups[0]).min() > 0.05
-    before = scenes.last[3].place[:, of_cup]
-    assert (cups - before).norm(dim=-1).max() < 0.08
-
-
-def test_a_detector_of_before_is_refused(learners: SimpleNamespace) -> None:
-    with pytest.raises(ValueError, match="another version of the detector"):
-        learners.object_detector.ObjectDetector.of_weights({"appearances": torch.zeros(3)})
-
-
-def test_like_objects_keep_their_tokens(learners: SimpleNamespace) -> None:
-    """Whatever the order in which they are proposed."""
-    bodies, tokens = torch.tensor([0, 1]), torch.tensor([0, 0, 1])
-    extent = torch.tensor([[-0.2, 0.2], [-0.2, 0.2]])
-    detector = learners.object_detector.ObjectDetector(
-        torch.tensor([3, 5]), torch.zeros(2, 42), bodies, tokens, extent
-    )
-    places = torch.arange(6.0)[None, :, None].expand(1, 6, 3)
-    names = torch.tensor([[-0.1, -3.0], [-0.1, -3.0], [-3.0, -0.1]]).repeat(2, 1)[None]
-    candidates = learners.object_detector.Tracks(places, names, names)
-    tracked = torch.tensor([[True, True, False, False, False, True]])
-    result = detector.assign(candidates, tracked)
-    assert result.known.tolist() == [[0, 0, 1]]
-    assert result.place[0, :, 0].tolist() == [0, 1, 5]
-    lost = detector.assign(candidates, torch.tensor([[False, True, False, True, False, False]]))
-    assert lost.known.tolist() == [[0, 0, -1]]
-    assert lost.place[0, :2, 0].tolist() == [3, 1]
 
 
 # --- learners ---

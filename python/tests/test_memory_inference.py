@@ -66,8 +66,8 @@ def lockstep(policy: Any, scenes: Any) -> tuple[np.ndarray, np.ndarray]:
     return returns, np.array(actions)
 
 
-def returns_of(runner: Any, obs: str, **options: Any) -> list[float]:
-    result = engram.evaluate(runner, TASK, obs=obs, episodes=EPISODES, threads=1, **options)
+def returns_of(runner: Any, obs: str, task: str = TASK, **options: Any) -> list[float]:
+    result = engram.evaluate(runner, task, obs=obs, episodes=EPISODES, threads=1, **options)
     return result["tasks"][0]["returns"]
 
 
@@ -83,15 +83,19 @@ def test_an_evaluation_plays_as_learners_do(examples: SimpleNamespace, policy: A
     np.testing.assert_allclose(returns_of(runner, "objects", num_envs=1), expected, **same)
 
 
-def test_an_evaluation_from_pictures_plays_as_learners_do(examples: SimpleNamespace) -> None:
-    scenes = examples.rgb_env.RgbEnv(TASK, EPISODES)
+@pytest.mark.parametrize("task", [TASK, "RotateLenientPos-VLA-v0"])
+def test_an_evaluation_from_pictures_plays_as_learners_do(
+    examples: SimpleNamespace, task: str
+) -> None:
+    scenes = examples.rgb_env.RgbEnv(task, EPISODES)
     find_objects(scenes.detector)
     policy = untrained(examples, scenes)
     expected, _ = lockstep(policy, scenes)
     assert (scenes.found.known >= 0).any()
-    runner = examples.inference.PolicyRunner(policy, scenes.detector, TASK)
+    runner = examples.inference.PolicyRunner(policy, scenes.detector, task)
     assert runner.obs == "rgb"
-    np.testing.assert_allclose(returns_of(runner, "rgb", num_envs=50), expected, atol=1e-3)
+    returns = returns_of(runner, "rgb", task, num_envs=50)
+    np.testing.assert_allclose(returns, expected, atol=1e-3)
 
 
 def requests(count: int = EPISODES) -> list[dict[str, Any]]:

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from clone import StudentRunner
 from env_options import TIME, Time
+from instructions import turns_of
 from object_detector import Tracks
 from several_tasks import TaskInputs
 from training import forgotten, load_policy, options_of
@@ -96,7 +97,9 @@ class PolicyRunner:
         before = Tracks(*(torch.cat(parts) for parts in zip(*before)))
         now = self.detector.update(pictures, proprio, before)
         self.tracks.update(zip(keys, zip(*(part.split(1) for part in now))))
-        rows = self.detector.rows(proprio, now, self.policy.layout.place)
+        layout = self.policy.layout
+        turns = turns_of(self.sentences(observation)) if layout.turn else None
+        rows = self.detector.rows(proprio, now, layout, turns)
         if self.inputs is None:
             return rows
         return self.inputs.of_pictures(observation["env_id"], rows, self.sentences(observation))

@@ -17,6 +17,12 @@ def words_of(sentence):
     return set(re.findall(r"[a-z]+", re.sub(r"\{\w*\}", "", sentence.lower())))
 
 
+def turns_of(sentences):
+    """Angles (N, 1) by which sentences ask to turn something, in units of pi; 0 without one."""
+    asked = [re.search(r"(-?\d+) degrees", sentence) for sentence in sentences]
+    return torch.tensor([[int(found[1]) / 180 if found else 0.0] for found in asked])
+
+
 def vocabulary(tasks):
     """Words of the wordings that are trained on, from the descriptions of tasks."""
     wordings = [text for task in tasks for text in trained(task["instruction"], task)]

@@ -12,11 +12,14 @@ import copy
 from typing import NamedTuple
 
 import torch
+from pose_refiner import PoseRefiner
+from rotations import about_vertical, direction_of
 from torch import nn
 from torch.nn.functional import cross_entropy, max_pool2d, one_hot, smooth_l1_loss
 from views import (
     METRES,
     ROBOT,
+    TURNING,
     apparent,
     base_view,
     project,
@@ -35,10 +38,15 @@ SAME = 0.025  # objects of one appearance that are nearer are one
 
 
 class Objects(NamedTuple):
-    """By token: positions (N, tokens, 3) in metres, and classes (N, tokens), -1 for none."""
+    """By token: positions (N, tokens, 3) in metres, classes (N, tokens), -1 for none, and turns.
+
+    Turns (N, tokens, 2) about the vertical, cosine and sine, of long objects only. They begin
+    within a quarter of a turn, and go on from there.
+    """
 
     place: torch.Tensor
     known: torch.Tensor
+    turn: torch.Tensor
 
 
 class Tracks(NamedTuple):
@@ -46,17 +54,25 @@ class Tracks(NamedTuple):
 
     place: torch.Tensor
     known: torch.Tensor
+    turn: torch.Tensor
     evidence: torch.Tensor
 
 
 def detector_layout(layout, tokens):
     """Layout of the rows that an ObjectDetector makes."""
     result = copy.copy(layout)
-    result.agent = ROBOT + layout.tasks + len(layout.words)
+    robot = robot_numbers(layout)
+    result.agent = robot + layout.tasks + len(layout.words)
     result.tcp, result.tokens = slice(0, 3), tokens
     result.arm_speed = slice(0, 0)  # proprio lacks it: a touch needs no rest
-    result.tool, result.turn = slice(0, 0), None
+    result.tool = slice(ROBOT, robot - 1) if layout.turn else slice(0, 0)
+    result.turn = slice(robot - 1, robot) if layout.turn else None
     return result
+
+
+def robot_numbers(layout):
+    """Numbers of the robot in the rows of a detector."""
+    return ROBOT + (TURNING if layout.turn else 0)
 
 
 def centres(low, high, step):
@@ -81,13 +97,18 @@ class ObjectDetector(nn.Module):
     """Arguments: those of `vocabulary`.
 
     codes: of the classes; templates: a token of each; bodies: that of each. tokens: the body of
-    each token. extent: of the heat map, in metres: low and high of x, and of y.
+    each token. extent: of the heat map, in metres: low and high of x, and of y. turning: which
+    classes are long, so that their turn is seen; None if none is.
     """
 
     BUFFERS = ("codes", "templates", "bodies", "tokens", "extent")
 
-    def __init__(self, codes, templates, bodies, tokens, extent):
+    def __init__(self, codes, templates, bodies, tokens, extent, turning=None):
         super().__init__()
+        self.refiner = None
+        if turning is not None:
+            self.register_buffer("turning", turning)
+            self.refiner = PoseRefiner()
         self.register_buffer("codes", codes)
         self.register_buffer("templates", templates)
         self.register_buffer("bodies", bodies)
@@ -118,7 +139,7 @@ class ObjectDetector(nn.Module):
     def of_weights(cls, weights):
         if not weights.keys() >= set(cls.BUFFERS):
             raise ValueError("weights of another version of the detector")
-        detector = cls(*(weights[name] for name in cls.BUFFERS))
+        detector = cls(*(weights[name] for name in cls.BUFFERS), weights.get("turning"))
         detector.load_state_dict(weights)
         return detector
 
@@ -126,7 +147,8 @@ class ObjectDetector(nn.Module):
         """No objects, for the first step of episodes."""
         tokens, classes = len(self.tokens), len(self.codes)
         known = torch.full((count, tokens), -1)
-        return Tracks(torch.zeros(count, tokens, 3), known, torch.zeros(count, tokens, classes))
+        place, evidence = torch.zeros(count, tokens, 3), torch.zeros(count, tokens, classes)
+        return Tracks(place, known, direction_of(torch.zeros(count, tokens)), evidence)
 
     def heat_map(self, pictures):
         """Logits (N, lines, columns) that an object appears in a cell."""
@@ -188,19 +210,32 @@ class ObjectDetector(nn.Module):
         evidence = torch.cat([KEPT * before.evidence, torch.zeros_like(before.evidence)], 1)
         evidence[valid] += plain
         valid = valid & (names[..., -1] < -0.7)
-        return self.assign(Tracks(places, names[..., :-1], evidence), valid)
+        tracks = self.assign(places, names[..., :-1], evidence, valid)
+        return self.refine(pictures, proprio, tracks, before.turn)
+
+    def long_ones(self, known):
+        """Environment and token (M,) of the objects whose turn is seen."""
+        return ((known >= 0) & self.turning[known]).nonzero(as_tuple=True)
+
+    def refine(self, pictures, proprio, tracks, before):
+        """Tracks with places and turns of long objects. before: turns of the step before."""
+        if self.refiner is None:
+            return tracks
+        long = self.long_ones(tracks.known)
+        given = pictures[long[0]], proprio[long[0]], tracks.place[long], before[long]
+        tracks.place[long], tracks.turn[long] = self.refiner(*given)
+        return tracks
 
     def seen(self, pictures, proprio, chosen, places):
         """Features of the chosen (N, P) of places (N, P, 3), and these."""
         places = places[chosen]
         return self.features(pictures, proprio, chosen.nonzero()[:, 0], places), places
 
-    def assign(self, candidates, valid):
+    def assign(self, places, names, evidence, valid):
         """Chooses a candidate for every token: greedily, the most probable first.
 
         The first candidates are the objects of the step before, which tend to keep their tokens.
         """
-        places, names, evidence = candidates
         bodies = self.bodies[evidence.argmax(-1)]
         close = (torch.cdist(places, places) < SAME) & (bodies[:, None] == bodies[:, :, None])
         earlier = torch.ones(close.shape[1:]).tril(-1).bool()
@@ -225,13 +260,16 @@ class ObjectDetector(nn.Module):
             score[n, :, token] = -999.0
         return result
 
-    def rows(self, proprio, objects, place):
-        """Rows (N, D) of a policy. place: slice of a token."""
+    def rows(self, proprio, objects, layout, turn=None):
+        """Rows (N, D) of a policy. turn: argument of robot_features."""
         seen = objects.known >= 0
         tokens = self.templates[objects.known]
-        tokens[..., place] = objects.place / METRES
+        tokens[..., layout.place] = objects.place / METRES
+        if self.refiner is not None:
+            long = self.long_ones(objects.known)
+            tokens[..., layout.part["orientation"]][long] = about_vertical(objects.turn[long])
         tokens = tokens * seen[..., None]
-        return torch.cat([robot_features(proprio), tokens.flatten(1)], -1)
+        return torch.cat([robot_features(proprio, turn), tokens.flatten(1)], -1)
 
     def loss(self, pictures, proprio, now, before):
         """Loss on pictures that show these objects, and those before in the step before."""
@@ -247,7 +285,12 @@ class ObjectDetector(nn.Module):
         error = smooth_l1_loss(found, place, reduction="none", beta=0.01).sum(-1) * (target >= 0)
         # Frames of a single object count as much as those of many.
         weight = (3 / there.sum(-1).clamp(min=3))[valid.nonzero()[:, 0]]
-        return heat + (weight * (name + 60 * error)).sum() / weight.sum()
+        loss = heat + (weight * (name + 60 * error)).sum() / weight.sum()
+        if self.refiner is not None:
+            long = self.long_ones(now.known)
+            given = pictures[long[0]], proprio[long[0]], now.place[long], now.turn[long]
+            loss = loss + self.refiner.loss(*given)
+        return loss
 
     def examples(self, proprio, now, before, shown, others=4):
         """Places to look at, and what is to be found there.

@@ -2,12 +2,14 @@
 
 import numpy as np
 import torch
-from object_detector import ObjectDetector, Objects, detector_layout
+from instructions import turns_of
+from object_detector import ObjectDetector, Objects, detector_layout, robot_numbers
+from rotations import direction_of, turned
 from training import ObjectsEnv, scale_lr
-from views import ROBOT
 from vocabulary import sort, vocabulary
 
 NOISE = 0.004  # metres: deviation of the labels' positions, as of those of a detector
+TURN_NOISE = 0.03  # radians: of the turns of long objects
 FRAMES = 2400  # most frames that a detector is trained on; of several tasks twice as many
 
 
@@ -58,7 +60,8 @@ class RgbEnv(ObjectsEnv):
     def reset(self, seed=None):
         super().reset(seed=seed)
         self.found = self.detector.initial(self.num_envs)
-        self.shown = Objects(*self.found[:2])
+        self.shown = Objects(*self.found[:3])
+        self.turns = turns_of(self.batch.instructions) if self.layout.turn else None
         return self.observe(self.camera.reset(seed=seed)[0])
 
     def step(self, actions):
@@ -68,19 +71,25 @@ class RgbEnv(ObjectsEnv):
     def observe(self, observation):
         pictures, proprio = (torch.from_numpy(observation[k]) for k in ("rgb", "proprio"))
         before = self.shown
-        self.shown = sort(self.objects, self.detector, self.objects.split(self.truth)[1])
+        self.shown = sort(self.objects, self.detector, self.objects.split(self.truth)[1], before)
         self.last = (pictures, proprio, self.shown, before)
-        place = self.shown.place + NOISE * torch.randn_like(self.shown.place)
-        noisy = Objects(place, self.shown.known)
-        self.truth = self.rows_of(proprio, noisy)
+        self.truth = self.rows_of(proprio, self.noisy(self.shown))
         self.found = self.detector.update(pictures, proprio, self.found)
         return self.rows_of(proprio, self.found)
 
+    def noisy(self, objects):
+        place = objects.place + NOISE * torch.randn_like(objects.place)
+        if self.layout.turn is None:
+            return objects._replace(place=place)
+        wrong = direction_of(TURN_NOISE * torch.randn(objects.known.shape))
+        return objects._replace(place=place, turn=turned(objects.turn, wrong))
+
     def rows_of(self, proprio, objects):
-        rows = self.detector.rows(proprio, objects, self.layout.place)
+        rows = self.detector.rows(proprio, objects, self.layout, self.turns)
         if self.inputs is None:
             return rows
-        return self.inputs.of_batch(rows, self.task_numbers(), self.sentences, ROBOT)
+        robot = robot_numbers(self.layout)
+        return self.inputs.of_batch(rows, self.task_numbers(), self.sentences, robot)
 
     def store(self):
         """Stores some of the last frames; those in which objects appear or vanish count more.
@@ -103,7 +112,7 @@ class RgbEnv(ObjectsEnv):
         mean = 0.0
         for _ in range(4 * updates if self.first else updates):
             pictures, proprio, *labels = self.frames.batch(batch)
-            loss = self.detector.loss(pictures, proprio, Objects(*labels[:2]), Objects(*labels[2:]))
+            loss = self.detector.loss(pictures, proprio, Objects(*labels[:3]), Objects(*labels[3:]))
             self.optimiser.zero_grad()
             loss.backward()
             self.optimiser.step()

@@ -12,6 +12,12 @@ def yaw(quaternion):
     return direction / direction.norm(dim=-1, keepdim=True).clamp(min=1e-6)
 
 
+def about_vertical(direction):
+    """Quaternion (..., 4) of a turn about the vertical, by its cosine and sine (..., 2)."""
+    half = angle(direction) / 2
+    return torch.stack([half.cos(), 0 * half, 0 * half, half.sin()], -1)
+
+
 def tilt(quaternion):
     """Horizontal rotation vector (..., 2) that turns a tool to point straight down."""
     w, x, y, z = quaternion.unbind(-1)
@@ -26,6 +32,17 @@ def relative(first, second):
 
 def angle(direction):
     return torch.atan2(direction[..., 1], direction[..., 0])
+
+
+def direction_of(angles):
+    """Cosine and sine (..., 2) of angles (...)."""
+    return torch.stack([angles.cos(), angles.sin()], -1)
+
+
+def nearer_half(direction, before):
+    """The direction (..., 2) or its opposite, whichever is nearer to the one before."""
+    same = (direction * before).sum(-1, keepdim=True) >= 0
+    return torch.where(same, direction, -direction)
 
 
 def alignments(turn):

@@ -4,8 +4,8 @@ import contextlib
 
 import torch
 from instructions import BagOfWords, vocabulary
+from object_detector import robot_numbers
 from policy import TOKEN, ObservationLayout
-from views import ROBOT
 
 import engram
 
@@ -108,7 +108,8 @@ class TaskInputs:
 
     def of_pictures(self, id, rows, sentences=()):
         """Inputs from rows of one task alone, of a detector: their layout is the common one."""
-        return self.of_batch(rows, self.numbers_of(id, len(rows)), sentences, ROBOT)
+        robot = robot_numbers(self.layout)
+        return self.of_batch(rows, self.numbers_of(id, len(rows)), sentences, robot)
 
     def numbers_of(self, id, count):
         """The task's number, that many times; 0 where the number is no input."""

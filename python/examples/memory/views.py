@@ -6,10 +6,11 @@ forward, one a row. Both cameras have 90 degrees of field of view.
 
 import numpy as np
 import torch
+from torch.nn.functional import grid_sample
 
 SIDE = 128  # pixels of a picture's side
 METRES = 0.5  # positions in tokens are in units of this
-ROBOT = 8
+ROBOT, TURNING = 8, 5  # numbers of the robot; more where the task is to turn something
 # Base camera of all tasks.
 POSITION = torch.tensor([[0.3, 0.0, 0.6]])
 AXES = torch.tensor([[[0.0, 1.0, 0.0], [-0.780869, 0.0, 0.624695], [-0.624695, 0.0, -0.780869]]])
@@ -17,13 +18,29 @@ AXES = torch.tensor([[[0.0, 1.0, 0.0], [-0.780869, 0.0, 0.624695], [-0.624695, 0
 MOUNT = torch.tensor([0.0465, -0.02, 0.036 - 0.1034])
 
 
-def robot_features(proprio):
-    """Continuous features of the robot (..., ROBOT), from proprio (..., 7)."""
+def robot_features(proprio, turn=None):
+    """Continuous features of the robot (..., ROBOT), from proprio (..., 7).
+
+    turn (..., 1): by which something is to turn, in units of pi; TURNING more features.
+    """
     if not torch.is_tensor(proprio):
         proprio = torch.from_numpy(np.array(proprio))
     angles, gripper = proprio[..., 3:6], proprio[..., 6:]
     rotation = [angles.sin(), angles[..., 2:].cos()]
-    return torch.cat([proprio[..., :3] / METRES, *rotation, gripper / 0.08], -1)
+    more = [] if turn is None else [tool_orientation(angles), turn]
+    return torch.cat([proprio[..., :3] / METRES, *rotation, gripper / 0.08, *more], -1)
+
+
+def tool_orientation(angles):
+    """Quaternion (..., 4: w, x, y, z) of angles (..., 3) about x, then y, then z.
+
+    Its x is at least 0, so that it has no jump while the hand points down.
+    """
+    (a, b, c), (p, q, r) = (angles / 2).sin().unbind(-1), (angles / 2).cos().unbind(-1)
+    w, x = p * q * r + a * b * c, a * q * r - p * b * c
+    y, z = p * b * r + a * q * c, p * q * c - a * b * r
+    result = torch.stack([w, x, y, z], -1)
+    return torch.where(x[..., None] < 0, -result, result)
 
 
 def base_view():
@@ -75,3 +92,13 @@ def sample(pictures, which, pixels):
     column, line = nearest.clamp(0, SIDE - 1).unbind(-1)
     colors = pictures.flatten(0, 2)[(which[:, None] * SIDE + line) * SIDE + column]
     return (colors.float() / 255 - 0.5) * inside
+
+
+def planes(pictures):
+    """Pictures (N, SIDE, SIDE, 6) uint8 as (N, 6, SIDE, SIDE), -0.5 to 0.5."""
+    return pictures.permute(0, 3, 1, 2).float().div_(255).sub_(0.5)
+
+
+def blended(colors, pixels):
+    """Blended (N, C, H, W) from planes (N, C, SIDE, SIDE) at pixels (N, H, W, 2); 0 outside."""
+    return grid_sample(colors, (2 * pixels + 1) / SIDE - 1, align_corners=False)

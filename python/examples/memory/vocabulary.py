@@ -2,10 +2,13 @@
 
 import torch
 from object_detector import CELL, HEIGHT, Objects
+from rotations import nearer_half
 from views import METRES, SIDE, apparent, base_view, project
 
 MARGIN = 0.04  # metres of the heat map beyond the objects
 LIT = 0.5  # least state of a lit lamp and a pressed button
+AHEAD = torch.tensor([1.0, 0.0])  # turn of what is not seen
+LONG = 2.5  # least length, in widths, of an object whose turn is seen
 
 
 def class_codes(layout, tokens):
@@ -26,7 +29,15 @@ def vocabulary(layout, tokens):
     of_class = torch.stack([bodies[codes == one][0] for one in classes])
     of_token = kinds.repeat_interleave(torch.tensor(most))
     shown = METRES * tokens[..., layout.place][codes >= 0]
-    return classes, templates, of_class, of_token, extent(shown[in_picture(shown)])
+    long = long_ones(layout, templates)
+    return classes, templates, of_class, of_token, extent(shown[in_picture(shown)]), long
+
+
+def long_ones(layout, templates):
+    """Which classes (classes,) are long along their own x; None if none is."""
+    length, width = templates[:, layout.part["size"]].split([1, 2], -1)
+    long = (length > LONG * width).all(-1)
+    return long if long.any() else None
 
 
 def extent(places):
@@ -50,8 +61,11 @@ def template(layout, tokens):
     return result
 
 
-def sort(layout, detector, tokens):
-    """The labels of tokens (..., width) in any order, as Objects in the order of the detector."""
+def sort(layout, detector, tokens, before):
+    """The labels of tokens (..., width) in any order, as Objects in the order of the detector.
+
+    before: Objects of the step before, whose turns go on.
+    """
     bodies = layout.bodies(tokens, layout.pairs(tokens))
     rank_of_token = (detector.tokens == detector.tokens[:, None]).tril(-1).sum(-1)
     same = bodies[..., None, :] == bodies[..., None]
@@ -63,4 +77,6 @@ def sort(layout, detector, tokens):
     equal = class_codes(layout, tokens)[..., None] == detector.codes
     named = torch.where(equal.any(-1), equal.float().argmax(-1), -1)
     known = torch.where(mine, named[..., None, :], -1).amax(-1)
-    return Objects(place, torch.where(in_picture(place), known, -1))
+    known = torch.where(in_picture(place), known, -1)
+    turn = nearer_half(mine.float() @ layout.yaw(tokens), before.turn)
+    return Objects(place, known, torch.where(known[..., None] < 0, AHEAD, turn))
