@@ -241,20 +241,22 @@ class ObjectDetector(nn.Module):
         earlier = torch.ones(close.shape[1:]).tril(-1).bool()
         valid = valid & ~(close & earlier & valid[:, None]).any(-1)
         of_body = self.bodies[:, None] == self.tokens
-        score = evidence[..., None].masked_fill(~of_body, -99.0).logsumexp(-2)
+        score = evidence.new_full((*valid.shape, len(self.tokens)), -999.0)
+        score[valid] = evidence[valid][..., None].masked_fill(~of_body, -99.0).logsumexp(-2)
         score = score + 2 * torch.eye(*score.shape[1:])
-        score = score.masked_fill(~valid[..., None], -999.0)
         result = self.initial(len(places))
         rows = torch.arange(len(places))
-        own = names[..., None, :].masked_fill(~of_body.T, -99.0).argmax(-1)
         for _ in self.tokens:
             best, index = score.flatten(1).max(-1)
+            found = best > -50.0
+            if not found.any():
+                break
             candidate = index.div(len(self.tokens), rounding_mode="floor")
             token = index % len(self.tokens)
-            found = best > -50.0
             n, candidate, token = rows[found], candidate[found], token[found]
+            own = names[n, candidate].masked_fill(~of_body.T[token], -99.0)
             result.place[n, token] = places[n, candidate]
-            result.known[n, token] = own[n, candidate, token]
+            result.known[n, token] = own.argmax(-1)
             result.evidence[n, token] = evidence[n, candidate]
             score[n, candidate] = -999.0
             score[n, :, token] = -999.0

@@ -27,8 +27,9 @@ class Frames:
         where = torch.randperm(len(self.weights))[: max(0, len(weights) - free)]
         for kept, part in zip((*self.parts, self.weights), (*parts, weights)):
             kept[where] = part[free:]
-        self.parts = [torch.cat([a, b[:free]]) for a, b in zip(self.parts, parts)]
-        self.weights = torch.cat([self.weights, weights[:free]])
+        if free:
+            self.parts = [torch.cat([a, b[:free]]) for a, b in zip(self.parts, parts)]
+            self.weights = torch.cat([self.weights, weights[:free]])
 
     def batch(self, count):
         pick = torch.multinomial(self.weights, min(count, len(self.weights)))
