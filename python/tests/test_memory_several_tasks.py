@@ -264,14 +264,25 @@ def test_frames_of_ended_episodes_are_no_examples(pictures: Any) -> None:
     assert not any(torch.equal(one, frame) for one in of_ended for frame in kept)
 
 
-def test_students_from_pictures_have_rows_of_one_width(
+def test_students_from_pictures_train_on_the_objects_of_each_task(
     examples: SimpleNamespace, pictures: Any
 ) -> None:
+    """Tokens that a task never shows are left out; the others are as they were."""
     policy = untrained(examples, pictures)
     pictures.reset(seed=3)
     rows, actions = examples.distil.collect(policy, pictures, first=True)
     episodes = examples.distil.by_length(policy, pictures, rows, actions)
-    assert [one.shape for one, *_ in episodes] == [(25, 3, rows.shape[-1]), (30, 3, rows.shape[-1])]
+    layout, shown = pictures.layout, pictures.layout.split(rows)[1]
+    for k, (own, labels, *_) in enumerate(episodes):
+        part = slice(3 * k, 3 * k + 3)
+        steps, tokens = (25, 3) if k == 0 else (30, 4)  # cubes; cups and a ball
+        assert own.shape == (steps, 3, layout.agent + tokens * layout.width)
+        assert torch.equal(labels, actions[:steps, part])
+        agent, kept = layout.split(own)
+        assert torch.equal(agent, rows[:steps, part, : layout.agent])
+        seen = shown[:steps, part, :, 0] > 0
+        assert torch.equal(kept[kept[..., 0] > 0], shown[:steps, part][seen])
+    assert layout.tokens > 4
 
 
 def test_an_evaluation_from_pictures_plays_every_task_as_learners_do(

@@ -219,8 +219,8 @@ def imitation(choice, actions, doubt=0.1, huber=HUBER):
 def by_length(policy, scenes, rows, actions):
     """An iteration's episodes, whole: by length, rows, actions and the memory's labels."""
     result = []
-    for horizon, width, envs in scenes.by_length():
-        own = rows[:horizon, envs, :width]
+    for horizon, columns, envs in scenes.by_length():
+        own = rows[:horizon, envs].gather(-1, columns.expand(horizon, -1, -1))
         result.append((own, actions[:horizon, envs], *MemoryLoss.labels(policy, own)))
     return result
 

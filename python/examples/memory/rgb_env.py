@@ -6,7 +6,7 @@ from instructions import turns_of
 from object_detector import ObjectDetector, Objects, detector_layout, robot_numbers
 from rotations import direction_of, turned
 from training import ObjectsEnv, scale_lr
-from vocabulary import sort, vocabulary
+from vocabulary import sort, tokens_of, vocabulary
 
 NOISE = 0.004  # metres: deviation of the labels' positions, as of those of a detector
 TURN_NOISE = 0.03  # radians: of the turns of long objects
@@ -46,17 +46,27 @@ class RgbEnv(ObjectsEnv):
         """given, named: further arguments of ObjectsEnv."""
         super().__init__(task, num_envs, seed, *given, **named)
         self.camera = self.make_batch("rgb")
-        self.detector = detector or ObjectDetector(*self.collect_vocabulary(seed))
+        shown = self.oracle_tokens(seed) if self.parts or detector is None else None
+        self.detector = detector or ObjectDetector(*vocabulary(self.objects, shown))
+        self.used = {
+            id: tokens_of(self.objects, self.detector, shown[:, part])
+            for id, part in self.parts.items()
+        }
         self.layout = detector_layout(self.objects, len(self.detector.tokens))
         self.optimiser = torch.optim.Adam(self.detector.parameters(), 4e-3)
         self.frames, self.first = Frames(FRAMES * (2 if self.parts else 1)), True
 
-    def collect_vocabulary(self, seed):
-        """Vocabulary of the task or tasks, from episodes of the oracle."""
+    def oracle_tokens(self, seed):
+        """Tokens (T, N, tokens, width) of the labels in episodes of the oracle."""
         tokens = [self.objects.split(super().reset(seed=seed))[1]]
         for _ in range(self.horizon - 1):
             tokens.append(self.objects.split(super().step(self.oracle())[0])[1])
-        return vocabulary(self.objects, torch.stack(tokens))
+        return torch.stack(tokens)
+
+    def columns_of(self, id):
+        agent, tokens = self.layout.agent, self.layout.tokens
+        of_tokens = agent + torch.arange(tokens * self.layout.width).view(tokens, -1)
+        return torch.cat([torch.arange(agent), of_tokens[self.used[id]].flatten()])
 
     def reset(self, seed=None):
         super().reset(seed=seed)

@@ -139,17 +139,27 @@ class ObjectsEnv:
         return self.inputs.numbers_of(self.batch.description["id"], self.num_envs)
 
     def by_length(self):
-        """Horizons and widths of rows, each with the indices of the environments that have both.
+        """Environments (E,) whose rows have one horizon and width: horizon, columns (E, W), these.
 
-        A row ends with the objects that the task has.
+        The columns are the robot's and those of the objects that a task has.
         """
-        widths = torch.full((self.num_envs,), self.truth.shape[1])
-        if self.detector is None:  # whose rows have one width
-            for one in self.batch.description.get("tasks", []):
-                widths[self.parts[one["id"]]] = self.width_of(one)
-        sizes = torch.stack([self.horizons[:, 0].long(), widths], -1)
-        kinds, which = sizes.unique(dim=0, return_inverse=True)
-        return [(*kind, (which == i).nonzero()[:, 0]) for i, kind in enumerate(kinds.tolist())]
+        columns = [torch.arange(self.truth.shape[1])] * self.num_envs
+        for id, part in self.parts.items():
+            columns[part] = [self.columns_of(id)] * (part.stop - part.start)
+        widths = torch.tensor([len(own) for own in columns])
+        kinds, which = torch.stack([self.horizons[:, 0].long(), widths], -1).unique(
+            dim=0, return_inverse=True
+        )
+        groups = [(which == i).nonzero()[:, 0] for i in range(len(kinds))]
+        return [
+            (horizon, torch.stack([columns[i] for i in envs]), envs)
+            for horizon, envs in zip(kinds[:, 0].tolist(), groups)
+        ]
+
+    def columns_of(self, id):
+        """Columns of the rows of one task of several."""
+        (task,) = (one for one in self.batch.description["tasks"] if one["id"] == id)
+        return torch.arange(self.width_of(task))
 
     def width_of(self, task):
         return self.objects.agent + tokens_of(task) * self.objects.width

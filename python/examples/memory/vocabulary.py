@@ -61,17 +61,28 @@ def template(layout, tokens):
     return result
 
 
+def ranks(of_token):
+    """Number of every token (tokens,) among those of the same body."""
+    return (of_token == of_token[:, None]).tril(-1).sum(-1)
+
+
+def tokens_of(layout, detector, tokens):
+    """Which of the detector's tokens (tokens,) episodes use, from their labels' tokens."""
+    bodies = layout.bodies(tokens, layout.pairs(tokens))
+    most = [(bodies == body).sum(-1).max() for body in detector.tokens]
+    return ranks(detector.tokens) < torch.stack(most)
+
+
 def sort(layout, detector, tokens, before):
     """The labels of tokens (..., width) in any order, as Objects in the order of the detector.
 
     before: Objects of the step before, whose turns go on.
     """
     bodies = layout.bodies(tokens, layout.pairs(tokens))
-    rank_of_token = (detector.tokens == detector.tokens[:, None]).tril(-1).sum(-1)
     same = bodies[..., None, :] == bodies[..., None]
     rank = (same & torch.ones(same.shape[-2:]).tril(-1).bool()).sum(-1)
     mine = (bodies[..., None, :] == detector.tokens[:, None]) & (
-        rank[..., None, :] == rank_of_token[:, None]
+        rank[..., None, :] == ranks(detector.tokens)[:, None]
     )
     place = METRES * (mine.float() @ tokens[..., layout.place])
     equal = class_codes(layout, tokens)[..., None] == detector.codes
