@@ -9,7 +9,7 @@ from training import ObjectsEnv, scale_lr
 from vocabulary import sort, tokens_of, vocabulary
 
 NOISE = 0.004  # metres: deviation of the labels' positions, as of those of a detector
-TURN_NOISE = 0.03  # radians: of the turns of long objects
+TURN_NOISE = 0.01  # radians: of the turns of long objects
 FRAMES = 2400  # most frames that a detector is trained on; of several tasks twice as many
 
 
