@@ -117,6 +117,7 @@ def test_like_objects_keep_their_tokens(learners: SimpleNamespace) -> None:
 @pytest.fixture(scope="module")
 def rotated(learners: SimpleNamespace) -> Any:
     """Scenes of a peg that have been played to the end, whose labels have been collected."""
+    torch.manual_seed(0)
     scenes = learners.rgb_env.RgbEnv(ROTATE, 16, seed=5)
     scenes.detector.update = lambda pictures, proprio, before: before
     scenes.reset(seed=5)
