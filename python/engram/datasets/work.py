@@ -36,9 +36,11 @@ class _Calls:
     def __exit__(self, *_: object) -> None:
         with self._changed:
             self._ended = True
-        self._executor.shutdown(cancel_futures=True)
-        with self._changed:
-            self._changed.wait_for(lambda: not self._running)
+        try:
+            self._executor.shutdown(cancel_futures=True)
+        finally:  # also after a second Ctrl-C
+            with self._changed:
+                self._changed.wait_for(lambda: not self._running)
 
     def submit(self, function: Callable[..., Out], *args: Any) -> concurrent.futures.Future[Out]:
         return self._executor.submit(self._call, function, *args)

@@ -1,8 +1,8 @@
 """Pose refiner: where a long object lies, and along which direction, from both cameras.
 
 It looks at a patch of the table around an object, turned as the object is thought to lie, and tells
-by how much that is wrong. So one network serves every direction: a few rounds find it from
-nothing, and fewer follow it. A peg looks the same after half a turn.
+by how much that is wrong. So one network serves every direction, and a few rounds find it from
+nothing. A peg looks the same after half a turn.
 """
 
 import torch

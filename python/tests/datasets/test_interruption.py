@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import signal
 import sys
 import threading
@@ -87,6 +88,18 @@ def test_no_call_runs_after_a_ctrl_c_while_its_thread_starts(monkeypatch, interr
 def test_no_call_runs_after_a_ctrl_c_between_two_results():
     slow = Slow()
     with pytest.raises(KeyboardInterrupt), in_order(slow, range(20), jobs=2) as results:
+        interrupt_after_one(results)
+    assert running_after_interruption(slow) == 0
+
+
+def test_no_call_runs_after_a_second_ctrl_c_while_threads_are_joined(monkeypatch):
+    slow = Slow()
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(concurrent.futures.ThreadPoolExecutor, "shutdown", interrupted)
+    with pytest.raises(KeyboardInterrupt), in_order(slow, range(4), jobs=2) as results:
         interrupt_after_one(results)
     assert running_after_interruption(slow) == 0
 
