@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -26,13 +26,22 @@ def learners() -> Iterator[SimpleNamespace]:
         yield found
 
 
-def played(learners: SimpleNamespace, task: str, steps: int, num_envs: int = 16) -> Any:
-    """Environment with images, after some steps of the oracle; the detector is not asked."""
-    scenes = learners.rgb_env.RgbEnv(task, num_envs, seed=5)
+def played(
+    learners: SimpleNamespace,
+    task: str,
+    steps: int,
+    note: Callable[[Any], None] = lambda scenes: None,
+) -> Any:
+    """Environment with images, after some steps of the oracle; the detector is not asked.
+
+    note: called before every step.
+    """
+    scenes = learners.rgb_env.RgbEnv(task, 16, seed=5)
     scenes.detector.update = lambda pictures, proprio, before: before
     scenes.reset(seed=5)
     for _ in range(steps):
         scenes.store()
+        note(scenes)
         scenes.step(scenes.oracle())
     del scenes.detector.update
     return scenes
@@ -118,17 +127,15 @@ def test_like_objects_keep_their_tokens(learners: SimpleNamespace) -> None:
 def rotated(learners: SimpleNamespace) -> Any:
     """Scenes of a peg that have been played to the end, whose labels have been collected."""
     torch.manual_seed(0)
-    scenes = learners.rgb_env.RgbEnv(ROTATE, 16, seed=5)
-    scenes.detector.update = lambda pictures, proprio, before: before
-    scenes.reset(seed=5)
-    scenes.turned, scenes.engine = [], []
-    for step in range(70):
-        scenes.store()
-        scenes.turned.append(scenes.shown.turn[:, 0])
-        if step > 0:
-            scenes.engine.append(torch.from_numpy(np.array(scenes.infos["relative_angle"])))
-        scenes.step(scenes.oracle())
-    del scenes.detector.update
+    turned, engine = [], []
+
+    def note(scenes: Any) -> None:
+        if turned:  # the first step is not among the engine's
+            engine.append(torch.from_numpy(np.array(scenes.infos["relative_angle"])))
+        turned.append(scenes.shown.turn[:, 0])
+
+    scenes = played(learners, ROTATE, 70, note)
+    scenes.turned, scenes.engine = turned, engine
     return scenes
 
 

@@ -6,7 +6,7 @@ from instructions import turns_of
 from object_detector import ObjectDetector, Objects, detector_layout, robot_numbers
 from rotations import direction_of, turned
 from training import ObjectsEnv, scale_lr
-from vocabulary import sort, tokens_of, vocabulary
+from vocabulary import sort, used_tokens, vocabulary
 
 NOISE = 0.004  # metres: deviation of the labels' positions, as of those of a detector
 TURN_NOISE = 0.01  # radians: of the turns of long objects
@@ -49,7 +49,7 @@ class RgbEnv(ObjectsEnv):
         shown = self.oracle_tokens(seed) if self.parts or detector is None else None
         self.detector = detector or ObjectDetector(*vocabulary(self.objects, shown))
         self.used = {
-            id: tokens_of(self.objects, self.detector, shown[:, part])
+            id: used_tokens(self.objects, self.detector, shown[:, part])
             for id, part in self.parts.items()
         }
         self.layout = detector_layout(self.objects, len(self.detector.tokens))
@@ -63,10 +63,10 @@ class RgbEnv(ObjectsEnv):
             tokens.append(self.objects.split(super().step(self.oracle())[0])[1])
         return torch.stack(tokens)
 
-    def columns_of(self, id):
+    def columns_of(self, task):
         agent, tokens = self.layout.agent, self.layout.tokens
         of_tokens = agent + torch.arange(tokens * self.layout.width).view(tokens, -1)
-        return torch.cat([torch.arange(agent), of_tokens[self.used[id]].flatten()])
+        return torch.cat([torch.arange(agent), of_tokens[self.used[task["id"]]].flatten()])
 
     def reset(self, seed=None):
         super().reset(seed=seed)

@@ -144,21 +144,19 @@ class ObjectsEnv:
         The columns are the robot's and those of the objects that a task has.
         """
         columns = [torch.arange(self.truth.shape[1])] * self.num_envs
-        for id, part in self.parts.items():
-            columns[part] = [self.columns_of(id)] * (part.stop - part.start)
+        for one in self.batch.description.get("tasks", []):
+            columns[self.parts[one["id"]]] = [self.columns_of(one)] * one["num_envs"]
         widths = torch.tensor([len(own) for own in columns])
-        kinds, which = torch.stack([self.horizons[:, 0].long(), widths], -1).unique(
-            dim=0, return_inverse=True
-        )
+        sizes = torch.stack([self.horizons[:, 0].long(), widths], -1)
+        kinds, which = sizes.unique(dim=0, return_inverse=True)
         groups = [(which == i).nonzero()[:, 0] for i in range(len(kinds))]
         return [
             (horizon, torch.stack([columns[i] for i in envs]), envs)
             for horizon, envs in zip(kinds[:, 0].tolist(), groups)
         ]
 
-    def columns_of(self, id):
-        """Columns of the rows of one task of several."""
-        (task,) = (one for one in self.batch.description["tasks"] if one["id"] == id)
+    def columns_of(self, task):
+        """Columns of the rows of one task of several, from its description."""
         return torch.arange(self.width_of(task))
 
     def width_of(self, task):

@@ -25,15 +25,19 @@ def vocabulary(layout, tokens):
     classes = codes[codes >= 0].unique()
     templates = torch.stack([template(layout, tokens[codes == one]) for one in classes])
     kinds = bodies[bodies >= 0].unique()
-    most = [int((bodies == kind).sum(-1).max()) for kind in kinds]
     of_class = torch.stack([bodies[codes == one][0] for one in classes])
-    of_token = kinds.repeat_interleave(torch.tensor(most))
+    of_token = kinds.repeat_interleave(most_alike(bodies, kinds))
     shown = METRES * tokens[..., layout.place][codes >= 0]
-    long = long_ones(layout, templates)
+    long = long_classes(layout, templates)
     return classes, templates, of_class, of_token, extent(shown[in_picture(shown)]), long
 
 
-def long_ones(layout, templates):
+def most_alike(bodies, kinds):
+    """How many objects (kinds,) of each kind of body there are at most in a step (..., tokens)."""
+    return torch.stack([(bodies == kind).sum(-1).max() for kind in kinds])
+
+
+def long_classes(layout, templates):
     """Which classes (classes,) are long along their own x; None if none is."""
     length, width = templates[:, layout.part["size"]].split([1, 2], -1)
     long = (length > LONG * width).all(-1)
@@ -66,11 +70,10 @@ def ranks(of_token):
     return (of_token == of_token[:, None]).tril(-1).sum(-1)
 
 
-def tokens_of(layout, detector, tokens):
+def used_tokens(layout, detector, tokens):
     """Which of the detector's tokens (tokens,) episodes use, from their labels' tokens."""
     bodies = layout.bodies(tokens, layout.pairs(tokens))
-    most = [(bodies == body).sum(-1).max() for body in detector.tokens]
-    return ranks(detector.tokens) < torch.stack(most)
+    return ranks(detector.tokens) < most_alike(bodies, detector.tokens)
 
 
 def sort(layout, detector, tokens, before):
