@@ -346,9 +346,11 @@ class ContactSolver : public ContactBodies<V> {
   }
 
   // Applies a change of a row's impulse. `response_a`, `response_b`: of free bodies' velocities.
+  // Many rows, of points that do not touch yet, have none in any lane.
   template <unsigned kBodies>
   ENGRAM_INLINE void apply(Solving& now, ContactRowLanes<V>& row, const Vec& response_a,
                            const Vec& response_b, V change) const {
+    if (!simd::any(change != 0.0)) return;
     row.impulse += change;
     if constexpr ((kBodies & kHasPropA) != 0) {
       add_to(now.a.linear, response_a, change);

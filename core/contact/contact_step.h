@@ -23,6 +23,8 @@ class ContactStep {
   void finish(ContactMemory& memory, int lane, const ContactBlock& block) const;
   // Tests for contacts in this substep.
   bool empty() const { return refs_.empty(); }
+  // In this substep.
+  int num_patches() const { return static_cast<int>(refs_.size()); }
 
   // Calls `add(prop, finger, impulse)` for each patch between a prop and a finger: impulse on the
   // finger, N s, world.

@@ -36,12 +36,12 @@ int chosen_unit(const BatchOptions& options) {
   return halves ? (lanes + 1) / 2 : lanes;
 }
 
-// Several claims per worker, since some environments take longer than others; several environments
-// per claim, since workers share the counter of claims.
+// As many as move together, since among more there are more with like contacts. Ranges of a loop
+// that workers share get shorter towards its end, since some environments take longer than others.
 int chosen_chunk(const BatchOptions& options) {
   const int lanes = lanes_of(options);
   if (options.num_envs <= options.threads * lanes) return chosen_unit(options);
-  const int chunk = std::min(options.num_envs / (options.threads * 8), 16);
+  const int chunk = std::min(options.num_envs / options.threads, Simulator::kMostTogether);
   return std::max(lanes, chunk - chunk % lanes);
 }
 

@@ -61,9 +61,9 @@ void Batch::move_stepping(const float* actions, std::span<const std::uint8_t> co
         ++env;
         continue;
       }
-      // Neighbours that are alike move side by side.
+      // Neighbours that are alike move together.
       const int first = env;
-      const int most = std::min(end, first + simulator_->lanes());
+      const int most = std::min(end, first + Simulator::kMostTogether);
       while (env < most && !waits(env) && has_command(env) == has_command(first)) ++env;
       run_physics(worker, {first, env}, has_command(first) ? actions : nullptr);
     }

@@ -105,15 +105,15 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
     for (; env < envs.end && !waits(env); ++env) {
       final_mask_[static_cast<std::size_t>(env)] = 0;
     }
-    for (int first = begin; first < env; first += simulator_->lanes()) {
-      simulate(worker, {first, std::min(env, first + simulator_->lanes())}, actions);
+    for (int first = begin; first < env; first += Simulator::kMostTogether) {
+      simulate(worker, {first, std::min(env, first + Simulator::kMostTogether)}, actions);
     }
     finish_steps(worker, {begin, env});
   }
   copy_outputs(envs);
 }
 
-// Action, task, controller and physics of environments that move side by side.
+// Action, task, controller and physics of environments that move together.
 void Batch::simulate(int worker, Range envs, const float* actions) {
   for (int env = envs.begin; env < envs.end; ++env) take_action(env, actions);
   mark(clock(worker), StepPart::kController);
@@ -122,11 +122,11 @@ void Batch::simulate(int worker, Range envs, const float* actions) {
   run_physics(worker, envs, actions);
 }
 
-// Controller and physics.
+// Controller and physics of environments that move together.
 void Batch::run_physics(int worker, Range envs, const float* actions) {
   StepClock::Worker* const time = clock(worker);
-  std::array<DriveTarget, kMostLanes> drives;
-  std::array<bool, kMostLanes> stable{};
+  std::array<DriveTarget, Simulator::kMostTogether> drives;
+  std::array<bool, Simulator::kMostTogether> stable{};
   const std::span<DriveTarget> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
   if (commands_.delays()) {
     drive_by_queue(worker, envs, used);

@@ -264,7 +264,11 @@ DriveTarget Controller::drive(const State& state, int env, const float* action) 
 void Controller::drive(const State& state, int first, const Column<float>& actions,
                        LaneBlock& block, std::span<DriveTarget> drives) const {
   if (mode_ == ControlMode::kPdEeDeltaPose) {
-    delta_pose_targets(state, first, actions, block, drives);
+    const auto lanes = static_cast<std::size_t>(block.lanes());
+    for (std::size_t i = 0; i < drives.size(); i += lanes) {
+      delta_pose_targets(state, first + static_cast<int>(i), actions, block,
+                         drives.subspan(i, std::min(lanes, drives.size() - i)));
+    }
     for (std::size_t i = 0; i < drives.size(); ++i) {
       const float* action = actions.row(first + static_cast<int>(i));
       const double finger = gripper_target(action[arm_dim(mode_)]);

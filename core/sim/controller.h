@@ -39,8 +39,7 @@ class Controller {
 
   // Computes one control step's drive targets from the measured state and an action row.
   DriveTarget drive(const State& state, int env, const float* action) const;
-  // Computes and stores them for the environments from `first` on, one for each drive, at most as
-  // many as the block has lanes.
+  // Computes and stores them for the environments from `first` on, one for each drive.
   void drive(const State& state, int first, const Column<float>& actions, LaneBlock& block,
              std::span<DriveTarget> drives) const;
 

@@ -47,28 +47,35 @@ class Simulator {
   Simulator& operator=(const Simulator&) = delete;
   ~Simulator();
 
-  // Largest number of environments that step at once.
+  // Most environments of one call of step.
+  static constexpr int kMostTogether = 64;
+
+  // Environments that move side by side.
   int lanes() const { return kernel_.lanes; }
   // Memory of a worker's lanes, free between two calls of step.
   LaneBlock& block(int worker);
 
   // One control step of the environments from `first` on, one for each of the drives, at most
-  // lanes(), on the workspace of `worker`. Their drives must agree in their mode. Sets `good` of
-  // each environment; false: its physics diverged (non-finite or huge values, or an error of
-  // MuJoCo), and its state stays as it was. `clock` may be null.
+  // kMostTogether, on the workspace of `worker`. Those with like contacts move side by side. Their
+  // drives must agree in their mode. Sets `good` of each environment; false: its physics diverged
+  // (non-finite or huge values, or an error of MuJoCo), and its state stays as it was. `clock` may
+  // be null.
   void step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
             bool* good, StepClock::Worker* clock = nullptr);
   // One control step of one environment.
   bool step(const State& state, int env, int worker, const DriveTarget& drive,
             StepClock::Worker* clock = nullptr);
 
-  // Recomputes the TCP poses of so many environments, at most lanes(), from their joint positions.
+  // Recomputes the TCP poses of so many environments from their joint positions.
   void update_tcp(const State& state, int first, int count, int worker);
 
  private:
   struct Lane;             // one environment's step
   struct WorkerWorkspace;  // working memory of one thread; nothing in it outlives a step
 
+  void sort_by_load(int first, std::span<int> places) const;
+  void step_block(const State& state, int first, std::span<const int> places, int worker,
+                  std::span<const DriveTarget> drives, bool* good, StepClock::Worker* clock);
   void begin_lane(WorkerWorkspace& workspace, int lane);
   void substep(WorkerWorkspace& workspace, int count, bool last, bool velocity_mode,
                StepClock::Worker* clock);
@@ -83,6 +90,9 @@ class Simulator {
   // Clearance of each environment's robot, as last found. Not part of the state: it holds the joint
   // positions of its measurement, and so stays true after a reset or a restored snapshot.
   std::vector<RobotBounds::Clearance> clearances_;
+  // Work of each environment's contacts at the end of its last step: a guess of what comes next.
+  // Not part of the state: it decides who moves side by side, which changes no result.
+  std::vector<int> loads_;
 };
 
 }  // namespace engram

@@ -17,7 +17,7 @@ namespace {
 using test::mixed_model;
 using test::MixedColumns;
 
-constexpr int kEnvs = 5;
+constexpr int kEnvs = 21;
 
 DriveTarget hold() {
   DriveTarget drive;
@@ -31,24 +31,26 @@ std::vector<std::byte> bytes_of(const MixedColumns& columns, int env) {
   return bytes;
 }
 
-// Environments that differ in where the cube falls and in what the drives follow.
+// Environments that differ in where the cube falls, in what the drives follow, and in when and what
+// the cube touches.
 struct Environments {
   explicit Environments(const SimulatorOptions& options)
       : simulator(mixed_model(), options, 1, kEnvs) {
     for (int env = 0; env < kEnvs; ++env) {
-      columns.place(env, test::kCube0, {0.02 * env, 0.4, 0.03 + 0.02 * env}, PropStatus::kAwake);
+      const int kind = env % 5;
+      const double height = 0.03 + 0.02 * kind;
+      columns.place(env, test::kCube0, {0.02 * kind, 0.4, height}, PropStatus::kAwake);
+      if (env % 3 == 1) {
+        columns.place(env, test::kCube1, {0.02 * kind, 0.41, height + 0.041}, PropStatus::kAwake);
+      }
       drives[static_cast<std::size_t>(env)] = hold();
-      drives[static_cast<std::size_t>(env)].qpos[1] += 0.05 * env;
+      drives[static_cast<std::size_t>(env)].qpos[1] += 0.05 * kind;
     }
   }
   // Returns which environments were good.
   std::array<bool, kEnvs> step() {
     std::array<bool, kEnvs> good{};
-    for (int first = 0; first < kEnvs; first += simulator.lanes()) {
-      const int count = std::min(simulator.lanes(), kEnvs - first);
-      const std::span used(drives.data() + first, static_cast<std::size_t>(count));
-      simulator.step(columns.state, first, 0, used, good.data() + first);
-    }
+    simulator.step(columns.state, 0, 0, drives, good.data());
     return good;
   }
 
@@ -128,14 +130,11 @@ TEST_CASE("Unknown numbers of lanes are refused with those that are allowed", "[
 }
 
 TEST_CASE("TCP poses are those of the arm's forward kinematics", "[simulator]") {
-  MixedColumns columns(2);
-  columns.state.qpos.row(1)[0] = 0.4;
-  Simulator simulator(mixed_model(), {}, 1, 2);
-  const int count = std::min(2, simulator.lanes());
-  for (int first = 0; first < 2; first += count) {
-    simulator.update_tcp(columns.state, first, count, 0);
-  }
-  for (int env = 0; env < 2; ++env) {
+  MixedColumns columns(kEnvs);
+  for (int env = 0; env < kEnvs; ++env) columns.state.qpos.row(env)[0] = 0.04 * env;
+  Simulator simulator(mixed_model(), {}, 1, kEnvs);
+  simulator.update_tcp(columns.state, 0, kEnvs, 0);
+  for (int env = 0; env < kEnvs; ++env) {
     const Pose pose = mixed_model().arm().forward(columns.state.qpos.row(env));
     for (int i = 0; i < 3; ++i) {
       CHECK(columns.state.tcp_pos.row(env)[i] == Approx(pose.pos[i]).margin(1e-12));
