@@ -1,5 +1,7 @@
 // The same seeds give the same bits, whatever the threads, the batch size and the chunks.
 #include <catch2/catch.hpp>
+#include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -63,6 +65,19 @@ TEST_CASE("Results of every task depend on neither threads nor chunks", "[determ
   check_threads_and_chunks(test::implemented_ids());
 }
 
+// Compares environments of a batch with single ones of their seeds.
+void check_singles(const std::string& id, const BatchOptions& options, Policy policy,
+                   std::initializer_list<int> indices) {
+  const History batch = play(id, options, policy, kSteps);
+  INFO(id);
+  for (const int index : indices) {
+    BatchOptions single;
+    single.seed = options.seed + static_cast<std::uint64_t>(index);
+    const History alone = play(id, single, policy, kSteps);
+    CHECK((alone[0] == batch[static_cast<std::size_t>(index)]));
+  }
+}
+
 void check_singles(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
@@ -70,16 +85,17 @@ void check_singles(const std::vector<std::string>& ids) {
       options.num_envs = 64;
       options.threads = 2;
       options.seed = 100;
-      const History batch = play(id, options, policy, kSteps);
-      INFO(id);
-      for (const int index : {0, 5, 31, 63}) {
-        BatchOptions single;
-        single.seed = options.seed + static_cast<std::uint64_t>(index);
-        const History alone = play(id, single, policy, kSteps);
-        CHECK((alone[0] == batch[static_cast<std::size_t>(index)]));
-      }
+      check_singles(id, options, policy, {0, 5, 31, 63});
     }
   }
+}
+
+TEST_CASE("Ranges of more environments than move together change nothing", "[determinism]") {
+  BatchOptions options;
+  options.num_envs = 150;
+  options.threads = 1;
+  options.chunk = 150;
+  check_singles("ShellGamePush-VLA-v0", options, Policy::kOracle, {0, 63, 64, 149});
 }
 
 TEST_CASE("An environment of a batch equals the single one of its seed", "[determinism]") {
