@@ -21,6 +21,7 @@ shared=(
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   statsmodels scipy  # what intervals and tests of results are checked against
   tyro tqdm rich colorama  # of the original's scripts, which engram.mikasa runs
+  popgym==1.0.7  # tasks that memories of the learners are measured on
   aiohttp playwright websockets  # play, and what its tests talk to it with
   msgpack pyzmq json-numpy==2.1.1  # policy servers
 )

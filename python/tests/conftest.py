@@ -23,7 +23,7 @@ ENDING_TASK = "ShellGameTouch-VLA-v0"  # ends at success
 
 CLIENTS = (
     "gymnasium", "numpy", "torch", "jax", "stable-baselines3", "sb3-contrib", "torchrl", "skrl",
-    "vla-eval", "lerobot", "tensorflow-datasets", "pyarrow", "av", "tianshou", "ray",
+    "vla-eval", "lerobot", "tensorflow-datasets", "pyarrow", "av", "tianshou", "ray", "popgym",
 )  # fmt: skip
 
 

@@ -36,6 +36,7 @@ def zoo() -> Iterator[SimpleNamespace]:
         "memories",
         "training",
         policy="zoo_policy",
+        ppo="zoo_ppo",
         scores="zoo_scores",
         gtrxl="memories.gtrxl",
         scan="memories.scan",
@@ -311,6 +312,38 @@ def test_imitation_learns_to_use_the_memory(tmp_path: Path) -> None:
     result = json.loads(run("zoo_imitation.py", *options, "--out", str(tmp_path))[-1])
     assert result["success_once"] > 0.8
     assert result["wiped"]["success_once"] < 0.6
+
+
+@pytest.mark.long
+def test_ppo_learns_to_use_the_memory(tmp_path: Path) -> None:
+    """The default training; without memory the policy guesses (0.33)."""
+    lines = run("zoo_ppo.py", "--evaluate-every", "250", "--out", str(tmp_path))
+    result = json.loads(lines[-1])
+    assert result["success_once"] > 0.8
+    assert result["wiped"]["success_once"] < 0.5
+
+
+@torch.no_grad()
+def test_ppo_draws_an_object_and_an_action_for_it(zoo: SimpleNamespace) -> None:
+    """Their densities and entropies, from those of the two parts."""
+    torch.manual_seed(0)
+    weights = torch.tensor([0.0, 2.0, -1.0]).log_softmax(-1).expand(1, 20_000, 3)
+    mean = torch.tensor([[-1.0, 0.0], [0.5, 1.0], [9.0, 9.0]]).expand(1, 20_000, 3, 2)
+    deviation = torch.tensor([[-2.0, -1.0], [-1.0, -2.0], [-3.0, -3.0]]).expand_as(mean)
+    policy = zoo.ppo.ObjectThenAction(sys.modules["policy"].Choice(weights, mean, deviation))
+    drawn = policy.sample()
+    assert drawn.shape == (1, 20_000, 3)
+    which = drawn[..., -1].long()
+    for i in range(3):
+        own = drawn[which == i]
+        share = weights[0, 0, i].exp()
+        assert abs(len(own) / 20_000 - share) < 0.02
+        same_mean = own[:, :2].mean(0) - mean[0, 0, i].clamp(-1.5, 1.5)
+        assert same_mean.abs().max() < 0.03
+    density, entropy = policy.log_prob(drawn), policy.entropy()
+    assert density.shape == entropy.shape == drawn.shape
+    same(density[..., -1], weights.gather(-1, which[..., None])[..., 0])
+    np.testing.assert_allclose(-density.mean((0, 1)), entropy[0, 0], atol=0.03)
 
 
 # --- the comparison ---

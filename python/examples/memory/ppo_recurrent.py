@@ -84,7 +84,7 @@ def collect(agent, scenes):
         distribution, value, _, state = agent(row[None], state)
         action = distribution.sample()
         log_density = distribution.log_prob(action).sum(-1)
-        after, reward = scenes.step(action[0].clamp(-1, 1))
+        after, reward = scenes.step(action[0, :, : scenes.layout.actions].clamp(-1, 1))
         parts.append((row, action[0], log_density[0], value[0], reward))
         row = after
     return [torch.stack(part) for part in zip(*parts)]

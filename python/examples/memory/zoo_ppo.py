@@ -2,7 +2,8 @@
 
 The policy learns from the reward alone. Whatever the memory, encoder, action head, steps, passes
 and learning rate are the same, and the memories have equally many parameters. The algorithm is that
-of ppo_recurrent.py, without its auxiliary loss.
+of ppo_recurrent.py, without its auxiliary loss. A step's action has two parts, an object and then
+the hand's action for it: what is explored is which object is meant.
 
     python zoo_ppo.py --memory gru --out runs/gru
     python zoo_ppo.py --memory lru --test RememberColor3-Long-VLA-v0 --out runs/lru
@@ -14,6 +15,7 @@ from pathlib import Path
 import memories
 import torch
 from ppo_recurrent import Agent, Scale, collect, learn
+from torch.distributions import Categorical, Normal
 from training import (
     EVALUATION_SEED,
     Clock,
@@ -40,16 +42,55 @@ def arguments():
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
     add("--envs", type=int, default=64, help="episodes per iteration")
-    add("--steps", type=int, default=200_000, help="environment steps in all")
-    add("--passes", type=int, default=2, help="over an iteration's episodes")
-    add("--minibatches", type=int, default=2, help="per pass")
-    add("--lr", type=float, default=3e-3)
-    add("--gamma", type=float, default=0.9)
+    add("--steps", type=int, default=400_000, help="environment steps in all")
+    add("--passes", type=int, default=4, help="over an iteration's episodes")
+    add("--minibatches", type=int, default=4, help="per pass")
+    add("--lr", type=float, default=1e-3)
+    add("--gamma", type=float, default=0.97)
     add("--gae", type=float, default=0.9)
     add("--clip", type=float, default=0.2)
-    add("--entropy", type=float, default=0.0)
+    add("--entropy", type=float, default=0.01)
     add("--evaluate-every", type=int, default=40, help="iterations")
     return parser.parse_args()
+
+
+class ObjectThenAction:
+    """Distribution of an object and of the action for it, (..., actions + 1): the object is last.
+
+    Log densities and entropies have the same shape.
+    """
+
+    def __init__(self, choice):
+        self.objects = Categorical(logits=choice.weights)
+        self.mean = choice.mean.clamp(-1.5, 1.5)  # a servo's can be far beyond what acts
+        self.deviation = choice.deviation.exp()
+
+    def action_for(self, which):
+        own = which[..., None, None]
+        mean, deviation = (
+            part.take_along_dim(own, -2)[..., 0, :] for part in (self.mean, self.deviation)
+        )
+        return Normal(mean, deviation)
+
+    def sample(self):
+        which = self.objects.sample()
+        return torch.cat([self.action_for(which).sample(), which[..., None]], -1)
+
+    def log_prob(self, sample):
+        which = sample[..., -1].long()
+        action = self.action_for(which).log_prob(sample[..., :-1])
+        return torch.cat([action, self.objects.log_prob(which)[..., None]], -1)
+
+    def entropy(self):
+        share = self.objects.probs[..., None]
+        action = (share * Normal(self.mean, self.deviation).entropy()).sum(-2)
+        return torch.cat([action, self.objects.entropy()[..., None]], -1)
+
+
+class ZooAgent(Agent):
+    def forward(self, rows, state=None):
+        choice, recalled, state, context = self.policy(rows, state)
+        return ObjectThenAction(choice), self.critic(context)[..., 0], recalled, state
 
 
 def main():
@@ -59,10 +100,10 @@ def main():
     clock, path = Clock(), args.out and args.out / "agent.pt"
     scenes, test = ObjectsEnv(args.id, args.envs, args.seed), ObjectsEnv(args.id, 200)
     if args.resume and path.exists():
-        agent = Agent(load_policy(path)[0])
+        agent = ZooAgent(load_policy(path)[0])
     else:
         size = memories.size_for(args.memory, budget=args.parameters)
-        agent = Agent(ZooPolicy(scenes.layout, args.memory, size))
+        agent = ZooAgent(ZooPolicy(scenes.layout, args.memory, size))
     agent(scenes.reset(seed=args.seed)[None])  # the critic takes its size from this
     if not (args.resume and path.exists()):
         agent.policy.fit(collect(agent, scenes)[0])

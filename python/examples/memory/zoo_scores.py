@@ -3,6 +3,8 @@
     python zoo_scores.py                                   # runs what is missing, writes the tables
     python zoo_scores.py --learners imitation --seeds 1 --memories gru lru
 
+    python zoo_scores.py --learners popgym                 # in POPGym's tasks, which needs popgym
+
 Every run is a process of its own; the command can be stopped at any time and continues there.
 Results are kept as `python -m engram.scores` keeps its own: under --out, and beside the page.
 """
@@ -19,20 +21,21 @@ import engram
 from engram import scores
 
 FOLDER = Path(__file__).resolve().parent
-LEARNERS = {"imitation": "zoo_imitation.py", "ppo": "zoo_ppo.py"}
+LEARNERS = {"imitation": "zoo_imitation.py", "ppo": "zoo_ppo.py", "popgym": "zoo_popgym.py"}
 LONGER = {
     "RememberColor3-VLA-v0": "RememberColor3-Long-VLA-v0",
     "RememberColor9-VLA-v0": "RememberColor9-Long-VLA-v0",
     "ShellGameShuffleTouch-VLA-v0": "ShellGameShuffleTouch-Long-VLA-v0",
 }
+POPGYM = ["RepeatPreviousEasy", "AutoencodeEasy"]
 
 
 def arguments(given):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
-    add("--ids", nargs="+", default=list(LONGER), choices=list(LONGER), metavar="ID")
+    add("--ids", nargs="+", choices=[*LONGER, *POPGYM], metavar="ID", help="default: all")
     add("--memories", nargs="+", default=list(memories.MEMORIES), choices=list(memories.MEMORIES))
-    add("--learners", nargs="+", default=list(LEARNERS), choices=list(LEARNERS))
+    add("--learners", nargs="+", default=["imitation", "ppo"], choices=list(LEARNERS))
     add("--seeds", type=int, nargs="+", default=[1, 2, 3])
     add("--out", type=Path, default=Path("build/memories"), help="folder of the runs")
     add("--page", type=Path, help="page whose tables are replaced; default: OUT/memories.md")
@@ -46,30 +49,60 @@ def column_of(learner, memory):
     return f"{learner}_{memory}"
 
 
+def tasks_of(learner):
+    return POPGYM if learner == "popgym" else list(LONGER)
+
+
 def run(args, known):
     def do(folder, task, column, seed):
         learner, memory = column.split("_")
         command = [sys.executable, str(FOLDER / LEARNERS[learner]), "--memory", memory]
-        scores.learn([*command, "--test", LONGER[task], *args.more.split()], folder, task, seed)
+        test = ["--test", LONGER[task]] if task in LONGER else []
+        scores.learn([*command, *test, *args.more.split()], folder, task, seed)
 
     plan = [
         (task, column_of(learner, memory), seed)
         for learner in args.learners
-        for task in args.ids
+        for task in tasks_of(learner)
+        if task in (args.ids or [task])
         for seed in args.seeds
         for memory in args.memories
     ]
     scores.complete(plan, do, known, args.out, args.jobs)
 
 
-def table(runs, learner, task):
-    """Markdown: a row for each memory, over its seeds."""
-    rows = []
+def of_memories(runs, learner, task):
+    """Results over seeds, by memory, of those that have some."""
     for memory in memories.MEMORIES:
         run = (task, column_of(learner, memory))
         own = [result for key, result in sorted(runs.items()) if key[:2] == run]
-        if not own:
-            continue
+        if own:
+            yield memory, own
+
+
+def cost_cell(own):
+    return f"{statistics.median(result['cpu_s_per_million_steps'] for result in own):,.0f}"
+
+
+def popgym_table(runs, task):
+    """Markdown: a row for each memory, over its seeds."""
+    rows = []
+    for memory, own in of_memories(runs, "popgym", task):
+        returns = [result["mean_return"] for result in own]
+        cells = [statistics.fmean(returns), min(returns), max(r["best_mean_return"] for r in own)]
+        steps = max(result["env_steps"] for result in own)
+        cells = [f"{cell:.3f}" for cell in cells]
+        rows.append([memory, str(len(own)), *cells, f"{steps:,}", cost_cell(own)])
+    if not rows:
+        return []
+    head = ["memory", "seeds", "return", "worst seed", "best on the way", "steps", "cpu s"]
+    return [f"## PPO, POPGym's {task}", "", *scores.table(head, rows), ""]
+
+
+def table(runs, learner, task):
+    """Markdown: a row for each memory, over its seeds."""
+    rows = []
+    for memory, own in of_memories(runs, learner, task):
         reset = [result["wiped"] for result in own if "wiped" in result]
         far = [result["transfer"][LONGER[task]] for result in own]
         cells = [
@@ -81,8 +114,7 @@ def table(runs, learner, task):
                 (far, "first_answer_correct"),
             )
         ]
-        cost = statistics.median(result["cpu_s_per_million_steps"] for result in own)
-        rows.append([memory, str(len(own)), *cells, f"{cost:,.0f}"])
+        rows.append([memory, str(len(own)), *cells, cost_cell(own)])
     if not rows:
         return []
     head = ["memory", "seeds", "short", "short, reset", "Long", "Long, first answer", "cpu s"]
@@ -103,9 +135,11 @@ def sizes(runs):
 
 def tables(runs):
     lines = []
-    for learner in LEARNERS:
+    for learner in ("imitation", "ppo"):
         for task in LONGER:
             lines += table(runs, learner, task)
+    for task in POPGYM:
+        lines += popgym_table(runs, task)
     return "\n".join([*lines, *sizes(runs)])
 
 
