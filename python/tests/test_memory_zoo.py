@@ -319,7 +319,7 @@ def test_ppo_learns_to_use_the_memory(tmp_path: Path) -> None:
     """The default training; without memory the policy guesses (0.33)."""
     lines = run("zoo_ppo.py", "--evaluate-every", "250", "--out", str(tmp_path))
     result = json.loads(lines[-1])
-    assert result["success_once"] > 0.8
+    assert result["success_once"] > 0.6
     assert result["wiped"]["success_once"] < 0.5
 
 
