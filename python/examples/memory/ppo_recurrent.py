@@ -40,22 +40,29 @@ def arguments():
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--no-memory", action="store_true", help="the control: the same policy without its GRUs")
+    add("--memory-lr", type=float, default=1e-2)
+    add("--perception-lr", type=float, default=1e-3, help="of encoder and attention")
+    add("--recall", type=float, default=0.5, help="weight of the memory's loss")
+    add_to(parser)
+    args = parser.parse_args()
+    args.option = dict(args.option)
+    return args
+
+
+def add_to(parser, **defaults):
+    """Adds PPO's own options to a learner's arguments."""
+    add = parser.add_argument
     add("--envs", type=int, default=64, help="episodes per iteration, of all processes")
     add("--steps", type=int, default=200_000, help="environment steps in all")
     add("--passes", type=int, default=2, help="over an iteration's episodes")
     add("--minibatches", type=int, default=2, help="per pass")
     add("--lr", type=float, default=1e-3)
-    add("--memory-lr", type=float, default=1e-2)
-    add("--perception-lr", type=float, default=1e-3, help="of encoder and attention")
-    add("--recall", type=float, default=0.5, help="weight of the memory's loss")
     add("--gamma", type=float, default=0.9)
     add("--gae", type=float, default=0.9)
     add("--clip", type=float, default=0.2)
     add("--entropy", type=float, default=0.0)
     add("--evaluate-every", type=int, default=40, help="iterations")
-    args = parser.parse_args()
-    args.option = dict(args.option)
-    return args
+    parser.set_defaults(**defaults)
 
 
 class Agent(nn.Module):
@@ -119,6 +126,12 @@ class Scale:
         return max(self.squares / self.count - mean**2, 1e-8) ** 0.5
 
 
+def clipped_gain(density, before, gain, clip):
+    """PPO's objective, from the log densities of actions now and when they were played."""
+    ratio = (density - before).exp()
+    return torch.minimum(ratio * gain, ratio.clamp(1 - clip, 1 + clip) * gain)
+
+
 def learn(agent, optimiser, episodes, scale, args):
     rows, actions, before, values, rewards = episodes
     policy = agent.policy
@@ -132,9 +145,8 @@ def learn(agent, optimiser, episodes, scale, args):
         for pick in torch.randperm(rows.shape[1]).chunk(args.minibatches):
             distribution, value, recalled, _ = agent(rows[:, pick])
             weight = counts[:, pick] / counts[:, pick].sum()
-            ratio = (distribution.log_prob(actions[:, pick]).sum(-1) - before[:, pick]).exp()
-            limited = ratio.clamp(1 - args.clip, 1 + args.clip)
-            better = torch.minimum(ratio * gain[:, pick], limited * gain[:, pick])
+            density = distribution.log_prob(actions[:, pick]).sum(-1)
+            better = clipped_gain(density, before[:, pick], gain[:, pick], args.clip)
             error = 0.5 * (value - target[:, pick]).square()
             entropy = distribution.entropy().sum(-1)
             loss = ((error - better - args.entropy * entropy) * weight).sum()

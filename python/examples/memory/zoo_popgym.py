@@ -15,10 +15,11 @@ from pathlib import Path
 import memories
 import numpy as np
 import popgym.envs
+import ppo_recurrent
 import torch
 from gymnasium.spaces import flatdim, flatten
 from policy import mlp
-from ppo_recurrent import Scale, advantages
+from ppo_recurrent import Scale, advantages, clipped_gain
 from torch import nn
 from training import FINAL_SEED, Clock, Log, scale_lr, write_whole
 
@@ -34,16 +35,8 @@ def arguments():
     add("--seed", type=int, default=1)
     add("--out", type=Path, help="folder for log.csv, result.json")
     add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
-    add("--envs", type=int, default=64, help="episodes per iteration")
-    add("--steps", type=int, default=400_000, help="environment steps in all")
-    add("--passes", type=int, default=4, help="over an iteration's episodes")
-    add("--minibatches", type=int, default=4, help="per pass")
-    add("--lr", type=float, default=1e-3)
-    add("--gamma", type=float, default=0.99)
-    add("--gae", type=float, default=0.95)
-    add("--clip", type=float, default=0.2)
-    add("--entropy", type=float, default=0.01)
-    add("--evaluate-every", type=int, default=60, help="iterations")
+    own = {"gamma": 0.99, "gae": 0.95, "entropy": 0.01, "evaluate_every": 60}
+    ppo_recurrent.add_to(parser, steps=400_000, passes=4, minibatches=4, **own)
     return parser.parse_args()
 
 
@@ -119,9 +112,8 @@ def learn(agent, optimiser, played, scale, args):
     for _ in range(args.passes):
         for pick in torch.randperm(rows.shape[1]).chunk(args.minibatches):
             distribution, value, _ = agent(rows[:, pick])
-            ratio = (distribution.log_prob(actions[:, pick]) - before[:, pick]).exp()
-            limited = ratio.clamp(1 - args.clip, 1 + args.clip)
-            better = torch.minimum(ratio * gain[:, pick], limited * gain[:, pick]).mean()
+            density = distribution.log_prob(actions[:, pick])
+            better = clipped_gain(density, before[:, pick], gain[:, pick], args.clip).mean()
             error = 0.5 * (value - target[:, pick]).square().mean()
             loss = error - better - args.entropy * distribution.entropy().mean()
             optimiser.zero_grad()

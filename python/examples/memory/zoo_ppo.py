@@ -13,6 +13,7 @@ import argparse
 from pathlib import Path
 
 import memories
+import ppo_recurrent
 import torch
 from ppo_recurrent import Agent, Scale, collect, learn
 from torch.distributions import Categorical, Normal
@@ -41,16 +42,7 @@ def arguments():
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
-    add("--envs", type=int, default=64, help="episodes per iteration")
-    add("--steps", type=int, default=400_000, help="environment steps in all")
-    add("--passes", type=int, default=4, help="over an iteration's episodes")
-    add("--minibatches", type=int, default=4, help="per pass")
-    add("--lr", type=float, default=1e-3)
-    add("--gamma", type=float, default=0.97)
-    add("--gae", type=float, default=0.9)
-    add("--clip", type=float, default=0.2)
-    add("--entropy", type=float, default=0.01)
-    add("--evaluate-every", type=int, default=40, help="iterations")
+    ppo_recurrent.add_to(parser, steps=400_000, passes=4, minibatches=4, gamma=0.97, entropy=0.01)
     return parser.parse_args()
 
 
