@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds engram, checks that every task gives the same bits however it is run, and writes the table
-# of docs/data/determinism.md: verify.sh [ID...], default all tasks (about ten minutes on two cores).
+# of docs/data/determinism.md: verify.sh [ID...], default all tasks (about 25 minutes on two cores).
 # Fails, leaving the table as it was, if anything differs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
