@@ -21,7 +21,7 @@ from gymnasium.spaces import flatdim, flatten
 from policy import mlp
 from ppo_recurrent import Scale, advantages, clipped_gain
 from torch import nn
-from training import FINAL_SEED, Clock, Log, scale_lr, write_whole
+from training import EVALUATION_SEED, FINAL_SEED, Clock, Log, scale_lr, write_whole
 
 TASKS = {task.__name__: task for task in popgym.envs.ALL}
 
@@ -144,7 +144,7 @@ def main():
         learn(agent, optimiser, played, scale, args)
         steps = (iteration + 1) * per_iteration
         if (iteration + 1) % args.evaluate_every == 0 or iteration + 1 == iterations:
-            reached = clock.exclude(mean_return, agent, test, FINAL_SEED - 1000)
+            reached = clock.exclude(mean_return, agent, test, EVALUATION_SEED)
             best = max(best, reached)
             log.add(env_steps=steps, cpu_s=round(clock(), 1), mean_return=round(reached, 4))
         if iteration + 1 < iterations:
