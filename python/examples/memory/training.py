@@ -361,10 +361,15 @@ def finish(policy, scenes, args, log, cpu_s, learner, **figures):
     result |= evaluate(policy, scenes, FINAL_SEED)
     if policy.memory:
         result["wiped"] = evaluate(policy, scenes, FINAL_SEED, forget=True)
-    if args.out:
-        text = json.dumps(result) + "\n"
-        write_whole(args.out / "result.json", lambda part: part.write_text(text))
-    print(json.dumps(result), flush=True)
+    write_result(result, args.out)
+
+
+def write_result(result, folder):
+    """Prints a run's result, and writes FOLDER/result.json if there is a folder."""
+    text = json.dumps(result)
+    if folder:
+        write_whole(folder / "result.json", lambda part: part.write_text(text + "\n"))
+    print(text, flush=True)
 
 
 def save_policy(policy, path, task, detector=None, options=None):

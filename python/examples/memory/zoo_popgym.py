@@ -9,7 +9,6 @@ between -1 and 1. The policy gets the observation and its last action, as POPGym
 """
 
 import argparse
-import json
 from pathlib import Path
 
 import memories
@@ -21,7 +20,7 @@ from gymnasium.spaces import flatdim, flatten
 from policy import mlp
 from ppo_recurrent import Scale, advantages, clipped_gain
 from torch import nn
-from training import EVALUATION_SEED, FINAL_SEED, Clock, Log, scale_lr, write_whole
+from training import EVALUATION_SEED, FINAL_SEED, Clock, Log, scale_lr, write_result
 
 TASKS = {task.__name__: task for task in popgym.envs.ALL}
 
@@ -161,10 +160,7 @@ def main():
         "mean_return": mean_return(agent, test, FINAL_SEED),
         "best_mean_return": best,
     }
-    if args.out:
-        text = json.dumps(result) + "\n"
-        write_whole(args.out / "result.json", lambda part: part.write_text(text))
-    print(json.dumps(result), flush=True)
+    write_result(result, args.out)
 
 
 if __name__ == "__main__":

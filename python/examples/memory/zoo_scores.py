@@ -2,7 +2,6 @@
 
     python zoo_scores.py                                   # runs what is missing, writes the tables
     python zoo_scores.py --learners imitation --seeds 1 --memories gru lru
-
     python zoo_scores.py --learners popgym                 # in POPGym's tasks, which needs popgym
 
 Every run is a process of its own; the command can be stopped at any time and continues there.
@@ -135,11 +134,10 @@ def sizes(runs):
 
 def tables(runs):
     lines = []
-    for learner in ("imitation", "ppo"):
-        for task in LONGER:
-            lines += table(runs, learner, task)
-    for task in POPGYM:
-        lines += popgym_table(runs, task)
+    for learner in LEARNERS:
+        for task in tasks_of(learner):
+            popgym = learner == "popgym"
+            lines += popgym_table(runs, task) if popgym else table(runs, learner, task)
     return "\n".join([*lines, *sizes(runs)])
 
 
