@@ -110,3 +110,17 @@ def test_returns_become_a_table(zoo: SimpleNamespace, tmp_path: Path) -> None:
     page = (tmp_path / "memories.md").read_text()
     row = next(line for line in page.splitlines() if line.startswith("| none | 2 |"))
     assert row.startswith(f"| none | 2 | {sum(returns) / 2:.3f} | {min(returns):.3f} |")
+
+
+def test_a_task_that_no_learner_plays_is_refused(
+    zoo: SimpleNamespace, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for learners, task in (("imitation", "AutoencodeEasy"), ("popgym", "RememberColor3-VLA-v0")):
+        given = ["--learners", learners, "--ids", task, "--out", str(tmp_path / "runs")]
+        with pytest.raises(SystemExit) as end:
+            zoo.scores.main(given)
+        assert end.value.code == 2
+        error = capsys.readouterr().err
+        allowed = ", ".join(zoo.scores.tasks_of(learners))
+        assert f"--ids {task} given; tasks of --learners {learners}: {allowed}" in error
+    assert not (tmp_path / "runs").exists()

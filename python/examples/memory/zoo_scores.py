@@ -32,7 +32,7 @@ POPGYM = ["RepeatPreviousEasy", "AutoencodeEasy"]
 def arguments(given):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
-    add("--ids", nargs="+", choices=[*LONGER, *POPGYM], metavar="ID", help="default: all")
+    add("--ids", nargs="+", metavar="ID", help="default: all tasks of these learners")
     add("--memories", nargs="+", default=list(memories.MEMORIES), choices=list(memories.MEMORIES))
     add("--learners", nargs="+", default=["imitation", "ppo"], choices=list(LEARNERS))
     add("--seeds", type=int, nargs="+", default=[1, 2, 3])
@@ -41,7 +41,13 @@ def arguments(given):
     add("--jobs", type=int, default=os.cpu_count() or 1, help="runs at the same time")
     add("--tables", action="store_true", help="runs nothing; writes the tables of existing runs")
     add("--pass", dest="more", default="", metavar="'...'", help="further options for learners")
-    return parser.parse_args(given)
+    args = parser.parse_args(given)
+    allowed = [task for learner in args.learners for task in tasks_of(learner)]
+    unplayed = [task for task in args.ids or [] if task not in allowed]
+    if unplayed:
+        learners, tasks = " ".join(args.learners), ", ".join(dict.fromkeys(allowed))
+        parser.error(f"--ids {' '.join(unplayed)} given; tasks of --learners {learners}: {tasks}")
+    return args
 
 
 def column_of(learner, memory):
