@@ -1,6 +1,8 @@
 // What tests must know of sanitizers.
 #pragma once
 
+#include <cstddef>
+
 #if defined(__SANITIZE_ADDRESS__)  // GCC
 #define ENGRAM_ADDRESS_SANITIZER
 #elif defined(__SANITIZE_THREAD__)
@@ -17,6 +19,12 @@
 #include <sanitizer/lsan_interface.h>
 #endif
 
+#ifdef ENGRAM_THREAD_SANITIZER
+// NOLINTNEXTLINE(readability-identifier-naming): the runtime's
+extern "C" void AnnotateBenignRaceSized(const char* file, int line, const volatile void* memory,
+                                        long size, const char* description);
+#endif
+
 namespace engram::test {
 
 // With a heap of its own, which keeps what is freed.
@@ -29,6 +37,14 @@ inline constexpr bool kSanitized = false;
 // In front of commands that run under a limit of file sizes. Clang's thread sanitizer makes a file
 // in the temporary folder, if there is one, and crashes when it is cut short.
 inline constexpr const char* kNoTemporaryFolder = "TMPDIR=/nonexistent ";
+
+// Races on this memory are what a test is about: a caller that writes where engram reads.
+inline void allow_races([[maybe_unused]] const volatile void* memory,
+                        [[maybe_unused]] std::size_t size) {
+#ifdef ENGRAM_THREAD_SANITIZER
+  AnnotateBenignRaceSized(__FILE__, __LINE__, memory, static_cast<long>(size), "meant");
+#endif
+}
 
 // While one lives, nothing that is allocated counts as a leak: for what other libraries lose.
 class [[maybe_unused]] ForgivenLeaks {

@@ -8,6 +8,7 @@
 #include "protocol/batch/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/c_api_fixture.h"
+#include "tests/sanitizers.h"
 
 namespace engram {
 namespace {
@@ -37,6 +38,7 @@ TEST_CASE("Numbers that change while a step runs are those that it has checked",
   // Another thread writes to the actions all the time.
   std::vector<std::atomic<float>> actions(count);
   static_assert(sizeof(std::atomic<float>) == sizeof(float));
+  test::allow_races(actions.data(), count * sizeof(float));
   std::atomic<bool> done = false;
   std::thread writer([&] {
     while (!done) {

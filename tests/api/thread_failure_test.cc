@@ -18,6 +18,12 @@ std::ptrdiff_t threads_of_this_process() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
 }
 
+// A sanitizer starts one of its own with the first, which is not one of engram's.
+std::ptrdiff_t threads_at_the_start() {
+  std::thread([] {}).join();
+  return threads_of_this_process();
+}
+
 // Joined threads may still be listed for a moment, so more than `number` is given time to go.
 bool threads_fall_to(std::ptrdiff_t number) {
   for (int attempt = 0; attempt < 1000 && threads_of_this_process() > number; ++attempt) {
@@ -30,7 +36,7 @@ TEST_CASE("C API: a batch whose threads are refused is not made", "[api][fault]"
   engram_options options = test::default_options(8);
   options.threads = 4;
   const int threads = usable_processors();
-  const std::ptrdiff_t before = threads_of_this_process();
+  const std::ptrdiff_t before = threads_at_the_start();
   for (int number = 1; number < threads; ++number) {
     engram_env* env = nullptr;
     const FailingThread failing(number);
@@ -74,8 +80,7 @@ TEST_CASE("C API: an evaluation whose threads are refused ends with that", "[api
   options.threads = 3;
   options.obs_mode = ENGRAM_OBS_STATE;
   const auto refuse = [](void*, const engram_policy_request*, engram_policy_reply*) { return 1; };
-  std::thread([] {}).join();  // a sanitizer starts one of its own with the first
-  const std::ptrdiff_t before = threads_of_this_process();
+  const std::ptrdiff_t before = threads_at_the_start();
   for (int number = 1; number <= 3; ++number) {
     char* document = nullptr;
     const FailingThread failing(number);

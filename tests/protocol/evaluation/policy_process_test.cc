@@ -12,6 +12,8 @@
 #include <csignal>
 #include <fstream>
 #include <functional>
+#include <future>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -132,7 +134,10 @@ class Pipes {
   int from() const { return from_[0]; }
   void say(const std::vector<std::uint32_t>& words) const {
     const std::size_t size = words.size() * sizeof(std::uint32_t);
-    REQUIRE(::write(from_[1], words.data(), size) == static_cast<ssize_t>(size));
+    // Catch's assertions are for the main thread.
+    if (::write(from_[1], words.data(), size) != static_cast<ssize_t>(size)) {
+      throw std::runtime_error("the pipe takes no answer");
+    }
   }
   // An action of zeros for one episode.
   void answer() const { say({4, 4 * 10, 1, 1, 7, 0, 0, 0, 0, 0, 0, 0}); }
@@ -154,17 +159,17 @@ class Pipes {
     pollfd one{to_[0], POLLIN, 0};
     if (::poll(&one, 1, 0) > 0) (void)!::read(to_[0], bytes.data(), bytes.size());
   }
-  // Calls it once there is a question.
-  std::thread when_asked(std::function<void()> act) const {
+  // Calls it once there is a question, on a thread of its own.
+  std::future<void> when_asked(std::function<void()> act) const {
     while (drain()) {
     }
-    return std::thread([this, act = std::move(act)] {
+    return std::async(std::launch::async, [this, act = std::move(act)] {
       pollfd one{to_[0], POLLIN, 0};
       ::poll(&one, 1, 10'000);
       act();
     });
   }
-  std::thread answer_when_asked(int times) const {
+  std::future<void> answer_when_asked(int times) const {
     return when_asked([this, times] {
       for (int i = 0; i < times; ++i) answer();
     });
@@ -250,9 +255,9 @@ TEST_CASE("A question over pipes is as documented", "[policy][choices]") {
   (void)hello.take(8 + 7 * 4);
   CHECK(hello.get<std::uint32_t>() == 0);  // size of an action
 
-  std::thread other = pipes.when_asked([&] { pipes.say({7, 12, 1, 4, kDigits}); });
+  std::future<void> other = pipes.when_asked([&] { pipes.say({7, 12, 1, 4, kDigits}); });
   CHECK(ChoiceCall(work.context).ask(policy) == std::vector<int>{1});
-  other.join();
+  other.get();
   const std::vector<char> bytes = pipes.received();
   ByteReader in(std::as_bytes(std::span(bytes)));
   CHECK(in.get<std::uint32_t>() == 2);  // the task
@@ -289,9 +294,9 @@ TEST_CASE("Answers that are no choices end a policy", "[policy][choices]") {
     options.choices = true;
     PolicyProcess policy(pipes.to(), pipes.from(), options, work.context);
     const auto say = [&pipes, &answer = answer] { pipes.say(answer); };
-    std::thread other = pipes.when_asked(say);
+    std::future<void> other = pipes.when_asked(say);
     CHECK_THROWS_WITH(ChoiceCall(work.context).ask(policy), Catch::Contains(words));
-    other.join();
+    other.get();
   }
 }
 
@@ -301,9 +306,9 @@ TEST_CASE("Every question has one answer, one that has two is named", "[policy]"
   PolicyProcess policy(pipes.to(), pipes.from(), options_of("x"), work.context);
   Question question;
   for (const int answers : {1, 1, 2}) {
-    std::thread other = pipes.answer_when_asked(answers);
+    std::future<void> other = pipes.answer_when_asked(answers);
     question.ask(policy, work.context);
-    other.join();
+    other.get();
   }
   // Steps 0 to 2 were asked for; the last answer came twice.
   CHECK_THROWS_WITH(question.ask(policy, work.context),
@@ -316,9 +321,9 @@ TEST_CASE("A second answer to the last question is found, too", "[policy]") {
   const Work work;
   PolicyProcess policy(pipes.to(), pipes.from(), options_of("x"), work.context);
   Question question;
-  std::thread other = pipes.answer_when_asked(1);
+  std::future<void> other = pipes.answer_when_asked(1);
   question.ask(policy, work.context);
-  other.join();
+  other.get();
   CHECK_NOTHROW(policy.require_drained());
   pipes.answer();
   CHECK_THROWS_WITH(policy.require_drained(), Catch::Contains("its answer to step 0 of episode 7"));
