@@ -156,9 +156,11 @@ class TaskRegistry {
   UserTasks replaced_;
 };
 
+// Never destroyed: batches of users' tasks may outlive all static objects.
 TaskRegistry& task_registry() noexcept {
-  static TaskRegistry tasks;
-  return tasks;
+  alignas(TaskRegistry) static std::array<std::byte, sizeof(TaskRegistry)> memory;
+  static auto* const tasks = ::new (memory.data()) TaskRegistry;
+  return *tasks;
 }
 
 // True for name-vN, Gymnasium's form.

@@ -97,6 +97,23 @@ void release_zero_pages(void* memory, std::size_t bytes) {
   }
 }
 
+// The one file of a virtual file system, a copy of its text.
+class VirtualFile {
+ public:
+  VirtualFile(mjVFS* files, const char* name, const std::string& text)
+      : files_(files), name_(name) {
+    mj_makeEmptyFileVFS(files, name, static_cast<int>(text.size()) + 1);
+    std::memcpy(files->filedata[0], text.c_str(), text.size() + 1);
+  }
+  ~VirtualFile() { mj_deleteFileVFS(files_, name_); }
+  VirtualFile(const VirtualFile&) = delete;
+  VirtualFile& operator=(const VirtualFile&) = delete;
+
+ private:
+  mjVFS* files_;
+  const char* name_;
+};
+
 }  // namespace
 
 ModelPtr compile_model(const std::string& mjcf) {
@@ -106,8 +123,7 @@ ModelPtr compile_model(const std::string& mjcf) {
   const auto pages = make_pages(sizeof(mjVFS));
   auto* const files = reinterpret_cast<mjVFS*>(pages.get());
   const char* name = "scene.xml";
-  mj_makeEmptyFileVFS(files, name, static_cast<int>(mjcf.size()) + 1);
-  std::memcpy(files->filedata[0], mjcf.c_str(), mjcf.size() + 1);
+  const VirtualFile file(files, name, mjcf);
   char message[1000] = "";
   ModelPtr model;
   {
@@ -115,7 +131,6 @@ ModelPtr compile_model(const std::string& mjcf) {
     const std::lock_guard lock(process_mutex(ProcessLock::kCompiler));
     model.reset(mj_loadXML(name, files, message, sizeof message));
   }
-  mj_deleteFileVFS(files, name);
   if (model == nullptr) {
     throw Error(Error::Kind::kInternal, std::string("scene refused by MuJoCo: ") + message);
   }

@@ -4,10 +4,12 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <exception>
 #include <string>
 #include <thread>
 
 #include "core/base/error.h"
+#include "tests/allocation_counter.h"
 
 namespace engram {
 namespace {
@@ -21,6 +23,29 @@ TEST_CASE("A scene that MuJoCo refuses becomes an Error with its message", "[muj
                     Catch::Contains("scene refused by MuJoCo") && Catch::Contains("size"));
   CHECK_THROWS_AS(compile_model("not xml at all"), Error);
   CHECK_THROWS_AS(compile_model(""), Error);
+}
+
+TEST_CASE("A scene that there is no memory for leaves no copy of its text",
+          "[mujoco][allocation]") {
+  (void)compile_model(kBall);  // what MuJoCo makes once for the whole process
+  const test::MujocoMemory counted;
+  // The copy itself, then the first objects of the parser, which loses some of the later ones.
+  for (std::int64_t number = 1; number <= 7; ++number) {
+    const std::int64_t before = test::outstanding_allocations();
+    bool compiled = false;
+    {
+      const test::FailingAllocation failing(number);
+      try {
+        (void)compile_model(kBall);
+        compiled = true;
+      } catch (const std::exception&) {
+      }
+    }
+    const std::int64_t left = test::outstanding_allocations() - before;  // INFO allocates
+    INFO("allocation " << number);
+    CHECK(!compiled);
+    CHECK(left == 0);
+  }
 }
 
 TEST_CASE("A scene of any length is compiled", "[mujoco]") {
