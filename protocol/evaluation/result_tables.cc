@@ -4,6 +4,7 @@
 #include <cctype>
 #include <ctime>
 
+#include "core/env/rules.h"
 #include "protocol/evaluation/mean.h"
 #include "protocol/evaluation/success_rates.h"
 #include "protocol/formats/decimal.h"
