@@ -1,8 +1,9 @@
 """Times the steps of one environment from Python, beside the goals for them.
 
-small_batches.py [ROUNDS] [ID], default 9 rounds of RememberColor9-VLA-v0. Random actions, one thread, whole
-episodes without their resets. The rows take turns; a row's value is the median of its rounds, in processor
-time. "overhead" is the same step without physics, less the library's own call: what Python adds.
+small_batches.py [ROUNDS] [ID], default 9 rounds of RememberColor9-VLA-v0. Random actions, one
+thread, whole episodes without their resets. The rows take turns; a row's value is the median of its
+rounds, in processor time. "overhead" is the same step without physics, less the library's own call:
+what Python adds.
 """
 
 import statistics
@@ -10,8 +11,9 @@ import sys
 import time
 import warnings
 
-import engram
 import numpy as np
+
+import engram
 from engram.envs.env import Env
 
 EPISODES = 20  # of a round
@@ -49,9 +51,7 @@ def main():
     values = {name: [] for name in rows}
     for _ in range(rounds):
         for name, (env, step, single) in rows.items():
-            values[name].append(
-                time_of(env, step, list(actions[:, 0] if single else actions))
-            )
+            values[name].append(time_of(env, step, list(actions[:, 0] if single else actions)))
     medians = {name: statistics.median(times) for name, times in values.items()}
     for name in ("VectorEnv", "VectorEnv, views", "Env"):
         bare = medians.pop(f"{name}, no physics")

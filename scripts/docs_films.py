@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Records the films of docs/gallery.md again, or those that are named: docs_films.py [NAME...]
+"""Records the films of docs/gallery.md again, or those that are named.
 
-with an environment that has engram, torch, PyAV and Pillow:
+docs_films.py [NAME...], with an environment that has engram, torch, PyAV and Pillow:
 build/python-env/bin/python scripts/docs_films.py
 
 Every film is one call of `engram record`, whose video becomes an animated WebP that pages show like
@@ -97,9 +97,7 @@ FILMS = {
 
 def record(film, video):
     """Writes the video; returns how many frames it has."""
-    done = subprocess.run(
-        film.command(video), capture_output=True, text=True, check=False
-    )
+    done = subprocess.run(film.command(video), capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{film.name}: {done.stderr.strip()}")
     report = json.loads(done.stdout)

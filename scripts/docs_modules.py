@@ -82,9 +82,7 @@ def layers_of(modules, below):
             sys.exit(f"modules include each other in a cycle: {' > '.join(cycle)}")
         if module not in layers:
             open_modules.append(module)
-            layers[module] = max(
-                (visit(other) + 1 for other in sorted(below[module])), default=0
-            )
+            layers[module] = max((visit(other) + 1 for other in sorted(below[module])), default=0)
             open_modules.pop()
         return layers[module]
 
@@ -97,17 +95,13 @@ def direct_arrows(below):
     """Pairs of modules without those that follow from a longer path (transitive reduction)."""
 
     def reaches(module, goal):
-        return goal in below[module] or any(
-            reaches(other, goal) for other in below[module]
-        )
+        return goal in below[module] or any(reaches(other, goal) for other in below[module])
 
     return [
         (module, other)
         for module in sorted(below)
         for other in sorted(below[module])
-        if not any(
-            reaches(between, other) for between in below[module] if between != other
-        )
+        if not any(reaches(between, other) for between in below[module] if between != other)
     ]
 
 
@@ -168,8 +162,8 @@ def draw(files, includes):
 
     lines = [
         (
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
-            f'height="{height}" font-family="sans-serif" text-anchor="middle">'
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+            f'width="{width}" height="{height}" font-family="sans-serif" text-anchor="middle">'
         ),
         "<title>Modules of engram and the #include lines between them</title>",
         (
@@ -213,17 +207,13 @@ def draw(files, includes):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--check", action="store_true", help="write nothing; fail if it is stale"
-    )
+    parser.add_argument("--check", action="store_true", help="write nothing; fail if it is stale")
     check = parser.parse_args().check
     picture = draw(*read_modules())
     if not check:
         PICTURE.write_text(picture)
     elif not PICTURE.is_file() or PICTURE.read_text() != picture:
-        sys.exit(
-            f"{PICTURE.relative_to(ROOT)} is stale; renew it with: scripts/docs_modules.py"
-        )
+        sys.exit(f"{PICTURE.relative_to(ROOT)} is stale; renew it with: scripts/docs_modules.py")
 
 
 if __name__ == "__main__":

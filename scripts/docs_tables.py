@@ -7,9 +7,9 @@ A page marks where a table goes, each mark on a line of its own:
     <!-- end -->
 
 The script replaces the text between the marks. KIND is one of ids, phases, draws, constants, state,
-info, rewards, options, rules. FAMILY is a family of tasks, such as RememberColor; several share a table.
-`table: rules`, without a family, has those of all. `table: all_ids`, without one, is an index of all ids
-by page: a task's page is the one with the family's `ids` table.
+info, rewards, options, rules. FAMILY is a family of tasks, such as RememberColor; several share a
+table. `table: rules`, without a family, has those of all. `table: all_ids`, without one, is an
+index of all ids by page: a task's page is the one with the family's `ids` table.
 
 In cells where ids differ, a value follows the part of the id that distinguishes them: for
 RememberColor, `3` means RememberColor3-VLA-v0 and RememberColor3-Long-VLA-v0 alike, `3-Long` the
@@ -213,7 +213,11 @@ def options_table(ids):
         lambda option: option["unit"],
         lambda option: option["description"],
     )
-    return table(["option", "default", "original", "range", "unit", "what"], rows) if rows else "No options.\n"
+    return (
+        table(["option", "default", "original", "range", "unit", "what"], rows)
+        if rows
+        else "No options.\n"
+    )
 
 
 def rules_table(ids):

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/data/variants.md: constants that users change, from `engram info ID --json`,
-and what the oracle makes of the values in tests/data/variants, from `engram eval`.
+"""Writes the tables of docs/data/variants.md.
+
+They are the constants that users change, from `engram info ID --json`, and what the oracle makes of
+the values in tests/data/variants, from `engram eval`.
 
 The page marks each table: <!-- constants --> or <!-- tried -->, then <!-- end -->.
 """
@@ -21,9 +23,7 @@ COMMON = ("max_episode_steps", "robot_init_qpos_noise", "robot_uids")
 
 
 def ask(command, *arguments):
-    done = subprocess.run(
-        [command, *arguments], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([command, *arguments], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{command} {' '.join(arguments)}: {done.stderr.strip()}")
     return json.loads(done.stdout)

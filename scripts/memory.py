@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Measures what policies without memory achieve, and writes it down: the tables of docs/data/memory.md
-and the figures in protocol/batch/ceilings.cc, which `engram info` and the scores of `engram eval` go
-by. Build again afterwards.
+"""Measures what policies without memory achieve, and writes it down.
+
+That is, the tables of docs/data/memory.md and the figures in protocol/batch/ceilings.cc, which
+`engram info` and the scores of `engram eval` go by. Build again afterwards.
 
 memory.py [--engram COMMAND] [--measured FILE]    about a quarter of an hour on two cores
 memory.py --rl                                    the RL tasks alone, a few minutes
@@ -122,9 +123,7 @@ def strict_table(strict):
 def tail(chi, freedom):
     """Probability of at least this chi-squared (Wilson and Hilferty's approximation)."""
     spread = 2 / (9 * freedom)
-    return 0.5 * math.erfc(
-        ((chi / freedom) ** (1 / 3) - 1 + spread) / math.sqrt(2 * spread)
-    )
+    return 0.5 * math.erfc(((chi / freedom) ** (1 / 3) - 1 + spread) / math.sqrt(2 * spread))
 
 
 def luckiest(numbers, members, episodes):
@@ -132,34 +131,33 @@ def luckiest(numbers, members, episodes):
     share = members / numbers
     above = 0.0
     for hits in range(episodes, -1, -1):
-        above += (
-            math.comb(episodes, hits) * share**hits * (1 - share) ** (episodes - hits)
-        )
+        above += math.comb(episodes, hits) * share**hits * (1 - share) ** (episodes - hits)
         if above * numbers > 0.01:
             return hits + 1
     return 0
 
 
 def hidden_numbers(name, task, about):
-    """How many numbers there are to choose from, and those of every episode, as lists: one, or of
-    the coloured cubes a set. Nothing where answers are not equally likely."""
+    """How many numbers there are to choose from, and those of every episode.
+
+    The latter as lists: one, or of the coloured cubes a set. Nothing where answers are not equally
+    likely.
+    """
     pairs = zip(task["first_answers"] or [], task["first_answers_correct"] or [])
     answers = [answer for answer, right in pairs if right]
     if "OfColors" in name:  # a digit per touch, 1 + the colour
         return COLORS, [[int(digit) for digit in str(answer)] for answer in answers]
     candidates = about["candidates"]
-    if (
-        not answers
-        or not about["equal_answers"]
-        or not 2 <= candidates <= CANONICAL_EPISODES
-    ):
+    if not answers or not about["equal_answers"] or not 2 <= candidates <= CANONICAL_EPISODES:
         return None
     return candidates, [[answer] for answer in answers]
 
 
 def independence(canonical, info):
-    """A row per task, and their sum. Chi-squared of memberships is the usual one where there is one
-    number per episode."""
+    """A row per task, and their sum.
+
+    Chi-squared of memberships is the usual one where there is one number per episode.
+    """
     rows, chi_sum, freedom_sum = [], 0.0, 0
     for name, task in canonical.items():
         hidden = hidden_numbers(name, task, info[name])
@@ -167,9 +165,7 @@ def independence(canonical, info):
             continue
         numbers, episodes = hidden
         members = len(episodes[0])
-        counts = collections.Counter(
-            number for episode in episodes for number in episode
-        )
+        counts = collections.Counter(number for episode in episodes for number in episode)
         expected = len(episodes) * members / numbers
         squares = sum((count - expected) ** 2 for count in counts.values())
         squares += (numbers - len(counts)) * expected**2
@@ -220,9 +216,7 @@ def figures(array, results, ids):
         rates = [results[policy][name]["sr"] for policy in POLICIES]
         answers = [results[policy][name]["first_answer_correct"] for policy in POLICIES]
         values = [*rates, *(-1 if answer is None else answer for answer in answers)]
-        lines.append(
-            f'    {{"{name}", ' + ", ".join(f"{value:g}" for value in values) + "},"
-        )
+        lines.append(f'    {{"{name}", ' + ", ".join(f"{value:g}" for value in values) + "},")
     return "\n".join([*lines, "};"])
 
 
@@ -230,9 +224,7 @@ def measure(engram):
     start = time.monotonic()
     results = {p: engram.evaluate(None, p, EPISODES, SEED) for p in POLICIES}
     ids = list(results["oracle"])
-    asked = [
-        name for name in ids if results["oracle"][name]["first_answers"] is not None
-    ]
+    asked = [name for name in ids if results["oracle"][name]["first_answers"] is not None]
     option = ("--option", "strict=1")
     strict = {p: engram.evaluate(asked, p, EPISODES, SEED, *option) for p in POLICIES}
     canonical = engram.evaluate(None, "oracle", CANONICAL_EPISODES, CANONICAL_SEED)
@@ -260,9 +252,7 @@ def write(measured):
     page = put(page, "made", f"{made}\n\n```sh\n{commands}\n```")
     page = put(page, "ceilings", ceilings_table(results, ids))
     page = put(page, "strict", strict_table(measured["strict"]))
-    page = put(
-        page, "independence", independence(measured["canonical"], measured["info"])
-    )
+    page = put(page, "independence", independence(measured["canonical"], measured["info"]))
     PAGE.write_text(page)
     put_figures("ceilings", figures("kCeilings", results, ids))
 
@@ -275,7 +265,9 @@ def measure_rl(engram):
     start = time.monotonic()
     results = {p: engram.evaluate(RL, p, EPISODES, SEED) for p in POLICIES}
     asked = [name for name, task in results["oracle"].items() if task["first_answers"] is not None]
-    strict = {p: engram.evaluate(asked, p, EPISODES, SEED, "--option", "strict=1") for p in POLICIES}
+    strict = {
+        p: engram.evaluate(asked, p, EPISODES, SEED, "--option", "strict=1") for p in POLICIES
+    }
     pose = engram.evaluate(RL, "oracle", EPISODES, SEED, "--control-mode", "pd_ee_delta_pose")
     return {
         "minutes": (time.monotonic() - start) / 60,
@@ -289,7 +281,9 @@ def measure_rl(engram):
 def rl_table(measured):
     results = measured["results"]
     head = ["id", "chance", *POLICIES, "oracle, pd_ee_delta_pose"]
-    head += [f"answer: {policy}" for policy in POLICIES] + [f"strict: {policy}" for policy in POLICIES]
+    head += [f"answer: {policy}" for policy in POLICIES] + [
+        f"strict: {policy}" for policy in POLICIES
+    ]
     rows = []
     for name, oracle in results["oracle"].items():
         of = [results[policy][name] for policy in POLICIES]
@@ -301,7 +295,8 @@ def rl_table(measured):
 
 
 def write_rl(measured):
-    made = f"Made by `scripts/memory.py --rl` in {measured['minutes']:.0f} minutes, with these commands:"
+    minutes = f"{measured['minutes']:.0f} minutes"
+    made = f"Made by `scripts/memory.py --rl` in {minutes}, with these commands:"
     commands = "\n".join(measured["commands"])
     page = put(PAGE.read_text(), "rl made", f"{made}\n\n```sh\n{commands}\n```")
     PAGE.write_text(put(page, "rl", rl_table(measured)))
@@ -316,7 +311,9 @@ def main():
     parser.add_argument("--rl", action="store_true", help="the RL tasks alone")
     arguments = parser.parse_args()
     which = (measure_rl, write_rl) if arguments.rl else (measure, write)
-    file = arguments.measured or ROOT / "build" / ("memory_rl.json" if arguments.rl else "memory.json")
+    file = arguments.measured or ROOT / "build" / (
+        "memory_rl.json" if arguments.rl else "memory.json"
+    )
     if not file.exists():
         file.write_text(json.dumps(which[0](Engram(arguments.engram))))
     which[1](json.loads(file.read_text()))

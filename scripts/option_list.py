@@ -2,8 +2,9 @@
 
 import re
 import textwrap
-import tomllib
 from pathlib import Path
+
+import tomllib
 
 ROOT = Path(__file__).resolve().parent.parent
 WIDTH = 100

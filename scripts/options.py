@@ -44,7 +44,11 @@ BLOCKS = {
         "names": lambda indent: cpp.names_in_cpp(ENUMS["control_mode"], function=False),
         "copies": cpp.copies,
     },
-    "api/c_options.cc": {"defaults": cpp.c_defaults, "conversions": cpp.conversions, "asserts": cpp.asserts},
+    "api/c_options.cc": {
+        "defaults": cpp.c_defaults,
+        "conversions": cpp.conversions,
+        "asserts": cpp.asserts,
+    },
     "apps/options.cc": {"switches": cpp.switches},
     "python/src/module.cc": {"bindings": cpp.bindings},
     "python/engram/_args/option_list.py": {"lists": python.python_lists},
@@ -53,7 +57,9 @@ BLOCKS = {
     "docs/embedding.md": {"table": python.table},
 }
 
-BLOCK = re.compile(r"^( *)(\S+) begin options: (\w+).*?\n(.*?)^ *\S+ end options", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(
+    r"^( *)(\S+) begin options: (\w+).*?\n(.*?)^ *\S+ end options", re.MULTILINE | re.DOTALL
+)
 # A docstring has no comments: its arguments end where its errors begin.
 HELP = re.compile(r"(?<=\n)        num_envs: .*?(?=\n\n    Raises:)", re.DOTALL)
 

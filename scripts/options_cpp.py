@@ -155,7 +155,8 @@ def c_fields(indent):
 def cpp_fields(layer, struct="", of=None):
     """Fields of a struct; layer: "cpp" or "core"; struct: which member of the options it is.
 
-    of: only options of the batch ("batch") or of its task ("task")."""
+    of: only options of the batch ("batch") or of its task ("task").
+    """
 
     def lines(indent):
         result = []
@@ -182,7 +183,7 @@ def limits(indent):
 
 
 def ranges(of):
-    """Checks of options of the batch or of its task; those of pictures are made where pictures are."""
+    """Checks of options of the batch or of its task; where pictures are made, theirs are."""
 
     def lines(indent):
         result = []

@@ -55,7 +55,13 @@ def python_types(indent):
             result.append(line)
     for of_batch, head in ((False, "EnvOptions(TypedDict"), (True, "BatchOptions(EnvOptions")):
         about = "of batches too" if of_batch else "of environments, single or in batches"
-        result += ["", "", f"class {head}, total=False):", f'    """Keywords {about}, but for obs_mode."""', ""]
+        result += [
+            "",
+            "",
+            f"class {head}, total=False):",
+            f'    """Keywords {about}, but for obs_mode."""',
+            "",
+        ]
         for option in keywords():
             taken = option["python"] not in ("num_envs", "obs_mode")
             if taken and option.get("batch", False) == of_batch:

@@ -32,9 +32,9 @@ LEVELS = (0.5, 1)
 
 HEAD = """# Policies under perturbations
 
-`scripts/perturbations.py` writes this page; [perturbations](../perturbations.md) explains the axes. Rates of
-success once, from the seed 4242424242: {episodes} episodes of each id for the oracle, and of every cell for
-students.
+`scripts/perturbations.py` writes this page; [perturbations](../perturbations.md) explains the axes.
+Rates of success once, from the seed 4242424242: {episodes} episodes of each id for the oracle, and
+of every cell for students.
 """
 STUDENTS = "\n## Students from pictures\n"
 
@@ -82,7 +82,7 @@ def oracle_table(engram):
 
 
 def agents_table(agents):
-    paths = [path for path in (agents / "usual/agent.pt", agents / "robust/agent.pt")]
+    paths = [agents / "usual/agent.pt", agents / "robust/agent.pt"]
     rows = [["none", "", *(f"{agent_rate(path):.3f}" for path in paths)]]
     for axis in PICTURE_AXES + ROBOT_AXES:
         for level in LEVELS:

@@ -42,7 +42,10 @@ FORMER_NAMES = {
     "foresee": ("cpp", r"\bforesee\w*|\bforesight\b"),
     "push_out": ("cpp", r"\bis_engulfed\b|\bpush_out\b|\bway_out\b|\bway_in\b"),
     "JointLaw": ("cpp", r"\bJointLaw\b|\bRobotLaw\b|\bDriveLaw\b"),
-    "aim, driven": ("core/(robot|physics)", r"\baim\b|\bdriven\b|\bbrake\b|\bresist\b|\bcouple\b|\bgive\b"),
+    "aim, driven": (
+        "core/(robot|physics)",
+        r"\baim\b|\bdriven\b|\bbrake\b|\bresist\b|\bcouple\b|\bgive\b",
+    ),
     "arms": ("core/(robot|physics)", r"\barms\b|\barm\["),
     "root()": ("core/(robot|math|physics)", r"\broot\("),
     "lesser": ("cpp", r"\blesser\b|\bgreater\(|\bmagnitude\("),
@@ -248,7 +251,9 @@ def main() -> None:
     everything = code + sources(root, (".py", ".js", ".html"))
     left = []
     for name, (where, pattern) in FORMER_NAMES.items():
-        folder = re.compile("|".join(CPP) if where == "cpp" else where.replace("cpp", "|".join(CPP)))
+        folder = re.compile(
+            "|".join(CPP) if where == "cpp" else where.replace("cpp", "|".join(CPP))
+        )
         word = re.compile(pattern)
         hits = [
             str(f)
@@ -281,7 +286,11 @@ def main() -> None:
 
     listed: dict[tuple[str, str], int] = {}
     for file in code:
-        if file.parts[0] == "tasks" and len(file.parts) > 2 and file.parts[1] not in ("common", "parts"):
+        if (
+            file.parts[0] == "tasks"
+            and len(file.parts) > 2
+            and file.parts[1] not in ("common", "parts")
+        ):
             for name in re.findall(r'"([A-Z][A-Z0-9]*_[A-Z0-9_]+)"', read(root / file)):
                 listed[file.parts[1], name] = listed.get((file.parts[1], name), 0) + 1
     mean = sum(listed.values()) / max(1, len(listed))
@@ -311,14 +320,18 @@ def main() -> None:
     with_logic = [f for f in code if f.suffix == ".cc" and f.parts[0] in CPP]
     bare = [str(f) for f in with_logic if f.stem not in tested]
     rows.append(
-        ("source files with a test of their own name", f"{len(with_logic) - len(bare)} of {len(with_logic)}", bare)
+        (
+            "source files with a test of their own name",
+            f"{len(with_logic) - len(bare)} of {len(with_logic)}",
+            bare,
+        )
     )
     long = [(len(read(root / f).splitlines()), str(f)) for f in everything]
     long = sorted((n, f) for n, f in long if n > 500)
     rows.append(("files over 500 lines", f"{len(long)}", [f"{n} {f}" for n, f in long]))
 
     print("| measure | value |\n| --- | --: |")
-    for name, value, findings in rows:
+    for name, value, _ in rows:
         print(f"| {name} | {value} |")
     if options.list:
         for name, _, findings in rows:

@@ -61,7 +61,7 @@ depends_on_versions=(
   python/tests/test_{variants,vector_env,window}.py
 )
 if scripts/install_dependencies.sh chromium && scripts/python_env.sh "$env"; then  # for engram play
-  "$env/bin/ruff" check python && "$env/bin/ruff" format --check python || failed+=("Python style")
+  "$env/bin/ruff" check . && "$env/bin/ruff" format --check . || failed+=("Python style")
   python_tests "$env-0.29" "Gymnasium 0.29" "${depends_on_versions[@]}" "${elsewhere[@]}"
   python_tests "$env" nothing python "${elsewhere[@]}"
   python_tests "$env-data" nothing "$data"

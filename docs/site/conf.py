@@ -5,9 +5,10 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+from sphinx.util import logging
+
 import engram
 import engram.typing
-from sphinx.util import logging
 
 project = "engram"
 author = "The engram authors"
