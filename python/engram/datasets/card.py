@@ -10,7 +10,7 @@ from typing import Any
 
 from engram.datasets.additions import ADDITIONS, DEPTH, SEGMENTATION
 from engram.datasets.checks import printable
-from engram.datasets.episodes import DemonstrationFolder
+from engram.datasets.collected import EpisodeSource
 
 _LICENCE = "apache-2.0"  # engram's, of what it makes
 _MOST_INSTRUCTIONS = 20
@@ -39,7 +39,7 @@ class Card:
     use: str
 
 
-def text(folder: DemonstrationFolder, instructions: Sequence[str], card: Card) -> str:
+def text(folder: EpisodeSource, instructions: Sequence[str], card: Card) -> str:
     """The README.md of a converted folder."""
     origin = folder.metadata.get("engram", {})
     lines = [
@@ -88,7 +88,7 @@ def _front_matter(card: Card) -> list[str]:
     return [*lines, "---", ""]
 
 
-def _facts(folder: DemonstrationFolder, further: Mapping[str, str]) -> dict[str, str]:
+def _facts(folder: EpisodeSource, further: Mapping[str, str]) -> dict[str, str]:
     lengths = folder.metadata["episode_lengths"]
     seeds = folder.metadata["episode_seeds"]
     origin = folder.metadata.get("engram", {})
@@ -129,7 +129,7 @@ def _origin(origin: Mapping[str, Any]) -> list[str]:
     return ["The task's scripted oracle, which knows what is hidden, acted."]
 
 
-def collect_command(folder: DemonstrationFolder) -> str:
+def collect_command(folder: EpisodeSource) -> str:
     """The command that makes the demonstrations again."""
     origin = folder.metadata.get("engram", {})
     words = ["engram", "collect", folder.env_id, "--episodes", str(len(folder))]

@@ -6,7 +6,7 @@ import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -42,7 +42,7 @@ def printable(text: str) -> str:
 
 
 @contextlib.contextmanager
-def reading(path: Path | str) -> Iterator[None]:
+def reading(path: Path | str | IO[bytes]) -> Iterator[None]:
     """Turns exceptions of readers of external files into a DatasetError with the path.
 
     Parsers of archives, pictures, tables and messages raise errors of all kinds over damaged input,

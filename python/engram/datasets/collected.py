@@ -12,7 +12,7 @@ from typing import Any
 
 from engram.datasets import additions, checks
 from engram.datasets.checks import DatasetError
-from engram.datasets.episodes import Episode, read_metadata
+from engram.datasets.episodes import DemonstrationFolder, Episode, read_metadata
 from engram.datasets.spaces import Spaces
 
 _LARGEST_BLOCK = 1 << 32  # bytes
@@ -118,6 +118,10 @@ class CollectedEpisodes:
         if len(body) != size:
             raise DatasetError(f"{self.env_id}: engram collect ended too early")
         return body
+
+
+# Where converters take episodes from.
+EpisodeSource = DemonstrationFolder | CollectedEpisodes
 
 
 def add_arguments(parser: Any) -> None:

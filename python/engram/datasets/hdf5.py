@@ -20,12 +20,11 @@ import numpy as np
 
 import engram
 from engram.datasets import additions, card, checks, source
-from engram.datasets.collected import CollectedEpisodes
+from engram.datasets.collected import CollectedEpisodes, EpisodeSource
 from engram.datasets.episodes import (
     HDF5_FILE,
     HDF5_FOLDER,
     HDF5_METADATA,
-    DemonstrationFolder,
     Episode,
     no_progress,
 )
@@ -39,7 +38,7 @@ _GYM = 2  # robomimic's number for environments of Gym
 
 
 def convert(
-    folder: DemonstrationFolder | CollectedEpisodes,
+    folder: EpisodeSource,
     root: Path | str,
     jobs: int = 0,
     progress: Callable[[int, int], None] = no_progress,
@@ -193,16 +192,14 @@ class _Writer:
         self.steps += demonstration.steps
         self.episodes += 1
 
-    def finish(self, folder: DemonstrationFolder | CollectedEpisodes) -> None:
+    def finish(self, folder: EpisodeSource) -> None:
         self.data.attrs["total"] = self.steps
         self.data.attrs["env_args"] = json.dumps(_env_args(folder, self.added))
         if self.segments.names is not None:
             self.data.attrs[additions.SEGMENT_NAMES] = self.segments.names
 
 
-def _env_args(
-    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
-) -> dict[str, Any]:
+def _env_args(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
     """What robomimic says of an environment."""
     maps = [name for name in additions.MAPS if name in added]
     return {
@@ -220,9 +217,7 @@ def _env_args(
 # --- card ---
 
 
-def _card(
-    folder: DemonstrationFolder | CollectedEpisodes, instructions: list[str], added: Collection[str]
-) -> str:
+def _card(folder: EpisodeSource, instructions: list[str], added: Collection[str]) -> str:
     spaces = folder.spaces
     notes = [
         f"`obs/proprio`, before the action: {', '.join(spaces.proprio_names)}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -40,6 +41,11 @@ def _episode(group: h5py.Group, spaces: Spaces) -> StoredEpisode:
     def cameras(keys: tuple[str, ...], kind: type, shape: tuple[int, ...]) -> np.ndarray:
         return np.concatenate([array(f"obs/{key}", kind, *shape) for key in keys], axis=-1)
 
+    found: dict[str, Any] = {
+        name: cameras(additions.map_keys(name), additions.MAP_TYPE, additions.MAP_SHAPE)
+        for name in additions.MAPS
+        if name in observations
+    }
     return StoredEpisode(
         spaces,
         int(group.attrs["episode_seed"]),
@@ -48,11 +54,7 @@ def _episode(group: h5py.Group, spaces: Spaces) -> StoredEpisode:
         group.attrs["language_instruction"],
         cameras(("image", "wrist_image"), np.uint8, checks.CAMERA_SHAPE),
         array("rewards", np.float32),
-        **{
-            name: cameras(additions.map_keys(name), additions.MAP_TYPE, additions.MAP_SHAPE)
-            for name in additions.MAPS
-            if name in observations
-        },
+        **found,
     )
 
 

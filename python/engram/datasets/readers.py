@@ -54,7 +54,7 @@ def _rlds_episode(fields: dict[str, list], spaces: Spaces) -> StoredEpisode:
     if any(len(files) != len(action) for files in cameras):
         raise DatasetError(f"pictures of {[len(c) for c in cameras]} and {len(action)} steps")
     checks.whole_number("steps", len(action), 1, checks.MAX_STEPS)
-    found = {
+    found: dict[str, Any] = {
         name: np.stack(
             [maps(fields[f"steps/observation/{key}"]) for key in additions.map_keys(name)], axis=-1
         )

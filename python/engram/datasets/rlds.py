@@ -14,11 +14,10 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from engram.datasets import additions, card, checks, source, tf_example
-from engram.datasets.collected import CollectedEpisodes
+from engram.datasets.collected import CollectedEpisodes, EpisodeSource
 from engram.datasets.episodes import (
     RLDS_FOLDER,
     RLDS_VERSION,
-    DemonstrationFolder,
     Episode,
     no_progress,
 )
@@ -33,7 +32,7 @@ SHARD_BYTES = 256 << 20  # after which the next shard begins
 
 
 def convert(
-    folder: DemonstrationFolder | CollectedEpisodes,
+    folder: EpisodeSource,
     root: Path | str,
     jobs: int = 0,
     progress: Callable[[int, int], None] = no_progress,
@@ -151,9 +150,7 @@ def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> 
     return source.is_written(Path(root) / RLDS_FOLDER / folder.env_id / VERSION, folder, **options)
 
 
-def _card(
-    folder: DemonstrationFolder | CollectedEpisodes, instructions: list[str], added: Collection[str]
-) -> str:
+def _card(folder: EpisodeSource, instructions: list[str], added: Collection[str]) -> str:
     spaces = folder.spaces
     notes = [
         f"`steps/observation/proprio`, before the action: {', '.join(spaces.proprio_names)}"

@@ -11,15 +11,12 @@ from typing import Any
 import engram
 from engram.datasets.additions import ADDITIONS, chosen
 from engram.datasets.checks import DatasetError, reading
-from engram.datasets.collected import CollectedEpisodes
-from engram.datasets.episodes import DemonstrationFolder
+from engram.datasets.collected import CollectedEpisodes, EpisodeSource
 
 NAME = "engram.json"
 
 
-def document(
-    folder: DemonstrationFolder | CollectedEpisodes, options: dict[str, Any]
-) -> dict[str, Any]:
+def document(folder: EpisodeSource, options: dict[str, Any]) -> dict[str, Any]:
     """The content of the file; options: those of the format."""
     return {
         "version": engram.__version__,
@@ -30,9 +27,7 @@ def document(
     }
 
 
-def with_additions(
-    folder: DemonstrationFolder | CollectedEpisodes, added: Collection[str]
-) -> dict[str, Any]:
+def with_additions(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
     """The same of a format whose options are the additions."""
     return document(folder, {name: name in added for name in ADDITIONS})
 

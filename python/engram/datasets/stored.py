@@ -64,7 +64,7 @@ def _unpacked(
 ) -> np.ndarray:
     from PIL import Image
 
-    pictures = np.empty((len(encoded), *shape), kind)
+    pictures: np.ndarray = np.empty((len(encoded), *shape), kind)
     for picture, data in zip(pictures, encoded):
         with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
             if image.size != (shape[1], shape[0]) or image.mode not in modes:

@@ -134,7 +134,7 @@ def png(image: np.ndarray) -> bytes:
     np.subtract(lines[:, pixel:], lines[:, :-pixel], out=filtered[:, 1 + pixel :])
     color = _RGB if image.ndim == 3 else _GREY
     header = struct.pack(">IIBBBBB", width, height, 8 * image.itemsize, color, 0, 0, 0)
-    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(filtered, _LEVEL)), (b"IEND", b""))
+    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(filtered.data, _LEVEL)), (b"IEND", b""))
     return _SIGNATURE + b"".join(_chunk(kind, data) for kind, data in chunks)
 
 

@@ -64,13 +64,14 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         joints_name: str | None = None,
     ) -> None:
         super().__init__(env)
-        self.base_env: Any = env.unwrapped
+        base_env: Any = env.unwrapped
+        self.base_env = base_env
         self.include_rgb = rgb
         self.include_depth = depth
         self.include_state = state
         self.include_oracle = oracle
         self.include_joints = joints
-        self.joints_name = joints_name or ("joints" if self.base_env._rl else "proprio")
+        self.joints_name = joints_name or ("joints" if base_env._rl else "proprio")
         self._source = source(env, self._needs) if rgb or depth else None
         # True if ConvertJointsToEEFXyzRpyGripperWrapper makes the observations of policies from it.
         flags = rgb and joints and not (depth or state or oracle)

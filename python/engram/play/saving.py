@@ -55,8 +55,9 @@ def _replay(id: str, seed: int, actions: Sequence[npt.NDArray[np.float32]]) -> E
     successes = rows["success"]
     if not successes or not successes[-1] or any(successes[:-1]):
         raise SaveError("the episode did not succeed; demonstrations do")
+    columns: dict[str, Any] = {name: np.array(rows[name]) for name in _STEPS}
     return Episode(
-        **{name: np.array(rows[name]) for name in _STEPS},
+        **columns,
         language_instruction=instruction,
         success_once=True,
         episode_length=len(actions),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 
-from engram.datasets.episodes import DemonstrationFolder, Episode
+from engram.datasets.collected import EpisodeSource
+from engram.datasets.episodes import Episode
 from engram.datasets.lerobot import layout
 from engram.datasets.lerobot.videos import VideoFile
 from engram.datasets.lerobot_options import Options
@@ -13,7 +14,7 @@ from engram.datasets.lerobot_options import Options
 _EPISODES = 3  # that are encoded both ways
 
 
-def smaller_frames(folder: DemonstrationFolder, options: Options) -> str:
+def smaller_frames(folder: EpisodeSource, options: Options) -> str:
     """What takes up less of the first episodes: "videos", or "images", which win a draw."""
     images = videos = 0
     for episode in folder[:_EPISODES]:

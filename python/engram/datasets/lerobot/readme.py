@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from engram.datasets import card, frame_stats
-from engram.datasets.episodes import DemonstrationFolder
+from engram.datasets.collected import EpisodeSource
 from engram.datasets.lerobot import layout
 from engram.datasets.lerobot_options import FRAMES, Options
 from engram.datasets.spaces import ANGLES, Spaces
@@ -15,7 +15,7 @@ _READERS = {"3.0": "lerobot 0.4 and newer", "2.1": "lerobot 0.3"}
 
 
 def text(
-    folder: DemonstrationFolder, chosen: Options, asked: Options, instructions: Sequence[str]
+    folder: EpisodeSource, chosen: Options, asked: Options, instructions: Sequence[str]
 ) -> str:
     """README.md; asked: the options as they were given, of which `chosen` were made."""
     frames = f"videos ({chosen.encoder}, 4:2:0, lossy)"
@@ -41,7 +41,7 @@ def text(
     )
 
 
-def _command(folder: DemonstrationFolder, asked: Options) -> list[str]:
+def _command(folder: EpisodeSource, asked: Options) -> list[str]:
     """The arguments that differ from the usual ones."""
     words = ["lerobot", "data", folder.env_id]
     for field in dataclasses.fields(Options):

@@ -12,10 +12,9 @@ import numpy as np
 
 from engram.datasets import frame_stats, source
 from engram.datasets.additions import MAPS, SegmentNames
-from engram.datasets.collected import CollectedEpisodes
+from engram.datasets.collected import CollectedEpisodes, EpisodeSource
 from engram.datasets.episodes import (
     LEROBOT_METADATA,
-    DemonstrationFolder,
     Episode,
     no_progress,
 )
@@ -27,11 +26,11 @@ from engram.datasets.lerobot_options import Options
 from engram.datasets.spaces import Spaces
 from engram.datasets.work import ahead
 
-_FILES = {"3.0": v30.Files, "2.1": v21.Files}
+_FILES: dict[str, type[v21.Files] | type[v30.Files]] = {"3.0": v30.Files, "2.1": v21.Files}
 
 
 def convert(
-    folder: DemonstrationFolder | CollectedEpisodes,
+    folder: EpisodeSource,
     root: Path | str,
     progress: Callable[[int, int], None] = no_progress,
     **options: Any,
@@ -62,7 +61,7 @@ def convert(
     return Path(root).joinpath(*place)
 
 
-def _source(folder: DemonstrationFolder | CollectedEpisodes, options: Options) -> dict[str, Any]:
+def _source(folder: EpisodeSource, options: Options) -> dict[str, Any]:
     return source.document(folder, dataclasses.asdict(options) | {"codec": options.encoder})
 
 

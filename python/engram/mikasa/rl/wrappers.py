@@ -6,6 +6,7 @@ Letters have no outline, and the reward is drawn whatever MIKASA_DISABLE_REWARD_
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -98,12 +99,13 @@ class RememberShapeAndColorInfoWrapper(overlays.ColorWrapper):
         self._put_text(picture, "Target:", _PLACE)
         if answer is None:
             return
+        base: Any = self.unwrapped
         shape, color = answer
         name = self._color_name(color)
         red, green, blue = (round(float(part)) for part in self._color(color)[:3])
         self._put_text(picture, name, (130, 60), color=(red, green, blue))
         x = 130 + drawing.text_width(f"{name} ")
-        self._put_text(picture, overlays.named(self.unwrapped.BASE_SHAPES, shape), (x, 60))
+        self._put_text(picture, overlays.named(base.BASE_SHAPES, shape), (x, 60))
 
 
 class MemoryCapacityInfoWrapper(overlays.MemoryCapacityInfoWrapper):
