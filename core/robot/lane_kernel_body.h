@@ -37,6 +37,7 @@ unsigned other_lanes(Mask mask) {
   return kAll & ~simd::bits(mask);
 }
 
+// Two bodies of the robot come nearer by the joints between them only.
 template <class V>
 unsigned clearance_exceeded(const RobotModel& robot, double look_ahead, double allowance,
                             const double* rows) {

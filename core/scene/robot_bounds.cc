@@ -296,14 +296,4 @@ double RobotBounds::max_displacement(const JointArray& from, const JointArray& t
   return displacement;
 }
 
-// Two bodies of the robot come nearer by the joints between them only.
-bool RobotBounds::still_clear(const Clearance& before, const JointArray& qpos) const {
-  double displacement = 0;  // of a joint and later ones
-  for (std::size_t joint = lever_arms_.size(); joint-- > 0;) {
-    displacement += lever_arms_[joint] * std::abs(qpos[joint] - before.qpos[joint]);
-    if (displacement >= before.self[joint]) return false;
-  }
-  return displacement < before.outside();
-}
-
 }  // namespace engram

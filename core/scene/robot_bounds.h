@@ -56,9 +56,6 @@ class RobotBounds {
   // Bound of the displacement of any point of the robot between joint positions, m: the joints'
   // changes times their lever arms.
   double max_displacement(const JointArray& from, const JointArray& to) const;
-  // True only if the robot cannot have touched anything since before.qpos. The obstacles must be
-  // the same.
-  bool still_clear(const Clearance& before, const JointArray& qpos) const;
 
  private:
   struct Capsule {
