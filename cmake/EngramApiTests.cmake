@@ -39,6 +39,10 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
     "-DCXX=${CMAKE_CXX_COMPILER}" "-DPKG_CONFIG=${ENGRAM_PKG_CONFIG}"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_installed.cmake")
   set_tests_properties(installed_package PROPERTIES TIMEOUT 900)
+  add_test(NAME added_folder COMMAND "${CMAKE_COMMAND}" "-DSOURCE=${PROJECT_SOURCE_DIR}"
+    "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging_added" "-DCC=${CMAKE_C_COMPILER}"
+    "-DCXX=${CMAKE_CXX_COMPILER}" "-DGENERATOR=${CMAKE_GENERATOR}"
+    -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_added_folder.cmake")
   if(TARGET engram_cli)
     add_test(NAME wheel_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
       "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/adding_a_task.md"

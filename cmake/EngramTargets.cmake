@@ -9,17 +9,18 @@ function(engram_sources variable)
   set(${variable} ${sources} PARENT_SCOPE)
 endfunction()
 
-# engram_configure_target(<target> [PUBLIC_HEADERS_ONLY]): language level, warnings as errors, and
-# floating point whose bits do not depend on whether the compiler finds a fused multiply-add. The
-# project's folders are on the include path of its own targets alone: a host project sees api/.
+# engram_configure_target(<target> [PUBLIC_HEADERS_ONLY]): language level, warnings, and floating
+# point whose bits do not depend on whether the compiler finds a fused multiply-add. The project's
+# folders are on the include path of its own targets alone: a host project sees api/.
 function(engram_configure_target target)
   if(NOT "PUBLIC_HEADERS_ONLY" IN_LIST ARGN)
     target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}")
   endif()
   target_compile_features(${target} PUBLIC cxx_std_20)
-  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF
+    COMPILE_WARNING_AS_ERROR ${ENGRAM_WARNINGS_AS_ERRORS})
   target_compile_options(${target} PRIVATE
-    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -ffp-contract=off)
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -ffp-contract=off)
   if(CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)
     # Or whether Eigen writes one itself, which it does where this is defined.
     target_compile_options(${target} PRIVATE -U__ARM_FEATURE_FMA)

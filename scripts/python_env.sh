@@ -46,13 +46,14 @@ install "$env" --no-deps "${partners[@]}"
 install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
   tensorflow-datasets pytest pytest-xdist "${readers[@]}"
 
-# The compiler by the name that the main build calls it, and precompiled headers as there, so that
-# ccache finds its objects again. With ENGRAM_PCH=OFF they are all compiled, and every file of the
+# The compiler by the name that the main build calls it, precompiled headers and warnings as there, so
+# that ccache finds its objects again. With ENGRAM_PCH=OFF they are all compiled, and every file of the
 # library shows that it includes what it needs.
 wheels=build/wheels
 rm -rf "$wheels"
 CC=${CC:-cc} CXX=${CXX:-c++} "$env/bin/python" -m pip wheel --quiet --disable-pip-version-check \
   --no-build-isolation --no-deps --wheel-dir "$wheels" \
+  --config-settings=cmake.define.ENGRAM_WARNINGS_AS_ERRORS=ON \
   --config-settings=cmake.define.ENGRAM_PCH="${ENGRAM_PCH:-ON}" .
 for folder in "$env" "$old" "$data"; do
   # Its name before 0.5.0. Removed first, because both have the same files.

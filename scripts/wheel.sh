@@ -26,6 +26,7 @@ build() {  # CMAKE_DEFINITION... -> the only wheel in $plain
   CC=${CC:-cc} CXX=${CXX:-c++} python -m pip wheel --quiet --disable-pip-version-check \
     --no-build-isolation --no-deps --wheel-dir "$plain" "${settings[@]}" \
     --config-settings=cmake.define.ENGRAM_PCH=OFF \
+    --config-settings=cmake.define.ENGRAM_WARNINGS_AS_ERRORS=ON \
     --config-settings=cmake.define.ENGRAM_HARDEN=ON \
     --config-settings=cmake.define.ENGRAM_WHEEL=ON .
 }

@@ -32,14 +32,12 @@ ENGRAM_INLINE void link_poses(const RobotModel& robot, const JointsOf<V>& q, Lin
     cosines.set_group(i, cosine);
   }
   LinkPose<V> pose;
+  pose.pos = broadcast_vec3<V>(robot.links[0].offset);
+  for (int k = 0; k < 9; ++k) pose.axes.at[k] = simd::broadcast<V>(robot.links[0].rotation[k]);
   for (int i = 0; i < kArmJoints; ++i) {
-    const RobotModel::Link& link = robot.links[i];
-    if (i == 0) {
-      pose.pos = broadcast_vec3<V>(link.offset);
-      for (int k = 0; k < 9; ++k) pose.axes.at[k] = simd::broadcast<V>(link.rotation[k]);
-    } else {
-      pose.pos = pose.pos + pose.axes * link.offset;
-      pose.axes = pose.axes.times(link.rotation);
+    if (i > 0) {
+      pose.pos = pose.pos + pose.axes * robot.links[i].offset;
+      pose.axes = pose.axes.times(robot.links[i].rotation);
     }
     pose.axes = pose.axes.rotated_z(sines[i], cosines[i]);
     links.set(i, pose);

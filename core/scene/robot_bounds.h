@@ -82,7 +82,8 @@ class RobotBounds {
     int second = 0;
     int joint = 0;  // the first that moves one against the other
 
-    auto operator<=>(const Pair&) const = default;
+    // clang-tidy 14 takes the zero in what this is made of for a null pointer.
+    auto operator<=>(const Pair&) const = default;  // NOLINT(modernize-use-nullptr)
   };
 
   int index_of_body(int body) const;
