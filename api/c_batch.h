@@ -12,9 +12,9 @@
 
 #include "api/c_error.h"
 #include "api/step_driver.h"
-#include "core/env/group_queries.h"
+#include "core/batch/group_queries.h"
 #include "engram/engram_c.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::c {
 

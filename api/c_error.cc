@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
-#include "protocol/formats/printable.h"
+#include "protocol/io/printable.h"
 
 namespace engram::c {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/names.h"
-#include "protocol/batch/variants.h"
+#include "protocol/make/variants.h"
 
 namespace engram::c {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engram/engram_c.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::c {
 

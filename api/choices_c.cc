@@ -4,8 +4,8 @@
 #include "api/c_batch.h"
 #include "api/c_text.h"
 #include "engram/engram_c.h"
-#include "protocol/evaluation/episode_question.h"
-#include "protocol/formats/document.h"
+#include "protocol/eval/policies/episode_question.h"
+#include "protocol/io/document.h"
 
 using engram::c::give_text;
 using engram::c::refuse_null;

@@ -11,11 +11,11 @@
 #include "api/c_options.h"
 #include "api/c_text.h"
 #include "core/base/join.h"
-#include "protocol/batch/environment_files.h"
-#include "protocol/batch/episode_words.h"
-#include "protocol/batch/group_description.h"
-#include "protocol/batch/task_description.h"
-#include "protocol/batch/variants.h"
+#include "protocol/make/environment_files.h"
+#include "protocol/make/episode_words.h"
+#include "protocol/make/group_description.h"
+#include "protocol/make/task_description.h"
+#include "protocol/make/variants.h"
 
 namespace {
 

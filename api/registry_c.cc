@@ -9,10 +9,10 @@
 #include "api/c_error.h"
 #include "core/base/process_mutex.h"
 #include "engram/engram_c.h"
-#include "protocol/batch/environment_files.h"
-#include "protocol/batch/task_description.h"
-#include "protocol/batch/task_library.h"
-#include "protocol/batch/variants.h"
+#include "protocol/make/environment_files.h"
+#include "protocol/make/task_description.h"
+#include "protocol/make/task_library.h"
+#include "protocol/make/variants.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "core/base/aligned_array.h"
-#include "core/env/batch_group.h"
+#include "core/batch/batch_group.h"
 
 namespace engram::c {
 

@@ -9,7 +9,7 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/suites.h"
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 namespace {

@@ -16,13 +16,13 @@
 #include "apps/progress.h"
 #include "apps/python_module.h"
 #include "apps/task_choice.h"
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/control_mode_choice.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/collection_report.h"
 #include "protocol/datasets/rl_collection.h"
-#include "protocol/formats/document.h"
-#include "protocol/formats/files.h"
+#include "protocol/io/document.h"
+#include "protocol/io/files.h"
+#include "protocol/make/control_mode_choice.h"
 
 namespace engram::apps {
 namespace {

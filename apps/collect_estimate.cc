@@ -8,7 +8,7 @@
 #include <filesystem>
 
 #include "apps/output.h"
-#include "protocol/work/scheduler.h"
+#include "protocol/parallel/scheduler.h"
 
 namespace engram::apps {
 namespace {

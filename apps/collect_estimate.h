@@ -6,7 +6,7 @@
 
 #include "apps/interruption.h"
 #include "protocol/datasets/collection.h"
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 

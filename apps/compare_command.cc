@@ -7,8 +7,8 @@
 
 #include "apps/options.h"
 #include "apps/output.h"
-#include "protocol/evaluation/comparison.h"
-#include "protocol/evaluation/success_rates.h"
+#include "protocol/eval/results/comparison.h"
+#include "protocol/eval/results/success_rates.h"
 
 namespace engram::apps {
 namespace {

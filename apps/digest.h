@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/row_hash.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 

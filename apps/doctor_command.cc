@@ -11,8 +11,8 @@
 #include "api/media.h"
 #include "apps/options.h"
 #include "apps/output.h"
-#include "core/env/queries.h"
-#include "protocol/formats/document.h"
+#include "core/batch/queries.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 namespace {

@@ -1,6 +1,6 @@
 #include "apps/episode_log.h"
 
-#include "protocol/batch/rows.h"
+#include "protocol/make/rows.h"
 
 namespace engram::apps {
 

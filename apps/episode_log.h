@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 

@@ -14,8 +14,8 @@
 #include "apps/mpi_run.h"
 #include "apps/output.h"
 #include "apps/task_choice.h"
-#include "protocol/evaluation/evaluation_run.h"
-#include "protocol/evaluation/success_rates.h"
+#include "protocol/eval/evaluation_run.h"
+#include "protocol/eval/results/success_rates.h"
 
 namespace engram::apps {
 namespace {

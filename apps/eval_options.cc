@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "apps/task_choice.h"
-#include "core/env/scripted_policy.h"
-#include "protocol/evaluation/choice_tasks.h"
-#include "protocol/evaluation/suites.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/eval/run/choice_tasks.h"
+#include "protocol/eval/run/suites.h"
 
 namespace engram::apps {
 namespace {

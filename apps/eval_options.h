@@ -8,8 +8,8 @@
 #include "apps/command_line.h"
 #include "apps/options.h"
 #include "apps/policy_command.h"
-#include "protocol/evaluation/evaluate.h"
-#include "protocol/evaluation/result_files.h"
+#include "protocol/eval/results/result_files.h"
+#include "protocol/eval/run/evaluate.h"
 
 namespace engram::apps {
 

@@ -8,9 +8,9 @@
 #include "apps/output.h"
 #include "apps/task_choice.h"
 #include "apps/task_text.h"
-#include "core/env/queries.h"
-#include "protocol/batch/task_description.h"
-#include "protocol/formats/files.h"
+#include "core/batch/queries.h"
+#include "protocol/io/files.h"
+#include "protocol/make/task_description.h"
 
 namespace engram::apps {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "apps/options.h"
 #include "apps/output.h"
-#include "protocol/batch/benchmark_csv.h"
-#include "protocol/batch/task_description.h"
+#include "protocol/make/benchmark_csv.h"
+#include "protocol/make/task_description.h"
 
 namespace engram::apps {
 namespace {

@@ -25,10 +25,10 @@
 #include "apps/soak_command.h"
 #include "apps/task_files.h"
 #include "apps/verify_command.h"
-#include "protocol/batch/environment_files.h"
-#include "protocol/batch/make.h"
-#include "protocol/batch/task_library.h"
-#include "protocol/batch/variants.h"
+#include "protocol/make/environment_files.h"
+#include "protocol/make/make.h"
+#include "protocol/make/task_library.h"
+#include "protocol/make/variants.h"
 
 namespace engram::apps {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "protocol/work/ranks.h"
+#include "protocol/parallel/ranks.h"
 
 namespace engram::apps {
 

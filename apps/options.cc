@@ -8,8 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "protocol/evaluation/settings.h"
-#include "protocol/formats/document.h"
+#include "protocol/eval/run/settings.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 namespace {

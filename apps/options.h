@@ -13,7 +13,7 @@
 #include "apps/command_line.h"
 #include "core/base/join.h"
 #include "core/base/names.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 

@@ -10,9 +10,9 @@
 #include <cstdio>
 #include <cstring>
 
-#include "protocol/batch/make.h"
-#include "protocol/formats/files.h"
-#include "protocol/formats/printable.h"
+#include "protocol/io/files.h"
+#include "protocol/io/printable.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 namespace {

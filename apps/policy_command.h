@@ -5,8 +5,8 @@
 
 #include "apps/command_line.h"
 #include "apps/policy_server.h"
-#include "protocol/evaluation/policy_process.h"
-#include "protocol/evaluation/settings.h"
+#include "protocol/eval/policies/policy_process.h"
+#include "protocol/eval/run/settings.h"
 
 namespace engram::apps {
 

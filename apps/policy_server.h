@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/command_line.h"
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 

@@ -12,8 +12,8 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/task_choice.h"
-#include "protocol/probe/probe_report.h"
-#include "protocol/probe/probe_run.h"
+#include "protocol/eval/probe/probe_report.h"
+#include "protocol/eval/probe/probe_run.h"
 
 namespace engram::apps {
 namespace {

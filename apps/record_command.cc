@@ -15,8 +15,8 @@
 #include "apps/record_episode.h"
 #include "apps/record_view.h"
 #include "apps/task_choice.h"
-#include "protocol/evaluation/choice_tasks.h"
-#include "protocol/evaluation/result_files.h"
+#include "protocol/eval/results/result_files.h"
+#include "protocol/eval/run/choice_tasks.h"
 
 namespace engram::apps {
 namespace {

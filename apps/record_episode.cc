@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "protocol/evaluation/choosing_policy.h"
+#include "protocol/eval/policies/choosing_policy.h"
 
 namespace engram::apps {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "apps/interruption.h"
 #include "apps/policy_command.h"
-#include "protocol/batch/make.h"
-#include "protocol/evaluation/scripted_actor.h"
+#include "protocol/eval/policies/scripted_actor.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "api/media.h"
-#include "core/env/scene_renderer.h"
-#include "protocol/batch/make.h"
+#include "core/batch/scene_renderer.h"
+#include "protocol/make/make.h"
 
 namespace engram::apps {
 

@@ -6,9 +6,9 @@
 
 #include "apps/options.h"
 #include "apps/output.h"
-#include "protocol/evaluation/result_set.h"
-#include "protocol/evaluation/result_tables.h"
-#include "protocol/formats/files.h"
+#include "protocol/eval/results/result_set.h"
+#include "protocol/eval/results/result_tables.h"
+#include "protocol/io/files.h"
 
 namespace engram::apps {
 namespace {

@@ -16,8 +16,8 @@
 #include "apps/progress.h"
 #include "apps/task_choice.h"
 #include "core/base/join.h"
-#include "core/env/group_queries.h"
-#include "protocol/formats/document.h"
+#include "core/batch/group_queries.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 namespace {

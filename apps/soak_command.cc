@@ -11,7 +11,7 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/soak.h"
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 namespace {

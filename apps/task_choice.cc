@@ -4,8 +4,8 @@
 #include <set>
 
 #include "apps/output.h"
-#include "protocol/batch/make.h"
-#include "protocol/batch/unused_constants.h"
+#include "protocol/make/make.h"
+#include "protocol/make/unused_constants.h"
 
 namespace engram::apps {
 namespace {

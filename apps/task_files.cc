@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "apps/task_process.h"
-#include "protocol/batch/task_library.h"
+#include "protocol/make/task_library.h"
 
 namespace engram::apps {
 namespace {

@@ -12,8 +12,8 @@
 #include "apps/message_socket.h"
 #include "apps/python_module.h"
 #include "core/base/error.h"
-#include "protocol/evaluation/guarded_process.h"
-#include "protocol/formats/document.h"
+#include "protocol/eval/policies/guarded_process.h"
+#include "protocol/io/document.h"
 #include "protocol/tasks/task_documents.h"
 #include "tasks/external/external_family.h"
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 

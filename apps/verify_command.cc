@@ -11,8 +11,8 @@
 #include "apps/progress.h"
 #include "apps/task_choice.h"
 #include "bench/bit_identity.h"
-#include "core/env/scripted_policy.h"
-#include "protocol/formats/document.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/io/document.h"
 
 namespace engram::apps {
 namespace {

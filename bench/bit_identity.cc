@@ -8,7 +8,7 @@
 
 #include "bench/mixed_actions.h"
 #include "bench/row_hash.h"
-#include "core/env/snapshot.h"
+#include "core/batch/snapshot.h"
 #include "core/robot/lane_kernel.h"
 #include "render/make_renderer.h"
 

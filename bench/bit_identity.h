@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "render/cpu/cpu_renderer.h"
 
 namespace engram::bench {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "core/env/batch.h"
-#include "core/env/scripted_policy.h"
+#include "core/batch/batch.h"
+#include "core/batch/scripted_policy.h"
 
 namespace engram::bench {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/env/batch.h"
+#include "core/batch/batch.h"
 #include "core/scene/mujoco_handle.h"
 
 namespace engram::bench {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "bench/rollout.h"
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "core/image/image_batch.h"
 #include "render/make_renderer.h"
 #include "render/mujoco_reference.h"

@@ -9,9 +9,9 @@
 #include "bench/interleave.h"
 #include "bench/measurement.h"
 #include "core/base/processors.h"
-#include "core/env/group_queries.h"
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/make.h"
+#include "core/batch/group_queries.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/make/make.h"
 
 namespace engram::bench {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "protocol/formats/chained_hash.h"
+#include "protocol/io/chained_hash.h"
 
 namespace engram::bench {
 

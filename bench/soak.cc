@@ -13,11 +13,11 @@
 #include "bench/spin.h"
 #include "core/base/checksum.h"
 #include "core/base/thread_pool.h"
-#include "core/env/queries.h"
-#include "core/env/scripted_policy.h"
-#include "core/env/snapshot.h"
-#include "protocol/batch/make.h"
-#include "protocol/batch/rows.h"
+#include "core/batch/queries.h"
+#include "core/batch/scripted_policy.h"
+#include "core/batch/snapshot.h"
+#include "protocol/make/make.h"
+#include "protocol/make/rows.h"
 
 namespace engram::bench {
 namespace {

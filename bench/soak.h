@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/process_usage.h"
-#include "core/env/options.h"
+#include "core/batch/options.h"
 
 namespace engram::bench {
 

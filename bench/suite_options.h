@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/options.h"
+#include "core/batch/options.h"
 
 namespace engram::bench {
 

@@ -14,7 +14,7 @@
 #include "bench/rollout.h"
 #include "bench/spin.h"
 #include "core/base/join.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 
 namespace engram::bench {
 namespace {

@@ -4,7 +4,7 @@ find_package(MPI COMPONENTS CXX)
 option(ENGRAM_BUILD_MPI "Build what lets `mpirun engram` share work" ${MPI_CXX_FOUND})
 if(ENGRAM_BUILD_MPI)
   find_package(MPI REQUIRED COMPONENTS CXX)
-  add_library(engram_mpi MODULE "${PROJECT_SOURCE_DIR}/protocol/work/mpi/mpi_ranks.cc")
+  add_library(engram_mpi MODULE "${PROJECT_SOURCE_DIR}/protocol/parallel/mpi/mpi_ranks.cc")
   engram_configure_target(engram_mpi)
   # MPI's C interface; its C++ one is deprecated and would be another library.
   target_compile_definitions(engram_mpi PRIVATE OMPI_SKIP_MPICXX MPICH_SKIP_MPICXX)

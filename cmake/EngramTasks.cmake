@@ -44,7 +44,7 @@ string(SUBSTRING "${checksum}" 0 16 ENGRAM_TASKS_HEADERS)
 set(engram_tasks_stamp "${PROJECT_BINARY_DIR}/tasks/include")
 configure_file("${CMAKE_CURRENT_LIST_DIR}/task_library_stamp.h.in"
   "${engram_tasks_stamp}/tasks/task_library_stamp.h" @ONLY)
-set_source_files_properties(protocol/batch/task_library.cc PROPERTIES
+set_source_files_properties(protocol/make/task_library.cc PROPERTIES
   INCLUDE_DIRECTORIES "${engram_tasks_stamp}")
 
 # The archive: the code behind those headers. A library of tasks has its own copy of what it uses,

@@ -12,7 +12,7 @@ engram_add_tasks(engram_touch_spot ${page_sources})
 target_include_directories(engram_touch_spot PRIVATE "${libraries}/page")
 set(test_libraries touch_spot)
 
-set(folder "${PROJECT_SOURCE_DIR}/tests/protocol/batch/task_libraries")
+set(folder "${PROJECT_SOURCE_DIR}/tests/protocol/make/task_libraries")
 foreach(name no_entry taken_id)
   engram_add_tasks(engram_${name} "${folder}/${name}.cc")
   list(APPEND test_libraries ${name})

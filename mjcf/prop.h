@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/object_descriptor.h"
+#include "core/task/object_descriptor.h"
 
 namespace engram::mjcf {
 

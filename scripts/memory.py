@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures what policies without memory achieve, and writes it down.
 
-That is, the tables of docs/data/memory.md and the figures in protocol/batch/ceilings.cc, which
+That is, the tables of docs/data/memory.md and the figures in protocol/make/ceilings.cc, which
 `engram info` and the scores of `engram eval` go by. Build again afterwards.
 
 memory.py [--engram COMMAND] [--measured FILE]    about a quarter of an hour on two cores

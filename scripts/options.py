@@ -13,14 +13,14 @@ import options_python as python
 from option_list import ENUMS, ROOT
 
 BLOCKS = {
-    "core/env/rules.h": {"enum": cpp.core_enum("rules")},
-    "core/env/options.h": {
+    "core/task/rules.h": {"enum": cpp.core_enum("rules")},
+    "core/batch/options.h": {
         "enums": cpp.core_enums,
         "limits": cpp.limits,
         "fields": cpp.cpp_fields("core", of="batch"),
         "task_fields": cpp.cpp_fields("core", of="task"),
     },
-    "core/env/options.cc": {"ranges": cpp.ranges("batch"), "task_ranges": cpp.ranges("task")},
+    "core/batch/options.cc": {"ranges": cpp.ranges("batch"), "task_ranges": cpp.ranges("task")},
     "core/sim/control_mode.h": {"enum": cpp.core_enum("control_mode")},
     "core/image/image_options.h": {
         "shape": cpp.cpp_fields("core", "images"),

@@ -214,7 +214,7 @@ def comment_blocks(root: Path, files: list[Path]) -> list[tuple[Path, int, str]]
 
 def public_methods(root: Path) -> int:
     """Public member functions of the engine's batch, constructors and operators left out."""
-    for path, name in (("core/env/batch.h", "Batch"), ("core/vector_env.h", "VectorEnv")):
+    for path, name in (("core/batch/batch.h", "Batch"), ("core/vector_env.h", "VectorEnv")):
         file = root / path
         if file.is_file():
             text = re.sub(r"//[^\n]*", "", read(file))

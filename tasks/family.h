@@ -12,7 +12,7 @@
 
 namespace engram {
 
-class Task;            // core/env/task.h
+class Task;            // core/task/task.h
 struct RegistryEntry;  // tasks/registry.h
 
 // Parts of the benchmark. The VLA tasks by length of an episode: up to 200 control steps, up to

@@ -10,7 +10,7 @@
 #include "core/base/ieee_scope.h"
 #include "core/base/nearest.h"
 #include "core/base/process_mutex.h"
-#include "core/env/task.h"
+#include "core/task/task.h"
 
 // The families, in the benchmark's order. A new one is one line here and its own files.
 #define ENGRAM_FAMILIES(FAMILY)           \

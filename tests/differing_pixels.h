@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/env/batch.h"
-#include "core/env/scene_renderer.h"
+#include "core/batch/batch.h"
+#include "core/batch/scene_renderer.h"
 
 namespace engram::test {
 

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/env/batch.h"
-#include "core/env/scripted_policy.h"
+#include "core/batch/batch.h"
+#include "core/batch/scripted_policy.h"
 #include "tasks/registry.h"
 
 namespace engram::test {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "protocol/datasets/demonstration_folder.h"
-#include "protocol/work/ranks.h"
+#include "protocol/parallel/ranks.h"
 
 namespace engram {
 

@@ -4,8 +4,8 @@
 
 #include "media/png.h"
 #include "protocol/datasets/npz.h"
-#include "protocol/formats/decimal.h"
-#include "protocol/formats/html.h"
+#include "protocol/io/decimal.h"
+#include "protocol/io/html.h"
 
 namespace engram {
 namespace {

@@ -6,13 +6,13 @@
 #include <limits>
 #include <optional>
 
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/perturbations_document.h"
-#include "protocol/batch/variants.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/datasets/npz.h"
-#include "protocol/formats/document_checksum.h"
-#include "protocol/formats/document_values.h"
-#include "protocol/formats/files.h"
+#include "protocol/io/document_checksum.h"
+#include "protocol/io/document_values.h"
+#include "protocol/io/files.h"
+#include "protocol/make/perturbations_document.h"
+#include "protocol/make/variants.h"
 
 namespace engram {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "protocol/datasets/recorder.h"
-#include "protocol/formats/document.h"
-#include "protocol/formats/folder_lock.h"
+#include "protocol/io/document.h"
+#include "protocol/io/folder_lock.h"
 
 namespace engram {
 

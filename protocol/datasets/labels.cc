@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "core/env/queries.h"
-#include "protocol/batch/rows.h"
+#include "core/batch/queries.h"
+#include "protocol/make/rows.h"
 
 namespace engram {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/env/batch.h"
+#include "core/batch/batch.h"
 #include "protocol/datasets/npz.h"
 
 namespace engram {

@@ -4,8 +4,8 @@
 #include <array>
 #include <numeric>
 
-#include "core/env/queries.h"
-#include "protocol/batch/rows.h"
+#include "core/batch/queries.h"
+#include "protocol/make/rows.h"
 
 namespace engram {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "protocol/batch/make.h"
 #include "protocol/datasets/labels.h"
 #include "protocol/datasets/npz.h"
-#include "protocol/formats/bytes.h"
+#include "protocol/io/bytes.h"
+#include "protocol/make/make.h"
 
 namespace engram {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/episodes.h"
-#include "protocol/work/scheduler.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/make/episodes.h"
+#include "protocol/parallel/scheduler.h"
 
 namespace engram {
 namespace {

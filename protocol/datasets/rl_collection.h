@@ -8,7 +8,7 @@
 
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/rl_folder.h"
-#include "protocol/work/ranks.h"
+#include "protocol/parallel/ranks.h"
 
 namespace engram {
 

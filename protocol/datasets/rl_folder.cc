@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <string>
 
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/rows.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/datasets/npz.h"
-#include "protocol/formats/document_values.h"
-#include "protocol/formats/files.h"
+#include "protocol/io/document_values.h"
+#include "protocol/io/files.h"
+#include "protocol/make/rows.h"
 
 namespace engram {
 namespace {

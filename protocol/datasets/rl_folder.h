@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "protocol/batch/make.h"
 #include "protocol/datasets/demonstration_folder.h"
-#include "protocol/formats/folder_lock.h"
+#include "protocol/io/folder_lock.h"
+#include "protocol/make/make.h"
 
 namespace engram {
 

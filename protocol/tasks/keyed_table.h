@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 
 namespace engram {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "mjcf/prop.h"
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 
 namespace engram {
 

@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
 #include "tasks/external/external_family.h"
 
 namespace engram {

@@ -2,7 +2,7 @@
 // with which result.
 #pragma once
 
-#include "core/env/annotator.h"
+#include "core/task/annotator.h"
 #include "tasks/batteries_checker/check_columns.h"
 #include "tasks/batteries_checker/rack.h"
 #include "tasks/common/press_button.h"

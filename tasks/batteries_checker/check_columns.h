@@ -1,7 +1,7 @@
 // Memory of the checks of BatteriesChecker, and the info fields that show them.
 #pragma once
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/batteries_checker/rules.h"
 
 namespace engram::tasks {

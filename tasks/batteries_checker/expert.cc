@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/env/object_words.h"
+#include "core/observe/object_words.h"
 #include "tasks/common/grasp_servo.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"

@@ -2,8 +2,8 @@
 // steps.
 #pragma once
 
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 #include "tasks/batteries_checker/check_columns.h"
 #include "tasks/batteries_checker/params.h"
 #include "tasks/batteries_checker/rack.h"

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/battery.h"
 #include "tasks/common/action_cost.h"
 #include "tasks/common/press_button.h"

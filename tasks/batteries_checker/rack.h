@@ -2,7 +2,7 @@
 // two teleports. Batteries are named by their slots.
 #pragma once
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/scene.h"
 #include "tasks/batteries_checker/params.h"
 #include "tasks/batteries_checker/rules.h"

@@ -1,8 +1,8 @@
 // Words of BlinkCountButtonPress: how often the lamp has blinked, and which press is due.
 #pragma once
 
-#include "core/env/annotator.h"
-#include "core/env/task.h"
+#include "core/task/annotator.h"
+#include "core/task/task.h"
 #include "tasks/blink_count/blinks.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/phase_clock.h"

@@ -1,7 +1,7 @@
 // Schedule of the lamp: blinks of an episode and the darkness between them.
 #pragma once
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/blink_count/params.h"
 
 namespace engram::tasks {

@@ -1,8 +1,8 @@
 // Expert of BlinkCountButtonPress: presses red until the count is right, then black.
 #pragma once
 
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 #include "tasks/blink_count/params.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/press_button.h"

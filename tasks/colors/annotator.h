@@ -2,7 +2,7 @@
 // touch next.
 #pragma once
 
-#include "core/env/annotator.h"
+#include "core/task/annotator.h"
 #include "tasks/colors/expert.h"
 
 namespace engram::tasks {

@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
-#include "core/env/task.h"
 #include "core/math/random.h"
+#include "core/task/task.h"
 #include "mjcf/scene.h"
 #include "tasks/colors/params.h"
 #include "tasks/common/colors.h"

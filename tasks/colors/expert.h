@@ -4,8 +4,8 @@
 
 #include <span>
 
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
 #include "tasks/common/phase_clock.h"

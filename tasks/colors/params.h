@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/colors/rules.h"
 #include "tasks/common/constant_binder.h"
 #include "tasks/common/press_button.h"

@@ -1,7 +1,7 @@
 // Penalty on large and abrupt actions, which dense rewards subtract.
 #pragma once
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/common/constant_binder.h"
 
 namespace engram::tasks {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/base/index.h"
-#include "core/env/task_constant.h"
+#include "core/task/task_constant.h"
 #include "tasks/common/colors.h"
 #include "tasks/common/sampled_range.h"
 

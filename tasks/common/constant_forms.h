@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "core/env/task_constant.h"
+#include "core/task/task_constant.h"
 #include "mjcf/prop.h"
 
 namespace engram::tasks {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/scene.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/state_row.h"

@@ -1,9 +1,9 @@
 // Random stream of the blind expert, which acts as an agent would that remembers nothing.
 #pragma once
 
-#include "core/env/episode.h"
-#include "core/env/task.h"
 #include "core/math/random.h"
+#include "core/task/episode.h"
+#include "core/task/task.h"
 
 namespace engram::tasks {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/button.h"
 #include "mjcf/scene.h"
 #include "tasks/common/constant_binder.h"

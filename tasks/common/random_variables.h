@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/env/episode.h"
+#include "core/task/episode.h"
 #include "tasks/common/sampled_range.h"
 
 namespace engram::tasks {

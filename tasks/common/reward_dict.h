@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 
 namespace engram::tasks {
 

@@ -1,7 +1,7 @@
 // Small helpers with which tasks describe themselves.
 #pragma once
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/scene.h"
 #include "tasks/registry.h"
 

@@ -2,7 +2,7 @@
 // point above an object, and it counts for the rest of the episode.
 #pragma once
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 
 namespace engram::tasks {
 

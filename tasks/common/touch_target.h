@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/common/action_cost.h"
 #include "tasks/common/reward_dict.h"
 

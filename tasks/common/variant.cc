@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/env/options.h"
+#include "core/batch/options.h"
 
 namespace engram::tasks {
 namespace {

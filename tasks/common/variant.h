@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/common/constant_binder.h"
 #include "tasks/registry.h"
 

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "core/base/index.h"
-#include "core/env/object_words.h"
+#include "core/observe/object_words.h"
 #include "mjcf/object_descriptor.h"
 #include "tasks/common/poses.h"
 

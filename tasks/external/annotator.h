@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/column.h"
-#include "core/env/annotator.h"
+#include "core/task/annotator.h"
 #include "tasks/external/description.h"
 #include "tasks/external/draws.h"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include "core/env/episode.h"
 #include "core/math/random.h"
 #include "core/math/real_functions.h"
+#include "core/task/episode.h"
 
 namespace engram::tasks {
 namespace {

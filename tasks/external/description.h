@@ -8,7 +8,7 @@
 
 #include "core/base/constant.h"
 #include "core/base/field.h"
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/prop.h"
 
 namespace engram::tasks {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/column.h"
-#include "core/env/episode.h"
+#include "core/task/episode.h"
 #include "tasks/external/description.h"
 
 namespace engram::tasks {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/batch_rules.h"
+#include "core/task/batch_rules.h"
 #include "tasks/common/family_base.h"
 #include "tasks/external/annotator.h"
 #include "tasks/external/array_exchange.h"

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "core/env/annotator.h"
-#include "core/env/task.h"
+#include "core/task/annotator.h"
+#include "core/task/task.h"
 #include "tasks/common/press_button.h"
 #include "tasks/gather_and_recall/params.h"
 

@@ -5,8 +5,8 @@
 #include <array>
 
 #include "core/base/index.h"
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/press_button.h"
 #include "tasks/gather_and_recall/params.h"

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/prop.h"
 #include "tasks/common/action_cost.h"
 #include "tasks/common/constant_binder.h"

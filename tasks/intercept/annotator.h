@@ -1,8 +1,8 @@
 // Words of Intercept and InterceptGrab.
 #pragma once
 
-#include "core/env/annotator.h"
-#include "core/env/task.h"
+#include "core/task/annotator.h"
+#include "core/task/task.h"
 
 namespace engram::tasks {
 

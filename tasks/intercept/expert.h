@@ -3,7 +3,7 @@
 // since nothing is hidden at any time.
 #pragma once
 
-#include "core/env/expert.h"
+#include "core/task/expert.h"
 #include "tasks/intercept/ball_launch.h"
 
 namespace engram::tasks {

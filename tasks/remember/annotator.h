@@ -1,8 +1,8 @@
 // Words of the Remember and Find-Imposter families: what was shown, and which object to touch.
 #pragma once
 
-#include "core/env/annotator.h"
-#include "core/env/task.h"
+#include "core/task/annotator.h"
+#include "core/task/task.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/remember/object_set.h"
 

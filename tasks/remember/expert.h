@@ -2,8 +2,8 @@
 // the other.
 #pragma once
 
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/touch_target.h"
 #include "tasks/remember/object_set.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/phase_clock.h"

@@ -2,7 +2,7 @@
 // fingers, or grasp it at its centre and turn the hand.
 #pragma once
 
-#include "core/env/expert.h"
+#include "core/task/expert.h"
 #include "tasks/rotate/peg_angle.h"
 
 namespace engram::tasks {

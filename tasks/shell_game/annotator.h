@@ -1,7 +1,7 @@
 // Words of the shell games: where the ball, or the ball of the lamp's colour, is.
 #pragma once
 
-#include "core/env/annotator.h"
+#include "core/task/annotator.h"
 #include "tasks/shell_game/lamp_cue.h"
 #include "tasks/shell_game/shuffle_phase.h"
 

@@ -1,8 +1,8 @@
 // Base of the experts of all shell games.
 #pragma once
 
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {

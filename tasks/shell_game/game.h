@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/random_variables.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/index.h"
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "mjcf/scene.h"
 #include "tasks/common/random_variables.h"
 #include "tasks/shell_game/params.h"

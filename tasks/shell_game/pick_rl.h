@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/registry.h"
 
 namespace engram::tasks {

@@ -1,8 +1,8 @@
 // Words of TakeItBack: where the cube has to be brought back to.
 #pragma once
 
-#include "core/env/annotator.h"
-#include "core/env/task.h"
+#include "core/task/annotator.h"
+#include "core/task/task.h"
 
 namespace engram::tasks {
 

@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 
 namespace engram::tasks {
 

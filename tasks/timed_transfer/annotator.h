@@ -1,8 +1,8 @@
 // Words of TimedTransfer: when the lamp turned green, and what the cube waits for.
 #pragma once
 
-#include "core/env/annotator.h"
-#include "core/env/task.h"
+#include "core/task/annotator.h"
+#include "core/task/task.h"
 #include "tasks/common/lamp.h"
 #include "tasks/timed_transfer/rules.h"
 

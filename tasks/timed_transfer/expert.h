@@ -2,7 +2,7 @@
 // it is due.
 #pragma once
 
-#include "core/env/expert.h"
+#include "core/task/expert.h"
 #include "tasks/common/sampled_range.h"
 #include "tasks/timed_transfer/rules.h"
 

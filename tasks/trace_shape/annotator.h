@@ -1,7 +1,7 @@
 // Words of TraceShape and TraceShapeSeq: the shapes that were shown, and the one to trace.
 #pragma once
 
-#include "core/env/annotator.h"
+#include "core/task/annotator.h"
 #include "tasks/common/press_button.h"
 #include "tasks/trace_shape/demo.h"
 

@@ -5,8 +5,8 @@
 
 #include <optional>
 
-#include "core/env/task.h"
 #include "core/math/random.h"
+#include "core/task/task.h"
 #include "mjcf/scene.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/poses.h"

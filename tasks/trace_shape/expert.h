@@ -2,8 +2,8 @@
 // from one checkpoint to the next.
 #pragma once
 
-#include "core/env/choices.h"
-#include "core/env/expert.h"
+#include "core/task/choices.h"
+#include "core/task/expert.h"
 #include "tasks/common/press_button.h"
 #include "tasks/trace_shape/demo.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tasks/trace_shape/demo.h"
 
 namespace engram::tasks {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "protocol/batch/task_description.h"
+#include "protocol/make/task_description.h"
 #include "tasks/family_samples.h"
 #include "tasks/registry.h"
 #include "tests/allocation_counter.h"

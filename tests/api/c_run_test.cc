@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/make.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/make/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/c_api_fixture.h"
 #include "tests/sanitizers.h"

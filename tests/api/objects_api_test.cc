@@ -1,7 +1,7 @@
 // The objects observation through the plain C API.
 #include <nlohmann/json.hpp>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/api/c_api_fixture.h"
 
 namespace engram {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/formats/document_checksum.h"
+#include "protocol/io/document_checksum.h"
 #include "tests/build_paths.h"
 #include "tests/temporary_folder.h"
 

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "core/env/scripted_policy.h"
+#include "core/batch/scripted_policy.h"
 
 namespace engram::apps {
 namespace {

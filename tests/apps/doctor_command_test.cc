@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/apps/command.h"
 #include "tests/sanitizers.h"
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/env/scripted_policy.h"
+#include "core/batch/scripted_policy.h"
 
 namespace engram::apps {
 namespace {

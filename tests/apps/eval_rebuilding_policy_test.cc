@@ -8,12 +8,12 @@
 #include <memory>
 #include <optional>
 
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/make.h"
-#include "protocol/batch/rows.h"
-#include "protocol/evaluation/evaluate.h"
-#include "protocol/evaluation/seed_seal.h"
-#include "protocol/formats/bytes.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/eval/policies/seed_seal.h"
+#include "protocol/eval/run/evaluate.h"
+#include "protocol/io/bytes.h"
+#include "protocol/make/make.h"
+#include "protocol/make/rows.h"
 
 namespace engram {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/base/sha256.h"
-#include "protocol/evaluation/seed_seal.h"
+#include "protocol/eval/policies/seed_seal.h"
 #include "tests/apps/command.h"
 
 namespace engram::tests {

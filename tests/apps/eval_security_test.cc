@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/evaluation/result_files.h"
+#include "protocol/eval/results/result_files.h"
 #include "tests/apps/command.h"
 
 namespace engram::tests {

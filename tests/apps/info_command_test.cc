@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "protocol/batch/make.h"
+#include "core/batch/queries.h"
+#include "protocol/make/make.h"
 #include "tests/apps/command.h"
 
 namespace engram::tests {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/apps/command.h"
 
 namespace engram::tests {

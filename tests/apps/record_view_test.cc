@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "core/env/scene_renderer.h"
+#include "core/batch/scene_renderer.h"
 
 namespace engram::apps {
 namespace {

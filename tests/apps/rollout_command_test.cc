@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "apps/digest.h"
-#include "core/env/scripted_policy.h"
-#include "protocol/batch/make.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/make/make.h"
 #include "tests/apps/command.h"
 
 namespace engram::tests {

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "protocol/batch/make.h"
-#include "protocol/batch/task_description.h"
+#include "protocol/make/make.h"
+#include "protocol/make/task_description.h"
 
 namespace engram::apps {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "tests/core/env/scene_task.h"
+#include "tests/core/batch/scene_task.h"
 
 namespace engram::bench {
 namespace {

@@ -44,7 +44,7 @@ TEST_CASE("Only experts include what makes actions", "[conventions]") {
     for (const std::string& name : includes_of(file)) {
       INFO("includes " << name);
       CHECK_FALSE(is_servo(name));
-      CHECK(name != "core/env/expert.h");
+      CHECK(name != "core/task/expert.h");
     }
   }
   CHECK(experts > 20);
@@ -57,7 +57,7 @@ TEST_CASE("An expert is known to its own family alone", "[conventions]") {
     for (const fs::path& file : test::files_in(folder, {".h", ".cc"})) {
       for (const std::string& name : includes_of(file)) {
         const fs::path header = name;
-        if (!is_expert(header) || header.parent_path() == "core/env") continue;
+        if (!is_expert(header) || header.parent_path() == "core/task") continue;
         INFO(file.string() << " includes " << name);
         CHECK(header.parent_path() == file.parent_path());
         ++includes;

@@ -1,7 +1,7 @@
 // Arguments of a command line: numbers, names, pins, options.
 #include "apps/command_line.h"
 #include "apps/options.h"
-#include "core/env/task_option.h"
+#include "core/task/task_option.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "protocol/datasets/demonstration_folder.h"
-#include "protocol/evaluation/evaluation_run.h"
-#include "protocol/formats/document_checksum.h"
+#include "protocol/eval/evaluation_run.h"
+#include "protocol/io/document_checksum.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

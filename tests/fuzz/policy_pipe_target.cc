@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/evaluation/policy_process.h"
+#include "protocol/eval/policies/policy_process.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

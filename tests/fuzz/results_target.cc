@@ -2,10 +2,10 @@
 #include <map>
 #include <string>
 
-#include "protocol/evaluation/comparison.h"
-#include "protocol/evaluation/evaluation_run.h"
-#include "protocol/evaluation/result_tables.h"
-#include "protocol/formats/document_checksum.h"
+#include "protocol/eval/evaluation_run.h"
+#include "protocol/eval/results/comparison.h"
+#include "protocol/eval/results/result_tables.h"
+#include "protocol/io/document_checksum.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {

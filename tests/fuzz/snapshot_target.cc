@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "core/base/checksum.h"
-#include "core/env/queries.h"
-#include "core/env/scene_renderer.h"
-#include "core/env/scripted_policy.h"
-#include "core/env/snapshot.h"
-#include "protocol/batch/episode_words.h"
-#include "protocol/batch/make.h"
+#include "core/batch/queries.h"
+#include "core/batch/scene_renderer.h"
+#include "core/batch/scripted_policy.h"
+#include "core/batch/snapshot.h"
+#include "protocol/make/episode_words.h"
+#include "protocol/make/make.h"
 #include "tasks/family_samples.h"
 #include "tests/fuzz/input.h"
 

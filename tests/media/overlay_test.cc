@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "core/env/scene_renderer.h"
+#include "core/batch/scene_renderer.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

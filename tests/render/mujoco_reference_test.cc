@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/task.h"
 #include "core/image/scene_from_model.h"
 #include "core/scene/mujoco_handle.h"
+#include "core/task/task.h"
 #include "render/cpu/cpu_renderer.h"
 #include "render/egl/context.h"
 #include "render/egl/egl_renderer.h"

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "core/env/scene_renderer.h"
-#include "protocol/batch/make.h"
+#include "core/batch/scene_renderer.h"
+#include "protocol/make/make.h"
 #include "tests/build_paths.h"
 
 namespace {

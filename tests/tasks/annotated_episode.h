@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram::test {

@@ -1,5 +1,5 @@
 // What holds of the words of all families.
-#include "core/env/annotator.h"
+#include "core/task/annotator.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tasks/family_samples.h"
 #include "tests/tasks/annotated_episode.h"
 

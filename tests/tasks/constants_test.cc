@@ -6,8 +6,8 @@
 #include <variant>
 
 #include "core/base/constant.h"
-#include "protocol/batch/variants.h"
-#include "protocol/formats/document.h"
+#include "protocol/io/document.h"
+#include "protocol/make/variants.h"
 #include "tests/build_paths.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/benchmark_table.h"

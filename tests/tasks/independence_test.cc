@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/episode.h"
+#include "core/task/episode.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

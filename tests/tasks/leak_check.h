@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "protocol/batch/make.h"
+#include "core/batch/queries.h"
+#include "protocol/make/make.h"
 #include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
 

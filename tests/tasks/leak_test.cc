@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/snapshot.h"
+#include "core/batch/snapshot.h"
 #include "tasks/family_samples.h"
 #include "tests/tasks/leak_check.h"
 

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <variant>
 
-#include "core/env/choices.h"
-#include "core/env/task.h"
+#include "core/task/choices.h"
+#include "core/task/task.h"
 #include "tasks/registry.h"
 
 namespace engram {

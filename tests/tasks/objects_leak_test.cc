@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/snapshot.h"
+#include "core/batch/queries.h"
+#include "core/batch/snapshot.h"
 #include "tasks/family_samples.h"
 #include "tests/tasks/leak_check.h"
 

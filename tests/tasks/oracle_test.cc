@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tasks/family_samples.h"
 #include "tests/build_paths.h"
 #include "tests/env_helpers.h"

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/scene_renderer.h"
-#include "core/env/snapshot.h"
+#include "core/batch/queries.h"
+#include "core/batch/scene_renderer.h"
+#include "core/batch/snapshot.h"
 #include "engram/engram_c.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tasks/family_samples.h"
 #include "tests/api/c_api_fixture.h"
 #include "tests/env_helpers.h"

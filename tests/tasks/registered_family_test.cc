@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

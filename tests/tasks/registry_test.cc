@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/task.h"
+#include "core/task/task.h"
 #include "tests/tasks/benchmark_table.h"
 
 namespace engram {

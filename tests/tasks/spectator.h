@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/env/batch.h"
+#include "core/batch/batch.h"
 
 namespace engram::test {
 

@@ -1,10 +1,10 @@
 // Whatever mode the host program computes in, the bits are the same, and it gets its mode back.
 #include "core/base/ieee_scope.h"
 
-#include "core/env/queries.h"
-#include "core/env/scene_renderer.h"
-#include "core/env/scripted_policy.h"
-#include "core/env/snapshot.h"
+#include "core/batch/queries.h"
+#include "core/batch/scene_renderer.h"
+#include "core/batch/scripted_policy.h"
+#include "core/batch/snapshot.h"
 
 #if defined(__SSE__)  // modes are set by hand here
 
@@ -13,7 +13,7 @@
 #include <functional>
 
 #include "core/base/thread_pool.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

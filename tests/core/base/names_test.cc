@@ -5,7 +5,7 @@
 #include <set>
 #include <string>
 
-#include "core/env/options.h"
+#include "core/batch/options.h"
 
 namespace engram {
 namespace {

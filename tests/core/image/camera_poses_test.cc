@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "core/scene/mujoco_handle.h"
 #include "tests/core/robot/robot_fixture.h"
 #include "tests/env_helpers.h"

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/scripted_policy.h"
-#include "core/env/snapshot.h"
-#include "protocol/batch/make.h"
+#include "core/batch/queries.h"
+#include "core/batch/scripted_policy.h"
+#include "core/batch/snapshot.h"
+#include "protocol/make/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/env_helpers.h"
 

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "core/env/scene_renderer.h"
-#include "core/env/snapshot.h"
-#include "protocol/batch/make.h"
+#include "core/batch/scene_renderer.h"
+#include "core/batch/snapshot.h"
+#include "protocol/make/make.h"
 #include "tests/env_helpers.h"
 
 namespace {

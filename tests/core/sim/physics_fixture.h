@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/core/env/scene_task.h"
+#include "tests/core/batch/scene_task.h"
 
 namespace engram::test {
 

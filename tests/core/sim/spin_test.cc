@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <catch2/catch.hpp>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/sanitizers.h"
 #include "tests/temporary_folder.h"

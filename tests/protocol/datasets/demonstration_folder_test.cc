@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "protocol/datasets/npz.h"
-#include "protocol/formats/files.h"
+#include "protocol/io/files.h"
 #include "tests/failing_allocations.h"
 #include "tests/temporary_folder.h"
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/scripted_policy.h"
+#include "core/batch/queries.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/datasets/recorder.h"
-#include "protocol/formats/files.h"
+#include "protocol/io/files.h"
 #include "tests/env_helpers.h"
 #include "tests/temporary_folder.h"
 

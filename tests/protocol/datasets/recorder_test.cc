@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/env/scripted_policy.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/datasets/npz.h"
-#include "protocol/formats/files.h"
+#include "protocol/io/files.h"
 #include "tests/tasks/benchmark_table.h"
 #include "tests/temporary_folder.h"
 

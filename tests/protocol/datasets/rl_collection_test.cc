@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/scripted_policy.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/datasets/npz.h"
 #include "tests/env_helpers.h"
 #include "tests/temporary_folder.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/scripted_policy.h"
+#include "core/batch/queries.h"
+#include "core/batch/scripted_policy.h"
 #include "core/image/image_batch.h"
 #include "render/cpu/backdrop.h"
 #include "render/make_renderer.h"

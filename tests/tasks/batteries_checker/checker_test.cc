@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/snapshot.h"
+#include "core/batch/snapshot.h"
 #include "mjcf/battery.h"
 #include "tests/env_helpers.h"
 

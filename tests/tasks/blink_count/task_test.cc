@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tasks/blink_count/reward.h"
 #include "tasks/common/reward_dict.h"
 #include "tests/env_helpers.h"

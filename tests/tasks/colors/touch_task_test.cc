@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/colors/touch_ids.h"
 #include "tests/tasks/pose_tool.h"

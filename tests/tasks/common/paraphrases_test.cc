@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/snapshot.h"
+#include "core/batch/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

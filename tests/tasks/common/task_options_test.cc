@@ -3,7 +3,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 
-#include "core/env/options.h"
+#include "core/batch/options.h"
 
 namespace engram {
 namespace {

@@ -4,8 +4,8 @@
 #include <map>
 
 #include "core/base/error.h"
-#include "core/env/queries.h"
-#include "core/env/snapshot.h"
+#include "core/batch/queries.h"
+#include "core/batch/snapshot.h"
 #include "mjcf/prop.h"
 #include "tasks/external/external_family.h"
 #include "tests/env_helpers.h"

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/snapshot.h"
+#include "core/batch/queries.h"
+#include "core/batch/snapshot.h"
 #include "tasks/common/tcp_servo.h"
 #include "tasks/gather_and_recall/rules.h"
 #include "tests/env_helpers.h"

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tasks/rotate/peg_angle.h"
 #include "tests/env_helpers.h"
 

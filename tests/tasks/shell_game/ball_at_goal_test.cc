@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/env/scene_renderer.h"
+#include "core/batch/scene_renderer.h"
 #include "mjcf/mug.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/first_answer.h"

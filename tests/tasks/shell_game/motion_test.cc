@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/snapshot.h"
+#include "core/batch/snapshot.h"
 #include "mjcf/mug.h"
 #include "tasks/common/tcp_servo.h"
 #include "tests/env_helpers.h"

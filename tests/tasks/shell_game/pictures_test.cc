@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/env/scene_renderer.h"
-#include "protocol/batch/make.h"
+#include "core/batch/scene_renderer.h"
+#include "protocol/make/make.h"
 #include "tests/env_helpers.h"
 #include "tests/render/has_egl.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/differing_pixels.h"
 #include "tests/env_helpers.h"
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/snapshot.h"
+#include "core/batch/queries.h"
+#include "core/batch/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

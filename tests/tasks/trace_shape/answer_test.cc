@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tasks/trace_shape/demo.h"
 #include "tests/tasks/first_answer.h"
 #include "tests/tasks/pose_tool.h"

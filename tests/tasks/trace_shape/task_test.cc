@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tasks/common/tcp_servo.h"
 #include "tasks/trace_shape/demo.h"
 #include "tests/env_helpers.h"

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tasks/blink_count/reward.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"

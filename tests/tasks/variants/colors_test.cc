@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/pose_tool.h"
 #include "tests/tasks/variants/constant_text.h"

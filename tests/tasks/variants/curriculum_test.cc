@@ -3,7 +3,7 @@
 #include <set>
 #include <vector>
 
-#include "core/env/snapshot.h"
+#include "core/batch/snapshot.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/tasks/variants/constant_text.h"
 #include "tests/tasks/variants/moved_props.h"
 

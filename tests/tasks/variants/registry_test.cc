@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "core/env/snapshot.h"
-#include "protocol/batch/variants.h"
-#include "protocol/formats/files.h"
+#include "core/batch/snapshot.h"
+#include "protocol/io/files.h"
+#include "protocol/make/variants.h"
 #include "tests/env_helpers.h"
 #include "tests/temporary_folder.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/leak_check.h"
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/snapshot.h"
-#include "protocol/batch/make.h"
+#include "core/batch/queries.h"
+#include "core/batch/snapshot.h"
+#include "protocol/make/make.h"
 #include "tests/env_helpers.h"
 
 namespace engram {

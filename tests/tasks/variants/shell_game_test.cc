@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "mjcf/mug.h"
-#include "protocol/batch/make.h"
+#include "protocol/make/make.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/shell_game/ids.h"
 #include "tests/tasks/variants/constant_text.h"

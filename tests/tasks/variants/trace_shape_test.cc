@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "core/env/queries.h"
-#include "core/env/scene_renderer.h"
+#include "core/batch/queries.h"
+#include "core/batch/scene_renderer.h"
 #include "core/image/overlay.h"
 #include "tasks/trace_shape/contour.h"
 #include "tests/env_helpers.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/batch/variants.h"
+#include "protocol/make/variants.h"
 #include "tests/build_paths.h"
 
 namespace engram::test {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/env/queries.h"
+#include "core/batch/queries.h"
 #include "tests/env_helpers.h"
 #include "tests/tasks/leak_check.h"
 

@@ -1,0 +1,72 @@
+// On-demand queries of a batch: the robot, cameras, sampled values, and facts about its task.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/batch/batch.h"
+#include "core/image/camera_poses.h"
+#include "core/task/annotator.h"
+#include "core/task/choices.h"
+
+namespace engram {
+
+class Queries {
+ public:
+  // The batch outlives this object.
+  explicit Queries(const Batch& batch) : batch_(batch) {}
+
+  // The robot in all environments, in every observation mode: (N, 9) rad and m, (N, 9), and the
+  // TCP's position and quaternion (w, x, y, z) in the world (N, 7). Empty spans are left out. These
+  // three throw Error for other lengths, or before the first reset.
+  void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
+  // A camera of the scene in all environments, for pictures of that size.
+  void camera_params(std::string_view camera, int width, int height, const CameraSpans& out);
+  // Values that the episodes have drawn, (N, sampled_dim), info().sampled_values in order.
+  // Privileged.
+  void sampled_values(std::span<float> values) const;
+  int sampled_dim() const;
+
+  // The language instruction of an environment's episode.
+  std::string instruction(int env) const;
+  // Other wordings of info().instruction, and of the instruction of an environment's episode; empty
+  // where there are none.
+  std::vector<std::string> paraphrases() const;
+  std::vector<std::string> paraphrases(int env) const;
+  // The number of steps from which on nothing shows info().hidden_variable any more.
+  int cue_end(int env) const;
+  // The words of the episodes, after the first reset; null if the task has none. Privileged.
+  const Annotator* annotator() const;
+
+  // The answers that somebody may choose for a robot's hand; null if they have no names.
+  const Choices* choices() const;
+  // Those of running episodes. Throws Error if they have no names, or before the first reset.
+  const Choices& running_choices() const;
+
+  // Random variables of an episode, the engine's robot_noise first.
+  const std::vector<RandomVariable>& random_variables() const { return batch_.pins_.variables(); }
+  // Values of info().options, in their order.
+  std::span<const double> option_values() const { return batch_.option_values_; }
+  // Fields of the observation's row with ranges; in the objects modes only.
+  std::span<const RangedField> ranged_fields() const;
+  // MJCF text of the whole scene.
+  std::string document() const;
+
+  // Environment steps that have diverged since construction.
+  std::uint64_t unstable_count() const { return batch_.unstable_count_.load(); }
+  // Bytes that every further environment adds.
+  std::size_t bytes_per_env() const;
+
+ private:
+  std::vector<std::string> wordings(int env) const;
+
+  const Batch& batch_;
+  std::unique_ptr<CameraPoses> cameras_;  // from the first call for them on
+};
+
+}  // namespace engram

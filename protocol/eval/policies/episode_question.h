@@ -1,0 +1,25 @@
+// Questions of a batch's running episodes, for somebody who answers them while the episode is
+// shown; the hand that carries the answers out is the blind policy (docs/choices.md).
+#pragma once
+
+#include <span>
+
+#include "core/batch/batch.h"
+#include "core/task/choices.h"
+#include "protocol/io/document.h"
+
+namespace engram {
+
+// All of them throw Error: kInvalidArgument for a task without choices, kBadState before the first
+// reset.
+
+// From now on the hand of an environment's episode waits for answers. For each episode anew.
+void ask_questions(const Batch& env, int index);
+// {due, question, choices, least, most, repeats}. due: the hand cannot go on without an answer. The
+// order of the choices is that of evaluations.
+DocumentTable describe_question(const Batch& env, int index);
+// Answers the question that is due, by indices of the choices as they are listed. Throws Error,
+// kBadState if none is due, and kInvalidArgument, naming what is allowed, for another form.
+void answer_question(const Batch& env, int index, std::span<const int> choices);
+
+}  // namespace engram

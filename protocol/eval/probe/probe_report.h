@@ -1,0 +1,21 @@
+// What probes have found, as one HTML page and as files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "protocol/io/document.h"
+
+namespace engram {
+
+// A share with its interval, "0.940 [0.838, 0.979]"; "-" if there is none.
+std::string share_text(const Document& share);
+
+// A page of one policy. document: of run_probes.
+std::string probe_report(const Document& document);
+
+// Writes probe.json and probe.html into the folder, which is made if need be. Throws Error (kIo) if
+// that fails.
+void write_probes(const Document& document, const std::filesystem::path& folder);
+
+}  // namespace engram

@@ -1,0 +1,221 @@
+#include "protocol/eval/probe/probe_run.h"
+
+#include <algorithm>
+
+#include "core/base/join.h"
+#include "core/batch/scripted_policy.h"
+#include "protocol/eval/probe/capacity.h"
+#include "protocol/eval/probe/condition_player.h"
+#include "protocol/eval/probe/forgetting.h"
+#include "protocol/eval/probe/interference.h"
+#include "protocol/eval/probe/twins.h"
+#include "protocol/io/files.h"
+
+namespace engram {
+namespace {
+
+void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
+
+// Values of an observation's row, which policies of other tasks and constants have to fit.
+int row_width(std::string_view id, const Protocol& protocol, const ConstantTable& constants) {
+  return Lookahead(id, probe_environment(protocol, constants)).env().state_dim();
+}
+
+bool observes_row(const Protocol& protocol) {
+  return protocol.external && protocol.environment.obs_mode != ObsMode::kRgb;
+}
+
+ProbePlan plan_of(Probe probe, const ProbeTask& task, const Protocol& protocol,
+                  const RegistryEntry* other) {
+  const auto fits = [&](const ConstantTable& constants) {
+    return !observes_row(protocol) || row_width(task.entry->id, protocol, constants) ==
+                                          row_width(task.entry->id, protocol, task.constants);
+  };
+  switch (probe) {
+    case Probe::kTwins:
+      return plan_twins(task);
+    case Probe::kForgetting:
+      return plan_forgetting(task);
+    case Probe::kInterference:
+      return plan_interference(task, other);
+    case Probe::kCapacity:
+      return plan_capacity(task, fits);
+  }
+  return {};
+}
+
+// Hands out the blocks of all conditions, one after the other.
+class ProbeSource final : public WorkSource {
+ public:
+  ProbeSource(const std::vector<ProbeCondition>& conditions, const Protocol& protocol,
+              const ProbeProgress& progress)
+      : protocol_(protocol),
+        progress_(progress),
+        block_(std::min(protocol.num_envs, protocol.episodes)),
+        results_(conditions.size(), ConditionResults(static_cast<std::size_t>(protocol.episodes))) {
+  }
+
+  std::optional<WorkItem> next() override {
+    if (condition_ == results_.size()) return std::nullopt;
+    const WorkItem item{static_cast<int>(condition_),
+                        protocol_.start_seed + static_cast<std::uint64_t>(episode_),
+                        std::min(block_, protocol_.episodes - episode_)};
+    episode_ += item.count;
+    if (episode_ == protocol_.episodes) {
+      episode_ = 0;
+      ++condition_;
+    }
+    return item;
+  }
+
+  void accept(const WorkItem& item, Bytes bytes) override {
+    ConditionResults part = ConditionPlayer::unpack(bytes, item.count);
+    const auto first = static_cast<std::ptrdiff_t>(item.first_seed - protocol_.start_seed);
+    std::ranges::move(part, results_[static_cast<std::size_t>(item.task)].begin() + first);
+    done_ += item.count;
+  }
+
+  void tick(const WorkStatus& status) override {
+    if (!progress_) return;
+    progress_(done_, static_cast<int>(results_.size()) * protocol_.episodes, status.env_steps);
+  }
+
+  const std::vector<ConditionResults>& results() const { return results_; }
+
+ private:
+  const Protocol& protocol_;
+  const ProbeProgress& progress_;
+  int block_;  // episode numbers of an item
+  std::size_t condition_ = 0;
+  int episode_ = 0;
+  int done_ = 0;
+  std::vector<ConditionResults> results_;
+};
+
+const RegistryEntry* other_task(const EvaluationSettings& settings, const Protocol& protocol,
+                                const ProbeOptions& options) {
+  if (options.other.empty()) return nullptr;
+  const RegistryEntry& other = require_entry(options.other);
+  (void)make_task(other.id, settings.constants);
+  if (!observes_row(protocol)) return &other;
+  const int width = row_width(other.id, protocol, settings.constants);
+  for (const std::string& id : settings.tasks) {
+    const int own = row_width(id, protocol, settings.constants);
+    if (own == width) continue;
+    refuse("the other task " + options.other + ": observations of " + std::to_string(width) +
+           " values, " + std::to_string(own) + " as of " + id + " needed, or obs rgb");
+  }
+  return &other;
+}
+
+void check(const EvaluationSettings& settings, const ProbeOptions& options) {
+  if (options.probes.empty()) {
+    refuse("probes: none given, some of " + join(kProbeNames) + " allowed");
+  }
+  if (settings.repeat != 1)
+    refuse("repeat: " + std::to_string(settings.repeat) + " given, 1 allowed");
+  if (settings.seal) refuse("a sealed run given: probes have none");
+  if (settings.choices) {
+    refuse("policy-choices: given, probes need a policy that answers with actions");
+  }
+  if (settings.tell_episodes) {
+    refuse("tell-episodes: given, probes tell no policy its episodes: many of them have one seed");
+  }
+}
+
+// The oracle plays where a policy is compared with it, and where a cue shows to a robot at work.
+void check_control_mode(const std::vector<ProbeCondition>& conditions, const Protocol& protocol) {
+  const auto needs_oracle = [&protocol](const ProbeCondition& condition) {
+    return condition.control.has_value() ||
+           Lookahead(condition.entry->id, probe_environment(protocol, condition.constants))
+               .awaits_cue({protocol.start_seed});
+  };
+  try {
+    require_mode_of(Policy::kOracle,
+                    protocol.environment.control_mode.value_or(TaskInfo().control_mode));
+  } catch (const Error& error) {
+    const auto found = std::ranges::find_if(conditions, needs_oracle);
+    if (found == conditions.end()) return;
+    refuse(std::string(found->entry->id) + ": this probe needs the oracle, too: " + error.what());
+  }
+}
+
+}  // namespace
+
+std::vector<Probe> parse_probes(std::string_view option, const std::string& text) {
+  std::vector<Probe> probes;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    const std::optional<Probe> probe = find_named<Probe>(word);
+    if (!probe || std::ranges::count(probes, *probe) > 0) {
+      refuse(std::string(option) + ": '" + word + "' given, " + join(kProbeNames) +
+             ", each once, allowed");
+    }
+    probes.push_back(*probe);
+    begin = end + 1;
+  }
+  std::ranges::sort(probes);
+  return probes;
+}
+
+ProbeRun::ProbeRun(EvaluationSettings settings, Protocol protocol, ProbeOptions options)
+    : settings_(std::move(settings)), protocol_(std::move(protocol)), options_(std::move(options)) {
+  check(settings_, options_);
+  const RegistryEntry* other = other_task(settings_, protocol_, options_);
+  for (const std::string& id : settings_.tasks) {
+    const ProbeTask task = probe_task(require_entry(id), settings_.constants);
+    TaskSections& sections = tasks_.emplace_back(TaskSections{task.entry, {}});
+    for (const Probe probe : options_.probes) {
+      ProbePlan plan = plan_of(probe, task, protocol_, other);
+      const std::size_t first = conditions_.size();
+      for (std::size_t i = 0; i < plan.conditions.size(); ++i) {
+        plan.conditions[i].name = std::string(name_of(probe)) + " " + std::to_string(i);
+        conditions_.push_back(plan.conditions[i]);
+      }
+      sections.sections.push_back({probe, std::move(plan), first});
+    }
+  }
+  check_control_mode(conditions_, protocol_);
+}
+
+Document ProbeRun::play(Ranks& ranks, const ProbeProgress& progress) {
+  if (ranks.is_root() && !options_.output.empty()) require_writable_folder(options_.output);
+  ConditionPlayer player(conditions_, protocol_, worker_threads(protocol_.threads, ranks));
+  ProbeSource source(conditions_, protocol_, progress);
+  distribute_work(
+      ranks, protocol_.threads,
+      [&player](const WorkItem& item, const WorkContext& context) {
+        return player.play(item, context);
+      },
+      source);
+  return ranks.is_root() ? document(source.results()) : Document();
+}
+
+Document ProbeRun::document(const std::vector<ConditionResults>& results) const {
+  DocumentList documents;
+  for (const TaskSections& task : tasks_) {
+    DocumentTable document{{"env_id", task.entry->id},
+                           {"family", task.entry->family},
+                           {"memory_type", task.entry->memory_type}};
+    for (const TaskSections::Section& section : task.sections) {
+      const auto first = results.begin() + static_cast<std::ptrdiff_t>(section.first);
+      document.emplace_back(
+          name_of(section.probe),
+          section.plan.document(
+              {first, first + static_cast<std::ptrdiff_t>(section.plan.conditions.size())}));
+    }
+    documents.emplace_back(std::move(document));
+  }
+  return DocumentTable{{"settings", settings_.document()},
+                       {"other", options_.other.empty() ? Document() : Document(options_.other)},
+                       {"tasks", std::move(documents)}};
+}
+
+Document run_probes(const EvaluationSettings& settings, const Protocol& protocol,
+                    const ProbeOptions& options, const ProbeProgress& progress) {
+  Ranks alone;
+  return ProbeRun(settings, protocol, options).play(alone, progress);
+}
+
+}  // namespace engram

@@ -1,0 +1,68 @@
+// The result files of an evaluation (docs/protocol.md): <ID>.json of every finished task,
+// summary.json, settings.json, with which an interrupted run is resumed, and a report.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/eval/run/settings.h"
+#include "protocol/io/folder_lock.h"
+
+namespace engram {
+
+// The policy: name and configuration.
+Document model_document(const EvaluationSettings& settings);
+// The benchmark's result document of a task, with its keys in its order, and the chance level.
+Document task_document(const TaskResult& result, const EvaluationSettings& settings);
+// The document of a sealed run with what the opened settings tell: secret and seeds.
+Document opened_document(const Document& task, const EvaluationSettings& opened);
+// Summary of task documents in the registry's order.
+Document summary_document(const DocumentList& tasks);
+
+// The folder of a run, which keeps other runs from it. Files appear whole or not at all.
+class ResultFolder {
+ public:
+  // Makes <output>/<split>/<date and time>/. Throws Error (kIo) if that fails.
+  static ResultFolder create(const std::filesystem::path& output,
+                             const EvaluationSettings& settings);
+  // Opens the folder of an interrupted run. Throws Error (kIo) if it does not exist, or another run
+  // is at work in it.
+  static ResultFolder open(const std::filesystem::path& folder);
+
+  const std::filesystem::path& path() const { return path_; }
+  // The settings that the run began with; nothing if their file is missing.
+  std::optional<EvaluationSettings> settings() const;
+  // Finished tasks, by id. Damaged and edited files are ignored. Throws Error (kInvalidArgument)
+  // for intact results of another protocol.
+  std::map<std::string, Document> finished(const EvaluationSettings& settings) const;
+
+  // Writes the settings, so that the run can be resumed.
+  void begin(const EvaluationSettings& settings) const;
+  void write_task(const Document& task) const;
+  void write_summary(const DocumentList& tasks) const;
+  void write_episodes(const DocumentList& tasks) const;
+
+  // For the report alone, beside the results: time by task id, in timing.json, and pictures, in
+  // samples/<ID>.png.
+  void add_timing(const std::string& id, double thread_seconds) const;
+  std::map<std::string, double> timing() const;
+  void write_sample(const std::string& id, const Bytes& png) const;
+  std::map<std::string, Bytes> samples() const;
+  void write_report(const std::string& html) const;
+
+ private:
+  explicit ResultFolder(std::filesystem::path path);
+  const OpenFolder& files() const { return lock_->folder(); }
+
+  std::filesystem::path path_;
+  std::shared_ptr<const FolderLock> lock_;  // copies are of the same run
+};
+
+// The ids' split in lower case, "all" where they differ.
+std::string common_split(const std::vector<std::string>& ids);
+
+}  // namespace engram

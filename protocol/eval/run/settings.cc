@@ -1,0 +1,257 @@
+#include "protocol/eval/run/settings.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "protocol/io/document_checksum.h"
+#include "protocol/make/control_mode_choice.h"
+#include "protocol/make/make.h"
+#include "protocol/make/perturbations_document.h"
+#include "protocol/make/variants.h"
+
+namespace engram {
+namespace {
+
+// Variants among these tasks.
+DocumentList variants_of(const std::vector<std::string>& ids) {
+  DocumentList variants;
+  for (const std::string& id : ids) {
+    const RegistryEntry& entry = require_entry(id);
+    if (entry.constants != nullptr) variants.push_back(to_document(variant_of(entry)));
+  }
+  return variants;
+}
+
+// A sealed run has no seed before it is opened.
+void read_seeds(const Document& document, EvaluationSettings& settings) {
+  settings.tell_episodes = truth(part(document, "tell_episodes"));
+  const Document& seal = part(document, "sealed");
+  if (is_null(seal)) {
+    settings.start_seed = whole_number(part(document, "start_seed"));
+    return;
+  }
+  settings.set_seal(SeedSeal::of_hash(text(part(seal, "sha256"))));
+  if (is_null(part(seal, "secret"))) return;
+  SeedSeal known(text(part(seal, "secret")));
+  if (known.hash() != settings.seal->hash()) {
+    throw Error(Error::kIo, "the hash is not that of the secret seed");
+  }
+  settings.set_seal(std::move(known));
+  settings.opened = true;
+}
+
+// The number under a key that older documents do not have.
+std::uint64_t number_or(const Document& document, const char* key, std::uint64_t missing,
+                        std::uint64_t most) {
+  const Document* value = find(document, key);
+  return value == nullptr ? missing : whole_number(*value, most);
+}
+
+// Older documents have none.
+std::vector<PerturbationLevel> read_perturbations(const Document& document) {
+  std::vector<PerturbationLevel> levels;
+  const Document* value = find(document, "perturbations");
+  if (value == nullptr || is_null(*value)) return levels;
+  for (const auto& [axis, level] : table(*value)) {
+    levels.push_back({require_axis(axis), number(level)});
+  }
+  check_perturbations(levels);
+  return levels;
+}
+
+EvaluationSettings read(const Document& document) {
+  EvaluationSettings settings;
+  for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
+  settings.episodes =
+      static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
+  read_seeds(document, settings);
+  settings.obs_mode = require_named<ObsMode>("observation mode", text(part(document, "obs_mode")));
+  settings.renderer = text(part(document, "renderer"));
+  settings.control_mode =
+      require_named<ControlMode>("control mode", text(part(document, "control_mode")));
+  settings.joint_proprio = truth(part(document, "joint_proprio"));
+  settings.policy = text(part(document, "policy"));
+  settings.policy_config = part(document, "policy_config");
+  if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
+  settings.rules = require_named<Rules>("rules", text(part(document, "rules")));
+  for (const auto& [name, value] : table(part(document, "task_options"))) {
+    settings.task_options[name] = number(value);
+  }
+  settings.constants = table(part(document, "constants"));
+  settings.perturbations = read_perturbations(document);
+  settings.repeat = static_cast<int>(number_or(document, "repeat", 1, kMaxRepeat));
+  if (settings.repeat < 1) throw Error(Error::kIo, "'repeat' is 0");
+  check_rounds(settings.episodes, settings.repeat);
+  settings.policy_seed = number_or(document, "policy_seed", 0, UINT64_MAX);
+  settings.latency = static_cast<int>(number_or(document, "latency_steps", 0, kMaxLatency));
+  const Document* choices = find(document, "choices");
+  settings.choices = choices != nullptr && truth(*choices);
+  settings.choices_stride =
+      static_cast<int>(number_or(document, "choices_stride", 1, kMaxChoicesStride));
+  if (settings.choices_stride < 1) throw Error(Error::kIo, "'choices_stride' is 0");
+  std::vector<TaskVariant> variants;
+  for (const Document& variant : list(part(document, "variants"))) {
+    variants.push_back(to_variant(variant, "variants"));
+  }
+  register_variants(variants);
+  return settings;
+}
+
+// The same seeds give other results in another version.
+void require_this_version(const Document& document, const std::filesystem::path& file) {
+  const Document* found = find(document, "version");
+  const std::string given = found == nullptr ? "0.1.0 or older" : text(*found);
+  if (given == version()) return;
+  throw Error(Error::kIo, "'" + file.string() + "' is of engram " + given +
+                              ", and this is engram " + version() +
+                              ": its results cannot be mixed with those; choose another folder");
+}
+
+}  // namespace
+
+void EvaluationSettings::set_environment(const MakeOptions& environment) {
+  obs_mode = environment.obs_mode;
+  renderer = obs_mode == ObsMode::kRgb ? environment.image_options.renderer : "none";
+  std::vector<const RegistryEntry*> entries;
+  for (const std::string& id : tasks) entries.push_back(&require_entry(id));
+  control_mode = common_control_mode(environment.control_mode, entries);
+  joint_proprio = environment.joint_proprio;
+  rules = environment.rules;
+  task_options.clear();
+  for (const TaskOptionValue& choice : environment.task_options) {
+    task_options[choice.name] = choice.value;
+  }
+  constants = environment.constants;
+  perturbations = environment.perturbations;
+}
+
+void EvaluationSettings::set_seal(SeedSeal seed) {
+  if (seed.knows_secret()) start_seed = seed.start_seed();
+  seal = std::move(seed);
+}
+
+Document EvaluationSettings::seal_document() const {
+  if (!seal) return {};
+  return DocumentTable{{"sha256", seal->hash()},
+                       {"secret", opened ? Document(seal->secret()) : Document()}};
+}
+
+Document EvaluationSettings::document() const {
+  DocumentTable document{{"version", version()},
+                         {"tasks", DocumentList(tasks.begin(), tasks.end())},
+                         {"n_episodes", episodes},
+                         {"start_seed", tells_seeds() ? Document(start_seed) : Document()},
+                         {"sealed", seal_document()},
+                         {"tell_episodes", tell_episodes},
+                         {"obs_mode", name_of(obs_mode)},
+                         {"renderer", renderer},
+                         {"control_mode", name_of(control_mode)},
+                         {"joint_proprio", joint_proprio},
+                         {"policy", policy},
+                         {"policy_config", policy_config},
+                         {"rules", name_of(rules)},
+                         {"task_options", DocumentTable(task_options.begin(), task_options.end())},
+                         {"constants", constants},
+                         {"perturbations", perturbations_document(perturbations)},
+                         {"variants", variants_of(tasks)},
+                         {"repeat", repeat},
+                         {"policy_seed", policy_seed},
+                         {"latency_steps", latency},
+                         {"choices", choices},
+                         {"choices_stride", choices_stride}};
+  add_checksum(document);
+  return document;
+}
+
+EvaluationSettings EvaluationSettings::of(const Document& document,
+                                          const std::filesystem::path& file) {
+  EvaluationSettings settings;
+  require_this_version(document, file);
+  try {
+    if (!has_valid_checksum(document)) throw Error(Error::kIo, "its checksum does not fit");
+    settings = read(document);
+  } catch (const Error& error) {
+    throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
+                                error.what() + "); remove it to give the settings anew");
+  }
+  for (const std::string& id : settings.tasks) (void)require_entry(id);
+  return settings;
+}
+
+void require_external_name(std::string_view option, std::string_view name) {
+  const auto lower = [](unsigned char letter) { return std::tolower(letter); };
+  const bool own = std::ranges::any_of(names_of(Policy{}), [&](std::string_view policy) {
+    return std::ranges::equal(name, policy, {}, lower, lower);
+  });
+  if (!own) return;
+  throw Error(Error::kInvalidArgument, std::string(option) + ": '" + std::string(name) +
+                                           "' given, the name of one of engram's own policies; "
+                                           "another name needed");
+}
+
+void check_rounds(int episodes, int repeat) {
+  const std::int64_t all = std::int64_t{episodes} * repeat;
+  if (all <= std::numeric_limits<int>::max()) return;
+  throw Error(Error::kInvalidArgument, std::to_string(repeat) + " rounds of " +
+                                           std::to_string(episodes) + " episodes given, at most " +
+                                           std::to_string(std::numeric_limits<int>::max()) +
+                                           " episodes in all allowed");
+}
+
+int parse_latency(std::string_view option, const std::string& text) {
+  const std::string_view whole(text);
+  const bool timed = whole.ends_with("ms");
+  const std::string_view digits = timed ? whole.substr(0, whole.size() - 2) : whole;
+  double value = -1;
+  const char* const end = digits.data() + digits.size();
+  const bool plain =
+      digits.find_first_not_of(timed ? "0123456789." : "0123456789") == std::string_view::npos;
+  const auto [rest, error] = std::from_chars(digits.data(), end, value);
+  const double steps = timed ? std::ceil(value / kControlStepMilliseconds) : value;
+  if (!plain || error != std::errc() || rest != end || !(steps >= 0 && steps <= kMaxLatency)) {
+    throw Error(Error::kInvalidArgument,
+                std::string(option) + ": '" + text + "' given, 0 to " +
+                    std::to_string(kMaxLatency) +
+                    " control steps of 50 ms, or milliseconds such as 120ms, allowed");
+  }
+  return static_cast<int>(steps);
+}
+
+std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {
+  std::ranges::sort(tasks, {}, &RegistryEntry::index);
+  std::vector<std::string> ids;
+  ids.reserve(tasks.size());
+  for (const RegistryEntry* task : tasks) ids.emplace_back(task->id);
+  return ids;
+}
+
+Protocol protocol_of(const EvaluationSettings& settings) {
+  Protocol protocol;
+  protocol.episodes = settings.episodes;
+  protocol.start_seed = settings.start_seed;
+  protocol.tell_episodes = settings.tell_episodes;
+  protocol.repeat = settings.repeat;
+  protocol.policy_seed = settings.policy_seed;
+  protocol.latency = settings.latency;
+  protocol.choices_stride = settings.choices ? settings.choices_stride : 0;
+  if (settings.seal) protocol.number_key = settings.seal->secret();
+  MakeOptions& environment = protocol.environment;
+  environment.obs_mode = settings.obs_mode;
+  if (environment.obs_mode == ObsMode::kRgb) {
+    environment.image_options.renderer = settings.renderer;
+  }
+  environment.control_mode = settings.control_mode;
+  environment.joint_proprio = settings.joint_proprio;
+  environment.rules = settings.rules;
+  for (const auto& [name, value] : settings.task_options) {
+    environment.task_options.push_back({name, value});
+  }
+  environment.constants = settings.constants;
+  environment.perturbations = settings.perturbations;
+  return protocol;
+}
+
+}  // namespace engram

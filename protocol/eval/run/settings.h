@@ -1,0 +1,78 @@
+// Settings on which the results of an evaluation depend.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/eval/policies/seed_seal.h"
+#include "protocol/eval/run/evaluate.h"
+#include "protocol/io/document.h"
+
+namespace engram {
+
+struct EvaluationSettings {
+  std::vector<std::string> tasks;  // ids, in the registry's order
+  int episodes = kBenchmarkEpisodes;
+  std::uint64_t start_seed = kBenchmarkSeed;
+  ObsMode obs_mode = ObsMode::kRgb;
+  std::string renderer = "none";  // of rgb observations
+  ControlMode control_mode = ControlMode::kPdEeDeltaPose;
+  bool joint_proprio = false;
+  std::string policy;      // "oracle", or the name of an external one
+  Document policy_config;  // further description in the results
+  Rules rules = Rules::kReference;
+  std::map<std::string, double> task_options;
+  ConstantTable constants;  // of all tasks, instead of their own
+  std::vector<PerturbationLevel> perturbations;
+  bool tell_episodes = false;  // to the policy, with their seeds
+  int repeat = 1;              // rounds of the episodes; round i has policy_seed + i
+  std::uint64_t policy_seed = 0;
+  int latency = 0;               // control steps from a question to its answer
+  bool choices = false;          // the policy names answers, and a scripted hand acts
+  int choices_stride = 1;        // control steps between the frames of its questions
+  std::optional<SeedSeal> seal;  // of a sealed run, whose start_seed follows from it
+  bool opened = false;           // documents tell the seed and the secret of a sealed run
+
+  // Seals the run; the seed is set if the secret is known.
+  void set_seal(SeedSeal seed);
+  // Episodes of a task, all rounds together.
+  int all_episodes() const { return episodes * repeat; }
+  // True if documents tell the seeds.
+  bool tells_seeds() const { return !seal || opened; }
+
+  // Takes over observations, renderer, control mode, rules, task options and constants. The tasks
+  // have to be known: without a control mode, it is their own. Throws Error (kInvalidArgument) if
+  // theirs differ.
+  void set_environment(const MakeOptions& environment);
+
+  Document document() const;
+  // {sha256, secret} of a sealed run, null for others. The secret is null until it is opened.
+  Document seal_document() const;
+  // Registers the variants that it is about. Throws Error (kIo) if the document is not one of
+  // settings, or one of another version.
+  static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
+};
+
+// Throws Error (kInvalidArgument) if results would take an external policy of that name for one of
+// engram's own. `option`: what gave the name, for the message.
+void require_external_name(std::string_view option, std::string_view name);
+
+// Throws Error (kInvalidArgument) if all rounds together are more episodes than an int can count.
+void check_rounds(int episodes, int repeat);
+
+// Control steps of a latency: "3", or "120ms" rounded up to whole steps. Throws Error
+// (kInvalidArgument) for anything else, and for more than kMaxLatency. `option`: for the message.
+int parse_latency(std::string_view option, const std::string& text);
+
+// The ids of these tasks in the registry's order.
+std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks);
+
+// The protocol with these settings: episodes, seeds and environments. Policy, threads and what else
+// does not change the results are the caller's to set.
+Protocol protocol_of(const EvaluationSettings& settings);
+
+}  // namespace engram

@@ -1,0 +1,69 @@
+#include "protocol/make/group_description.h"
+
+#include "core/base/join.h"
+#include "protocol/make/task_description.h"
+
+namespace engram {
+namespace {
+
+// Rows of states have no ranges.
+ConstantList describe_rows(const BatchGroup& group) {
+  const std::vector<RangedField>& row = group.layout().row_fields();
+  if (observes_objects(group.part(0).options().obs_mode)) {
+    return describe_layout(std::span<const RangedField>(row));
+  }
+  std::vector<Field> fields;
+  for (const RangedField& field : row) fields.push_back(field.field);
+  return describe_layout(fields);
+}
+
+// Columns of the group; final_mask and pictures are arrays of every batch.
+ConstantList describe_outputs(const BatchGroup& group) {
+  ConstantList list;
+  for (const OutputArray& array : group.outputs()) {
+    if (array.shape.size() > 2 || array.field.name == "final_mask") continue;
+    list.emplace_back(describe_output(array.field));
+  }
+  return list;
+}
+
+}  // namespace
+
+ConstantTable describe_group(const BatchGroup& group) {
+  if (!group.is_common()) return describe_task(group.part(0));
+  ConstantList tasks;
+  ConstantList warnings;
+  std::vector<std::string> ids;
+  Constant action_spaces;
+  Constant proprio;
+  for (int i = 0; i < group.num_parts(); ++i) {
+    ConstantTable task = {{"first_env", group.first_env(i)},
+                          {"num_envs", group.part(i).num_envs()}};
+    ConstantTable description = describe_task(group.part(i));
+    task.insert(task.end(), description.begin(), description.end());
+    ids.push_back(group.part(i).info().id);
+    const Document known = std::move(description);
+    for (const Document& warning : list(part(known, "warnings"))) warnings.push_back(warning);
+    action_spaces = part(known, "action_spaces");
+    proprio = part(known, "proprio");
+    tasks.emplace_back(std::move(task));
+  }
+  const Batch& first = group.part(0);
+  return {{"id", join(ids, {}, "+")},
+          {"family", ""},
+          {"horizon", group.horizon()},
+          {"action_dim", group.action_dim()},
+          {"control_mode", name_of(first.control_mode())},
+          {"action_spaces", action_spaces},
+          {"rules", name_of(first.options().rules)},
+          {"warnings", warnings},
+          {"state_dim", group.state_dim()},
+          {"state_fields", describe_rows(group)},
+          {"proprio", proprio},
+          {"segmentation_names", ConstantList{}},
+          {"drawn", ConstantList{}},
+          {"outputs", describe_outputs(group)},
+          {"tasks", tasks}};
+}
+
+}  // namespace engram

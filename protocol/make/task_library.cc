@@ -1,0 +1,115 @@
+#include "protocol/make/task_library.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/base/error.h"
+#include "tasks/registry.h"
+#include "tasks/task_library.h"
+
+namespace engram {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRebuild = "; compile it again, with the headers of this engram";
+
+struct CloseLibrary {
+  void operator()(void* library) const { ::dlclose(library); }
+};
+using OpenLibrary = std::unique_ptr<void, CloseLibrary>;
+
+[[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInvalidArgument, why); }
+
+std::string quoted(const char* text) { return "'" + std::string(text) + "'"; }
+
+// Nothing of the library is visible to others, and all that it needs is found now, not later.
+OpenLibrary open_library(const fs::path& file) {
+  // A name without a folder would be looked for in the system's folders.
+  const std::string path = fs::absolute(file).string();
+  OpenLibrary library(::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL));
+  if (library == nullptr) refuse(std::string("not a library that can be loaded: ") + ::dlerror());
+  return library;
+}
+
+const TaskLibrary& described_by(void* library) {
+  void* const symbol = ::dlsym(library, kTaskLibraryFunction);
+  if (symbol == nullptr) {
+    refuse("a library without the function " + std::string(kTaskLibraryFunction) +
+           "; one with ENGRAM_TASKS(...) in a source file needed");
+  }
+  return *reinterpret_cast<TaskLibraryFunction*>(symbol)();
+}
+
+// The version first: what else it says may differ because of it.
+void require_compatible(const TaskLibrary& library) {
+  if (std::string_view(library.version) != ENGRAM_TASKS_VERSION) {
+    refuse("made for engram " + quoted(library.version) + ", this is " +
+           quoted(ENGRAM_TASKS_VERSION) + kRebuild);
+  }
+  if (std::string_view(library.abi) != ENGRAM_TASKS_ABI) {
+    refuse("another ABI: made with " + quoted(library.abi) + ", this engram with " +
+           quoted(ENGRAM_TASKS_ABI) + "; the same compiler and flags needed");
+  }
+  if (library.bytes != sizeof(TaskLibrary) ||
+      std::string_view(library.headers) != ENGRAM_TASKS_HEADERS) {
+    refuse("made with other headers of engram " + quoted(ENGRAM_TASKS_VERSION) + ": checksum " +
+           quoted(library.headers) + ", this engram has " + quoted(ENGRAM_TASKS_HEADERS) +
+           kRebuild);
+  }
+}
+
+bool are_registered(std::span<const Family* const> families) {
+  return std::ranges::all_of(families, [](const Family* family) {
+    return std::ranges::all_of(family->tasks, [&](const TaskRow& row) {
+      const RegistryEntry* entry = find_entry(row.id);
+      return entry != nullptr && entry->definition == family;
+    });
+  });
+}
+
+void register_library(const fs::path& file) {
+  OpenLibrary library = open_library(file);
+  const TaskLibrary& description = described_by(library.get());
+  require_compatible(description);
+  const std::span families(description.families, description.count);
+  if (std::ranges::all_of(families, [](const Family* family) { return family->tasks.empty(); })) {
+    refuse("a library without tasks; one row of a family's table or more needed");
+  }
+  if (are_registered(families)) return;
+  register_families(families);
+  library.release();  // NOLINT(bugprone-unused-return-value): it stays for the process's life
+}
+
+}  // namespace
+
+void load_tasks(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) {
+    throw Error(Error::kIo, "'" + file.string() + "' cannot be read; a library of tasks needed");
+  }
+  try {
+    register_library(file);
+  } catch (const Error& error) {
+    throw Error(error.kind(), "tasks of '" + file.string() + "': " + error.what());
+  }
+}
+
+void load_task_list(std::string_view files, PythonLoader load_python) {
+  while (!files.empty()) {
+    const std::size_t end = std::min(files.find(':'), files.size());
+    const fs::path file = files.substr(0, end);
+    if (file.extension() == ".py") {
+      if (load_python != nullptr) load_python(file);
+    } else if (!file.empty()) {
+      load_tasks(file);
+    }
+    files.remove_prefix(std::min(end + 1, files.size()));
+  }
+}
+
+}  // namespace engram

@@ -1,0 +1,416 @@
+#include "core/batch/batch.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/batch/queries.h"
+#include "tests/env_helpers.h"
+
+namespace engram {
+namespace {
+
+using test::batch_bytes;
+using test::env_bytes;
+using test::make_env;
+using test::row;
+using test::step;
+using test::zeros;
+
+constexpr const char* kId = "RememberColor3-VLA-v0";
+constexpr double kPi = std::numbers::pi;
+
+ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
+  ResetRequest request;
+  request.seeds = seeds;
+  return request;
+}
+
+TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
+  BatchOptions options;
+  options.robot_init_qpos_noise = 0;
+  const auto env = make_env(kId, options);
+  env->reset();
+  const auto proprio = env->proprio();
+  REQUIRE(proprio.size() == 7);
+  CHECK(proprio[0] == Approx(-0.070696).margin(1e-6));
+  CHECK(proprio[1] == Approx(0).margin(1e-6));
+  CHECK(proprio[2] == Approx(0.318047).margin(1e-6));
+  CHECK(std::abs(proprio[3]) == Approx(kPi));
+  CHECK(proprio[4] == Approx(0).margin(1e-6));
+  CHECK(proprio[5] == Approx(0).margin(1e-6));
+  CHECK(proprio[6] == Approx(0.08));
+}
+
+TEST_CASE("joint_proprio shows the arm's angles and the gripper's opening", "[batch]") {
+  BatchOptions options;
+  options.joint_proprio = true;
+  const auto env = make_env("RememberColor3-VLA-v0", options);
+  env->reset();
+  CHECK(env->proprio_dim() == 8);
+  for (int step = 0; step < 3; ++step) {
+    const auto proprio = env->proprio();
+    REQUIRE(proprio.size() == 8);
+    const double* qpos = env->state().qpos.row(0);
+    for (std::size_t i = 0; i < 7; ++i) CHECK(proprio[i] == static_cast<float>(qpos[i]));
+    CHECK(proprio[7] == static_cast<float>(qpos[7] + qpos[8]));
+    env->step(std::vector<float>{0.5F, 0.5F, -0.5F, 0, 0, 0, -1});
+  }
+}
+
+TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[batch]") {
+  for (const int sign : {-1, 1}) {
+    BatchOptions options;
+    options.robot_init_qpos_noise = 0;
+    options.rotation_sign = sign;
+    options.freeze_cue = false;
+    const auto env = make_env(kId, options);
+    env->reset();
+    env->step(std::vector<float>{0, 0, 0, 0, 0, 1, 0});
+    CHECK(sign * static_cast<double>(env->proprio()[5]) == Approx(0.04).margin(0.006));
+  }
+}
+
+TEST_CASE("State fields name the parts of the state observation", "[batch]") {
+  const auto env = make_env(kId);
+  env->reset();
+  int offset = 0;
+  std::vector<std::string> names;
+  for (const Field& field : env->state_fields()) {
+    if (field.name == "tcp_pose") CHECK(offset == 18);
+    if (field.name == "oracle_info") CHECK(offset == 25);
+    if (field.name == "goal_0_pose") CHECK(offset == 26);
+    names.push_back(field.name);
+    offset += field.width;
+  }
+  CHECK(names == std::vector<std::string>{"qpos", "qvel", "tcp_pose", "oracle_info", "goal_0_pose",
+                                          "goal_1_pose", "goal_2_pose"});
+  CHECK(offset == env->state_dim());
+  CHECK(env->observation().size() == static_cast<std::size_t>(offset));
+  for (int i = 0; i < 9; ++i) {
+    CHECK(env->observation()[static_cast<std::size_t>(i)] ==
+          static_cast<float>(env->state().qpos.row(0)[i]));
+  }
+  CHECK(env->observation()[18] == static_cast<float>(env->state().tcp_pos.row(0)[0]));
+  CHECK(env->observation()[21] == static_cast<float>(env->state().tcp_quat.row(0)[0]));
+}
+
+TEST_CASE("Target modes add the controller state after qvel", "[batch]") {
+  BatchOptions options;
+  options.control_mode = ControlMode::kPdJointTargetDeltaPos;
+  const auto env = make_env(kId, options);
+  env->reset();
+  CHECK(env->state_dim() == 35 + 7);
+  CHECK(env->state_fields()[2].name == "target_qpos");
+  CHECK(env->observation()[18] == env->observation()[0]);
+  options.control_mode = ControlMode::kPdEeTargetDeltaPose;
+  const auto pose = make_env(kId, options);
+  pose->reset();
+  CHECK(pose->state_fields()[2].name == "target_pose");
+  // In the root frame; tcp_pose follows, in the world's.
+  CHECK(pose->observation()[18] == Approx(pose->observation()[25] + 0.615F));
+  CHECK(pose->observation()[19] == pose->observation()[26]);
+}
+
+TEST_CASE("Observation modes choose what is written", "[batch]") {
+  BatchOptions options;
+  const auto state = make_env(kId, options);
+  options.obs_mode = ObsMode::kStateDict;
+  const auto dict = make_env(kId, options);
+  options.obs_mode = ObsMode::kNone;
+  const auto none = make_env(kId, options);
+  for (Batch* env : {state.get(), dict.get(), none.get()}) {
+    env->reset();
+    step(*env, Policy::kRandom);
+  }
+  CHECK(none->observation().empty());
+  CHECK(state->observation().size() == 35);
+  CHECK(std::equal(state->observation().begin(), state->observation().end(),
+                   dict->observation().begin()));
+  CHECK(std::equal(state->proprio().begin(), state->proprio().end(), none->proprio().begin()));
+}
+
+TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 2000;
+  const auto env = make_env(kId, options);
+  env->reset();
+  const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4};
+  for (int joint = 0; joint < kArmJoints; ++joint) {
+    double sum = 0;
+    double squares = 0;
+    for (int i = 0; i < options.num_envs; ++i) {
+      const double noise = env->state().qpos.row(i)[joint] - start[joint];
+      sum += noise;
+      squares += noise * noise;
+    }
+    CHECK(std::abs(sum / options.num_envs) < 0.002);
+    CHECK(std::sqrt(squares / options.num_envs) == Approx(0.02).epsilon(0.1));
+  }
+  for (int i = 0; i < options.num_envs; ++i) {
+    REQUIRE(env->state().qpos.row(i)[7] == 0.04);
+    REQUIRE(env->state().qpos.row(i)[8] == 0.04);
+  }
+}
+
+TEST_CASE("Environment i has the seed of the batch plus i", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 3;
+  options.seed = 4242424242;
+  const auto env = make_env(kId, options);
+  env->reset();
+  for (int i = 0; i < 3; ++i) {
+    CHECK(env->state().seed[i] == 4242424242u + static_cast<unsigned>(i));
+  }
+}
+
+TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 2;
+  const auto env = make_env(kId, options);
+  env->reset();
+  const auto first = batch_bytes(*env);
+  env->reset();
+  const auto second = batch_bytes(*env);
+  CHECK(first != second);
+  CHECK(env->state().episode[1] == 1);
+  const std::uint64_t seeds[] = {0, 1};
+  env->reset(with_seeds(seeds));
+  CHECK(batch_bytes(*env) == first);
+  env->reset();
+  CHECK(batch_bytes(*env) == second);
+}
+
+TEST_CASE("Every environment can be given a seed of its own", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 3;
+  const auto env = make_env(kId, options);
+  const std::uint64_t seeds[] = {77, 5, 77};
+  env->reset(with_seeds(seeds));
+  options.num_envs = 1;
+  options.seed = 77;
+  const auto single = make_env(kId, options);
+  single->reset();
+  CHECK(env_bytes(*env, 0) == env_bytes(*single, 0));
+  CHECK(env_bytes(*env, 2) == env_bytes(*single, 0));
+  CHECK(env_bytes(*env, 1) != env_bytes(*single, 0));
+}
+
+TEST_CASE("A reset by mask leaves all other environments byte for byte", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 6;
+  const auto env = make_env(kId, options);
+  env->reset();
+  for (int i = 0; i < 12; ++i) step(*env, Policy::kOracle);
+  std::vector<test::Bytes> before;
+  before.reserve(6);
+  for (int i = 0; i < 6; ++i) before.push_back(env_bytes(*env, i));
+  const std::uint8_t mask[] = {0, 1, 0, 0, 1, 0};
+  const std::uint64_t seeds[] = {9, 9, 9, 9, 4, 9};
+  env->reset({.mask = mask, .seeds = seeds, .pins = nullptr});
+  for (int i = 0; i < 6; ++i) {
+    INFO("environment " << i);
+    CHECK((env_bytes(*env, i) == before[static_cast<std::size_t>(i)]) ==
+          (mask[static_cast<std::size_t>(i)] == 0));
+  }
+  CHECK(env->state().seed[1] == 9);
+  CHECK(env->state().seed[4] == 4);
+  CHECK(env->state().elapsed[1] == 0);
+  CHECK(env->state().elapsed[0] == 12);
+}
+
+TEST_CASE("The first reset must reset all environments", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 2;
+  const auto env = make_env(kId, options);
+  const std::uint8_t mask[] = {1, 0};
+  CHECK_THROWS_WITH(env->reset({.mask = mask, .seeds = {}, .pins = nullptr}),
+                    Catch::Contains("environment 1 masked out"));
+  CHECK_THROWS_AS(env->step(zeros(*env)), Error);
+}
+
+TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[batch]") {
+  for (int mode = 0; mode < kControlModes; ++mode) {
+    BatchOptions options;
+    options.num_envs = 4;
+    options.control_mode = static_cast<ControlMode>(mode);
+    const auto env = make_env(kId, options);
+    env->reset();
+    CHECK(test::act(*env, Policy::kZero) == zeros(*env));
+    std::set<float> distinct;
+    for (int i = 0; i < 10; ++i) {
+      const std::vector<float> actions = test::act(*env, Policy::kRandom);
+      for (std::size_t k = 0; k < actions.size(); ++k) {
+        const std::size_t c = k % static_cast<std::size_t>(env->action_dim());
+        REQUIRE(actions[k] >= env->action_space().low[c]);
+        REQUIRE(actions[k] <= env->action_space().high[c]);
+        distinct.insert(actions[k]);
+      }
+      env->step(actions);
+    }
+    CHECK(distinct.size() > 100);
+    CHECK(Queries(*env).unstable_count() == 0);
+  }
+}
+
+TEST_CASE("Random actions depend on neither threads nor batch size", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 5;
+  options.threads = 1;
+  const auto one = make_env(kId, options);
+  options.threads = 3;
+  const auto three = make_env(kId, options);
+  one->reset();
+  three->reset();
+  const std::vector<float> actions = test::act(*one, Policy::kRandom);
+  CHECK(actions == test::act(*three, Policy::kRandom));
+  CHECK(actions == test::act(*one, Policy::kRandom));  // asked twice, the same actions
+  options.num_envs = 1;
+  options.seed = 3;
+  const auto single = make_env(kId, options);
+  single->reset();
+  const std::vector<float> alone = test::act(*single, Policy::kRandom);
+  CHECK(std::equal(alone.begin(), alone.end(), actions.begin() + 3 * 7));
+}
+
+TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
+  BatchOptions options;
+  options.seed = 3;
+  const auto upstream = make_env(kId, options);
+  options.rotation_sign = 1;
+  const auto positive = make_env(kId, options);
+  double turned = 0;
+  for (Batch* env : {upstream.get(), positive.get()}) env->reset();
+  for (int i = 0; i < 20; ++i) {
+    const std::vector<float> a = test::act(*upstream, Policy::kOracle);
+    const std::vector<float> b = test::act(*positive, Policy::kOracle);
+    for (std::size_t k = 0; k < 7; ++k) {
+      REQUIRE(a[k] == (k >= 3 && k < 6 ? -b[k] : b[k]));
+      if (k >= 3 && k < 6) turned += static_cast<double>(std::abs(a[k]));
+    }
+    upstream->step(a);
+    positive->step(b);
+    REQUIRE(std::equal(upstream->proprio().begin(), upstream->proprio().end(),
+                       positive->proprio().begin()));
+  }
+  CHECK(turned > 0);
+}
+
+TEST_CASE("Outputs are found by name", "[batch]") {
+  const auto env = make_env(kId);
+  env->reset();
+  for (const char* name :
+       {"observation", "proprio", "reward", "terminated", "truncated", "unstable", "elapsed_steps",
+        "success", "success_once", "episode_return", "oracle_info", "obj_to_goal_pos",
+        "is_obj_placed", "is_robot_static", "reward_dict"}) {
+    CHECK(env->output(name).field->name == name);
+    CHECK(env->final_output(name).field->name == name);
+  }
+  CHECK_THROWS_WITH(env->output("rewards"),
+                    Catch::Contains("no output named 'rewards'") && Catch::Contains("proprio"));
+  CHECK(Queries(*env).instruction(0) == env->info().instruction);
+  CHECK_THROWS_AS(Queries(*env).instruction(1), Error);
+  CHECK_THROWS_AS(Queries(*env).instruction(-1), Error);
+}
+
+TEST_CASE("An additional environment costs a few kilobytes", "[batch]") {
+  CHECK(Queries(*make_env("RememberColor9-VLA-v0")).bytes_per_env() < 12'000);
+}
+
+TEST_CASE("A step without a new command keeps the drives' targets", "[batch]") {
+  for (int i = 0; i < kControlModes; ++i) {
+    BatchOptions options;
+    options.num_envs = 3;
+    options.threads = 1;
+    options.control_mode = static_cast<ControlMode>(i);
+    options.freeze_cue = false;
+    options.auto_reset = AutoReset::kOff;
+    const auto env = make_env(kId, options);
+    CHECK_THROWS_WITH(env->step_no_action(), Catch::Contains("reset first"));
+    env->reset();
+    INFO(name_of(*options.control_mode));
+    // Before the first command, the robot stays in its start pose.
+    const std::vector<double> start(env->state().qpos.row(1), env->state().qpos.row(1) + 9);
+    for (int k = 0; k < 3; ++k) env->step_no_action();
+    for (std::size_t k = 0; k < start.size(); ++k) {
+      CHECK(env->state().qpos.row(1)[k] == Approx(start[k]).margin(1e-4));
+    }
+    CHECK(env->state().elapsed[1] == 3);
+
+    std::vector<float> actions;
+    test::act(*env, Policy::kRandom).swap(actions);
+    env->step(actions);
+    const std::vector<double> target(env->state().target_qpos.row(1),
+                                     env->state().target_qpos.row(1) + 9);
+    std::vector<double> far(9);
+    for (std::size_t k = 0; k < far.size(); ++k) {
+      far[k] = std::abs(env->state().qpos.row(1)[k] - target[k]);
+    }
+    for (int k = 0; k < 8; ++k) env->step_no_action();
+    for (std::size_t k = 0; k < target.size(); ++k) {
+      CHECK(env->state().target_qpos.row(1)[k] == target[k]);
+      const bool moves_on = options.control_mode == ControlMode::kPdJointVel && k < 7;
+      const bool pushed = options.control_mode == ControlMode::kPdJointPosVel ||
+                          options.control_mode == ControlMode::kPdJointDeltaPosVel;
+      if (moves_on || pushed) continue;
+      // Farther on the way: a tenth of the way is left, or the joint was there already.
+      CHECK(std::abs(env->state().qpos.row(1)[k] - target[k]) <= 0.5 * far[k] + 2e-3);
+    }
+    CHECK(env->state().elapsed[1] == 12);
+  }
+}
+
+TEST_CASE("A step without a command is that of the same absolute targets", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 2;
+  options.control_mode = ControlMode::kPdJointPos;
+  options.freeze_cue = false;
+  const auto one = make_env(kId, options);
+  const auto other = make_env(kId, options);
+  one->reset();
+  other->reset();
+  const std::vector<float> actions = test::act(*one, Policy::kRandom);
+  one->step(actions);
+  other->step(actions);
+  for (int k = 0; k < 5; ++k) {
+    one->step(actions);
+    other->step_no_action();
+    CHECK(batch_bytes(*one) == batch_bytes(*other));
+  }
+  CHECK(one->state().elapsed[0] == 6);
+}
+
+TEST_CASE("Environments without a new command step beside others", "[batch]") {
+  BatchOptions options;
+  options.num_envs = 6;
+  options.freeze_cue = false;
+  const auto moved = make_env(kId, options);
+  const auto left = make_env(kId, options);
+  const auto mixed = make_env(kId, options);
+  const std::vector<std::uint8_t> commanded = {1, 0, 0, 1, 1, 0};
+  for (const auto* env : {&moved, &left, &mixed}) (*env)->reset();
+  for (int k = 0; k < 4; ++k) {
+    const std::vector<float> actions = test::act(*mixed, Policy::kRandom);
+    moved->step(actions);
+    left->step_no_action();
+    mixed->step(actions, commanded);
+  }
+  for (int i = 0; i < 6; ++i) {
+    INFO(i);
+    const auto& same = commanded[static_cast<std::size_t>(i)] != 0 ? moved : left;
+    CHECK(env_bytes(*mixed, i) == env_bytes(*same, i));
+  }
+  CHECK(env_bytes(*moved, 1) != env_bytes(*left, 1));
+  CHECK_THROWS_WITH(mixed->step(zeros(*mixed), std::vector<std::uint8_t>(5)),
+                    Catch::Contains("commanded: 5 values given, 6 needed"));
+  CHECK(mixed->state().elapsed[0] == 4);
+}
+
+}  // namespace
+}  // namespace engram
