@@ -85,7 +85,7 @@ void check_struct_size(const engram_options& options) {
 engram_options default_options() noexcept {
   engram_options options{};
   options.struct_size = sizeof options;
-  // begin options: defaults (scripts/options.py writes what stands between these marks)
+  // begin generated: defaults (scripts/surface, from api/surface.toml)
   options.num_envs = 1;
   options.threads = 0;
   options.chunk = 0;
@@ -113,14 +113,14 @@ engram_options default_options() noexcept {
   options.terminate_on_failure = 1;
   options.after_end = ENGRAM_AFTER_END_HOLD;
   options.max_episode_steps = 0;
-  // end options
+  // end generated
   return options;
 }
 
 MakeOptions to_make_options(const engram_options& options) {
   check_struct_size(options);
   MakeOptions out;
-  // begin options: conversions
+  // begin generated: conversions
   convert("num_envs", options.num_envs, out.num_envs);
   convert("seed", options.seed, out.seed);
   convert("threads", options.threads, out.threads);
@@ -148,7 +148,7 @@ MakeOptions to_make_options(const engram_options& options) {
   convert("terminate_on_failure", options.terminate_on_failure, out.terminate_on_failure);
   convert("after_end", options.after_end, out.after_end);
   convert("max_episode_steps", options.max_episode_steps, out.max_episode_steps);
-  // end options
+  // end generated
   out.pins = to_pins(options.pins, options.num_pins);
   if (options.constants != nullptr) out.constants = parse_constants(options.constants);
   out.task_options = to_choices(options.task_options, options.num_task_options);
@@ -202,7 +202,7 @@ Policy to_policy(std::int32_t policy) {
   return chosen;
 }
 
-// begin options: asserts
+// begin generated: asserts
 static_assert(static_cast<int>(ObsMode::kNone) == ENGRAM_OBS_NONE);
 static_assert(static_cast<int>(ObsMode::kState) == ENGRAM_OBS_STATE);
 static_assert(static_cast<int>(ObsMode::kStateDict) == ENGRAM_OBS_STATE_DICT);
@@ -230,7 +230,7 @@ static_assert(static_cast<int>(Policy::kBlind) == ENGRAM_POLICY_BLIND);
 static_assert(static_cast<int>(Policy::kSweep) == ENGRAM_POLICY_SWEEP);
 static_assert(static_cast<int>(Rules::kReference) == ENGRAM_RULES_REFERENCE);
 static_assert(static_cast<int>(Rules::kOriginal) == ENGRAM_RULES_ORIGINAL);
-// end options
+// end generated
 
 TaskShare to_share(const engram_task_share& share) {
   TaskShare task{text("id of a task", share.id), share.num_envs};

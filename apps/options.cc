@@ -365,7 +365,7 @@ void add_env_options(const Command& command, MakeOptions& options) {
                   "-1: rotations with upstream's sign; 1: with the action's sign")
       .type_name("SIGN")
       .default_str(std::to_string(options.rotation_sign));
-  // begin options: switches (scripts/options.py writes this from api/options.toml)
+  // begin generated: switches (scripts/surface, from api/surface.toml)
   add_switch(command, "--no-sleep", options.sleep, false,
              "Every shortcut of the physics off: slower, for comparison");
   add_switch(command, "--no-freeze-cue", options.freeze_cue, false,
@@ -376,7 +376,7 @@ void add_env_options(const Command& command, MakeOptions& options) {
              "Episodes go on after success, whatever the task's rule");
   add_switch(command, "--no-terminate-on-failure", options.terminate_on_failure, false,
              "Episodes do not end at failure");
-  // end options
+  // end generated
 }
 
 void add_task_options(const Command& command, std::vector<TaskOptionValue>& choices,

@@ -158,7 +158,7 @@ ENGRAM_API engram_status engram_step_wait(engram_env* env);
  * and has to be waited for again. */
 ENGRAM_API engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* done);
 
-/* begin options: policy (scripts/options.py writes what stands between these marks) */
+/* begin generated: policy (scripts/surface, from api/surface.toml) */
 /** Source of the actions that the batch itself chooses. */
 typedef enum engram_policy {
   ENGRAM_POLICY_ZERO = 0,
@@ -172,7 +172,7 @@ typedef enum engram_policy {
   /** The best that can be done without memory. */
   ENGRAM_POLICY_SWEEP = 4
 } engram_policy;
-/* end options */
+/* end generated */
 
 /** Writes actions for the next step, (N, action_dim) floats; count: N * action_dim. */
 ENGRAM_API engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count);

@@ -40,7 +40,7 @@ inline const char* c_text(const std::string& text) {
   refuse("'" + text.substr(0, end) + "' and a character 0 given, texts without one allowed");
 }
 
-// begin options: names (scripts/options.py writes what stands between these marks)
+// begin generated: names (scripts/surface, from api/surface.toml)
 inline constexpr std::array kControlModeNames = {
     "pd_joint_delta_pos",
     "pd_joint_pos",
@@ -54,7 +54,7 @@ inline constexpr std::array kControlModeNames = {
     "pd_joint_pos_vel",
     "pd_joint_delta_pos_vel",
 };
-// end options
+// end generated
 
 // Conversions of options for the C API.
 inline std::int32_t plain(int value) { return value; }
@@ -110,7 +110,7 @@ engram_env* with_options(const EnvOptions& options, F&& f) {
 
   engram_options c;
   engram_options_init(&c);
-  // begin options: copies
+  // begin generated: copies
   c.num_envs = plain(options.num_envs);
   c.seed = plain(options.seed);
   c.threads = plain(options.threads);
@@ -138,7 +138,7 @@ engram_env* with_options(const EnvOptions& options, F&& f) {
   c.terminate_on_failure = plain(options.terminate_on_failure);
   c.after_end = plain(options.after_end);
   c.max_episode_steps = plain(options.max_episode_steps);
-  // end options
+  // end generated
   c.pins = pins.data();
   c.num_pins = pins.size();
   c.constants = options.constants.empty() ? nullptr : c_text(options.constants);

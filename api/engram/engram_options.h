@@ -13,7 +13,7 @@
 namespace engram {
 inline namespace v0 {
 
-// begin options: enums (scripts/options.py writes what stands between these marks)
+// begin generated: enums (scripts/surface, from api/surface.toml)
 /// Contents of observations.
 enum class ObsMode {
   kNone = ENGRAM_OBS_NONE,
@@ -104,7 +104,7 @@ enum class ControlMode {
   kPdJointPosVel,          ///< (15) not normalised
   kPdJointDeltaPosVel,     ///< (15)
 };
-// end options
+// end generated
 
 /// A sampled quantity of the episode, fixed: describe() lists the draws with widths and ranges.
 struct Pin {
@@ -127,7 +127,7 @@ struct Perturbation {
 
 /// Options of rgb observations.
 struct ImageOptions {
-  // begin options: images
+  // begin generated: images
   /// Width of rgb observations. 1 to 4096 pixels.
   int width = 128;
   /// Height of rgb observations. 1 to 4096 pixels.
@@ -140,11 +140,11 @@ struct ImageOptions {
   bool shadows = false;
   /// 2 x 2 samples per pixel in rgb observations.
   bool antialias = false;
-  // end options
+  // end generated
 };
 
 struct EnvOptions {
-  // begin options: fields
+  // begin generated: fields
   /// Number of environments. 1 to 1,000,000.
   int num_envs = 1;
   /// Environment i has seed + i.
@@ -204,7 +204,7 @@ struct EnvOptions {
   /// Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
   /// docs/perturbations.md.
   std::vector<Perturbation> perturbations = {};
-  // end options
+  // end generated
   ImageOptions images = {};
 };
 

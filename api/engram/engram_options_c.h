@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-/* begin options: obs_mode (scripts/options.py writes what stands between these marks) */
+/* begin generated: obs_mode (scripts/surface, from api/surface.toml) */
 /** Contents of observations. */
 typedef enum engram_obs_mode {
   ENGRAM_OBS_NONE = 0,
@@ -39,9 +39,9 @@ typedef enum engram_obs_mode {
   /** Rgb, and both. */
   ENGRAM_OBS_RGB_DEPTH_SEGMENTATION = 8
 } engram_obs_mode;
-/* end options */
+/* end generated */
 
-/* begin options: reward_mode */
+/* begin generated: reward_mode */
 typedef enum engram_reward_mode {
   ENGRAM_REWARD_NONE = 0,
   /** 1 in steps with success. */
@@ -51,9 +51,9 @@ typedef enum engram_reward_mode {
   /** The same, divided by its value at success. */
   ENGRAM_REWARD_NORMALIZED_DENSE = 3
 } engram_reward_mode;
-/* end options */
+/* end generated */
 
-/* begin options: auto_reset */
+/* begin generated: auto_reset */
 /** Treatment of an environment whose episode has ended, in Gymnasium's terms. */
 typedef enum engram_auto_reset {
   /** The next step ignores its action and returns the first observation of a new episode. */
@@ -63,9 +63,9 @@ typedef enum engram_auto_reset {
   /** It waits for a reset; the option after_end says what steps do meanwhile. */
   ENGRAM_AUTO_RESET_OFF = 2
 } engram_auto_reset;
-/* end options */
+/* end generated */
 
-/* begin options: after_end */
+/* begin generated: after_end */
 /** Effect of a step on an environment whose episode has ended, where nothing resets it. */
 typedef enum engram_after_end {
   /** It keeps its last outputs, with reward 0, until it is reset. */
@@ -75,9 +75,9 @@ typedef enum engram_after_end {
   /** Steps are refused until it is reset. */
   ENGRAM_AFTER_END_REFUSE = 2
 } engram_after_end;
-/* end options */
+/* end generated */
 
-/* begin options: rules */
+/* begin generated: rules */
 /** Rule set of a task, where the original's code differs from what it is meant to do. */
 typedef enum engram_rules {
   /** Engram's own, which follow the benchmark's documentation. */
@@ -85,7 +85,7 @@ typedef enum engram_rules {
   /** The original's code, as far as a task option can express it. */
   ENGRAM_RULES_ORIGINAL = 1
 } engram_rules;
-/* end options */
+/* end generated */
 
 /** A sampled quantity of the episode, fixed by the user. */
 typedef struct engram_pin {
@@ -109,7 +109,7 @@ typedef struct engram_perturbation {
 
 typedef struct engram_options {
   size_t struct_size; /**< set by engram_options_init, and checked */
-  /* begin options: fields */
+  /* begin generated: fields */
   /** Number of environments. 1 to 1,000,000; default 1. */
   int32_t num_envs;
   /** Threads that work on a step, the caller's included; results do not depend on it. 0 (one per
@@ -190,7 +190,7 @@ typedef struct engram_options {
    * docs/perturbations.md. Default none. */
   const engram_perturbation* perturbations; /**< num_perturbations of them */
   size_t num_perturbations;
-  /* end options */
+  /* end generated */
 } engram_options;
 
 /** Sets every field to its default. */

@@ -31,7 +31,7 @@ void require(const char* what, double given, std::initializer_list<double> value
 }  // namespace
 
 void check_ranges(const BatchOptions& options) {
-  // begin options: ranges (scripts/options.py writes this from api/options.toml)
+  // begin generated: ranges (scripts/surface, from api/surface.toml)
   require("num_envs", options.num_envs, 1, 1'000'000, "1 to 1000000");
   require("threads", options.threads, 0, 1024, "0 (one per core) to 1024");
   require("chunk", options.chunk, 0, kNoLimit, "0 (chosen) or more");
@@ -39,14 +39,14 @@ void check_ranges(const BatchOptions& options) {
   require("robot_init_qpos_noise", options.robot_init_qpos_noise, 0, 1, "0 to 1 rad");
   require("lanes", options.lanes, {0, 1, 2, 4, 8}, "0, 1, 2, 4 or 8");
   require("substeps", options.substeps, 0, 1000, "0 to 1000");
-  // end options
+  // end generated
 }
 
 void check_ranges(const MakeOptions& options) {
   check_ranges(static_cast<const BatchOptions&>(options));
-  // begin options: task_ranges
+  // begin generated: task_ranges
   require("max_episode_steps", options.max_episode_steps, 0, 1'000'000, "0 (unset) to 1000000");
-  // end options
+  // end generated
 }
 
 }  // namespace engram

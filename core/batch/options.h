@@ -1,5 +1,5 @@
-// Options of a batch, and of the task that it runs. scripts/options.py writes most of this from
-// api/options.toml, where all options and names are listed.
+// Options of a batch, and of the task that it runs. scripts/surface writes most of this from
+// api/surface.toml, where all options and names are listed.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace engram {
 
-// begin options: enums
+// begin generated: enums
 // Contents of observations.
 enum class ObsMode {
   kNone,
@@ -100,7 +100,7 @@ enum class Policy {
 };
 inline constexpr std::array kPolicyNames = {"zero", "random", "oracle", "blind", "sweep"};
 constexpr const auto& names_of(Policy) { return kPolicyNames; }
-// end options
+// end generated
 
 // Modes with a row of the state, which shows the hidden quantity.
 constexpr bool observes_state(ObsMode mode) {
@@ -123,15 +123,15 @@ constexpr bool observes_pictures(ObsMode mode) {
   return mode == ObsMode::kRgb || observes_depth(mode) || observes_segmentation(mode);
 }
 
-// begin options: limits
+// begin generated: limits
 inline constexpr int kMaxNumEnvs = 1'000'000;
 inline constexpr int kMaxThreads = 1024;
 inline constexpr int kMaxSubsteps = 1000;
 inline constexpr int kMaxMaxEpisodeSteps = 1'000'000;
-// end options
+// end generated
 
 struct BatchOptions {
-  // begin options: fields
+  // begin generated: fields
   // Number of environments. 1 to 1,000,000.
   int num_envs = 1;
   // Environment i has seed + i.
@@ -184,7 +184,7 @@ struct BatchOptions {
   // Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
   // docs/perturbations.md.
   std::vector<PerturbationLevel> perturbations = {};
-  // end options
+  // end generated
   // Further random numbers for the policies random and blind: of the episode's seed and this one.
   std::uint64_t policy_seed = 0;
   ImageShape images = {};                 // of rgb observations
@@ -196,13 +196,13 @@ struct BatchOptions {
 // Options of a batch together with those that its task is made with. A Batch has its task already,
 // so it refuses these; make() takes them.
 struct MakeOptions : BatchOptions {
-  // begin options: task_fields
+  // begin generated: task_fields
   // Constants of the task that differ from its own, by name: docs/variants.md.
   ConstantTable constants = {};
   // Control steps after which episodes are truncated, even if that is too early to succeed, instead
   // of the task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
-  // end options
+  // end generated
 };
 
 // Throw Error unless every number is within its range. Images are checked where they are made.

@@ -9,14 +9,14 @@ namespace engram {
 
 // Size and cameras of image observations.
 struct ImageShape {
-  // begin options: shape (scripts/options.py writes this from api/options.toml)
+  // begin generated: shape (scripts/surface, from api/surface.toml)
   // Width of rgb observations. 1 to 4096 pixels.
   int width = 128;
   // Height of rgb observations. 1 to 4096 pixels.
   int height = 128;
   // Cameras of rgb observations, in channel order.
   std::vector<std::string> cameras = {"base_camera", "hand_camera"};
-  // end options
+  // end generated
 
   // Values of one environment's picture with one value for each pixel and camera.
   std::size_t cells() const {
@@ -25,14 +25,14 @@ struct ImageShape {
 };
 
 struct ImageSourceOptions {
-  // begin options: source
+  // begin generated: source
   // Renderer of rgb observations. "cpu" or "egl".
   std::string renderer = "cpu";
   // Shadows in rgb observations.
   bool shadows = false;
   // 2 x 2 samples per pixel in rgb observations.
   bool antialias = false;
-  // end options
+  // end generated
   int max_size = 128;       // pixels, of either side of an image
   bool for_people = true;   // false: leaves out what is hidden from the robot's sensors
   bool varies = false;      // what is seen has PictureChanges (core/image/picture_changes.h)

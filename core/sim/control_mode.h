@@ -7,7 +7,7 @@
 
 namespace engram {
 
-// begin options: enum (scripts/options.py writes this from api/options.toml)
+// begin generated: enum (scripts/surface, from api/surface.toml)
 // Meaning of actions; in brackets their dimension.
 enum class ControlMode {
   kPdJointDeltaPos,        // (8)
@@ -36,7 +36,7 @@ inline constexpr std::array kControlModeNames = {
     "pd_joint_delta_pos_vel",
 };
 constexpr const auto& names_of(ControlMode) { return kControlModeNames; }
-// end options
+// end generated
 
 inline constexpr int kControlModes = static_cast<int>(kControlModeNames.size());
 

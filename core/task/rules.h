@@ -1,11 +1,11 @@
-// Rule sets of tasks. scripts/options.py writes the enum from api/options.toml.
+// Rule sets of tasks. scripts/surface writes the enum from api/surface.toml.
 #pragma once
 
 #include <array>
 
 namespace engram {
 
-// begin options: enum
+// begin generated: enum
 // Rule set of a task, where the original's code differs from what it is meant to do.
 enum class Rules {
   kReference,  // engram's own, which follow the benchmark's documentation
@@ -13,6 +13,6 @@ enum class Rules {
 };
 inline constexpr std::array kRulesNames = {"reference", "original"};
 constexpr const auto& names_of(Rules) { return kRulesNames; }
-// end options
+// end generated
 
 }  // namespace engram

@@ -40,7 +40,7 @@ __all__ = [
     "TaskSummary",
 ]
 
-# begin options: types (scripts/options.py writes this from api/options.toml)
+# begin generated: types (scripts/surface, from api/surface.toml)
 ObsMode = Literal[
     "none",
     "state",
@@ -131,7 +131,7 @@ class BatchOptions(EnvOptions, total=False):
     out: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None
 
 
-# end options
+# end generated
 
 
 class AnyBatchOptions(BatchOptions, total=False):

@@ -73,7 +73,7 @@ void bind_options(nb::module_& module) {
                           [field](Options& self, Value value) { self.plain.*field = value; });
     }
   };
-  // begin options: bindings (scripts/options.py writes what stands between these marks)
+  // begin generated: bindings (scripts/surface, from api/surface.toml)
   field("num_envs", &engram_options::num_envs);
   field("threads", &engram_options::threads);
   field("chunk", &engram_options::chunk);
@@ -101,7 +101,7 @@ void bind_options(nb::module_& module) {
   field("terminate_on_failure", &engram_options::terminate_on_failure);
   field("after_end", &engram_options::after_end);
   field("max_episode_steps", &engram_options::max_episode_steps);
-  // end options
+  // end generated
   options.def_rw("cameras", &Options::cameras)
       .def_rw("pins", &Options::pins)
       .def_rw("task_options", &Options::task_options)

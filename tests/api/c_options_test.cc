@@ -9,7 +9,7 @@ namespace {
 
 using Catch::Contains;
 
-// Every option that api/options.toml lists has one default in C and in the engine.
+// Every option that api/surface.toml lists has one default in C and in the engine.
 TEST_CASE("Default options of C are those of the engine", "[c_options]") {
   const MakeOptions converted = to_make_options(default_options());
   const MakeOptions own;

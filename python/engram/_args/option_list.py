@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# begin options: lists (scripts/options.py writes this from api/options.toml)
+# begin generated: lists (scripts/surface, from api/surface.toml)
 OBS_MODE = {
     "none": 0,
     "state": 1,
@@ -47,4 +47,4 @@ KINDS: dict[str, str | dict[str, int]] = {
     "render_shadows": "bool",
     "terminate_on_failure": "bool",
 }
-# end options
+# end generated

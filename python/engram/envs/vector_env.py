@@ -168,7 +168,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         id: str | Sequence[str] | Mapping[str, Any],
         num_envs: int = 1,
         *,
-        # begin options: signature (scripts/options.py writes it, and "Args" above)
+        # begin generated: signature (scripts/surface writes it, and "Args" above)
         obs_mode: ObsMode = "state",
         seed: int | None = 0,
         threads: int = 0,
@@ -206,7 +206,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         perturb: Mapping[str, float] | None = None,
         out: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
         privileged: bool = False,
-        # end options
+        # end generated
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
         self.closed = True  # until the batch exists

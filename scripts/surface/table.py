@@ -1,4 +1,4 @@
-"""The list of options, api/options.toml, and the words and names that its texts are made of."""
+"""The tables of api/surface.toml, and the words and names that its texts are made of."""
 
 import re
 import textwrap
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import tomllib
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 WIDTH = 100
-LIST = tomllib.loads((ROOT / "api/options.toml").read_text())
+LIST = tomllib.loads((ROOT / "api/surface.toml").read_text())
 ENUMS = {enum["name"]: enum for enum in LIST["enum"]}
 
 # Of each type: in C, in C++, in Python.

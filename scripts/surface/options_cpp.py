@@ -1,6 +1,6 @@
 """Code that follows from the list of options, in C, C++ and for the command."""
 
-from option_list import (
+from table import (
     CONVERTED,
     ENUMS,
     LIST,

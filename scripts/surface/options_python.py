@@ -1,6 +1,6 @@
 """Code and texts that follow from the list of options, in Python and the docs."""
 
-from option_list import (
+from table import (
     CONVERTED,
     ENUMS,
     LIST,
