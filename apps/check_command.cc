@@ -28,7 +28,7 @@ void add_check_command(const Command& program,
                        const std::shared_ptr<const std::vector<std::string>>& task_options) {
   const auto options = std::make_shared<CheckOptions>();
   const Command command = program.add_command(
-      "check", "Checks tasks of your own as the built-in ones are checked (docs/own_tasks.md)");
+      "check", "Checks tasks of your own as the built-in ones are checked (docs/custom_tasks.md)");
   const auto pass_on = [options](const std::string& name) {
     return [options, name](const std::string& value) {
       options->arguments.push_back(name + "=" + value);

@@ -56,8 +56,8 @@ std::shared_ptr<const std::vector<std::string>> add_task_options(const Command& 
     program.add_repeatable(name, take, help).type_name("FILE");
   };
   add("--tasks", load_task_file,
-      "Loads the tasks of a Python file (docs/own_tasks.md; FILE.py:ID for an id does the same) or "
-      "of a library (docs/adding_a_task.md), as the environment variable ENGRAM_TASKS does "
+      "Loads the tasks of a Python file (docs/custom_tasks.md; FILE.py:ID for an id does the same) or "
+      "of a library (docs/cpp_tasks.md), as the environment variable ENGRAM_TASKS does "
       "(repeatable)");
   add("--variants", load_variants,
       "Registers the variants of a file of ids and constants (docs/variants.md), as "

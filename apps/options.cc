@@ -393,7 +393,7 @@ void add_perturbations(const Command& command, std::vector<PerturbationLevel>& l
   command
       .add_repeatable("--perturb", take,
                       "How far episodes depart from the usual scene, 0 to 1, along " +
-                          join(kPerturbationAxisNames) + " (repeatable; docs/perturbations.md)")
+                          join(kPerturbationAxisNames) + " (repeatable; docs/variants.md)")
       .type_name("AXIS=LEVEL");
 }
 

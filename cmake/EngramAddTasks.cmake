@@ -1,5 +1,5 @@
 # engram_add_tasks(<target> <source>...): a library of tasks, lib<target>.so, which
-# `engram --tasks`, ENGRAM_TASKS and engram.load_tasks load (docs/adding_a_task.md). It is compiled
+# `engram --tasks`, ENGRAM_TASKS and engram.load_tasks load (docs/cpp_tasks.md). It is compiled
 # as engram is: the same seed then gives the same bits on every machine.
 function(engram_add_tasks target)
   if(NOT TARGET engram::tasks)  # the installed package: only who makes tasks needs these two

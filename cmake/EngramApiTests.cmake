@@ -33,7 +33,7 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
   add_test(NAME installed_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
     "-DPROJECT=${PROJECT_SOURCE_DIR}/tests/packaging/project"
     "-DPAGE=${PROJECT_SOURCE_DIR}/docs/embedding.md"
-    "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/adding_a_task.md"
+    "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/cpp_tasks.md"
     "-DCOMPONENTS=runtime$<SEMICOLON>development$<$<TARGET_EXISTS:engram_cli>:$<SEMICOLON>command>"
     "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging" "-DCC=${CMAKE_C_COMPILER}"
     "-DCXX=${CMAKE_CXX_COMPILER}" "-DPKG_CONFIG=${ENGRAM_PKG_CONFIG}"
@@ -45,7 +45,7 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_added_folder.cmake")
   if(TARGET engram_cli)
     add_test(NAME wheel_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
-      "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/adding_a_task.md"
+      "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/cpp_tasks.md"
       "-DCOMMAND=${PROJECT_SOURCE_DIR}/python/engram/command" "-DENGRAM=$<TARGET_FILE:engram_cli>"
       "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging_wheel" "-DCXX=${CMAKE_CXX_COMPILER}"
       "-DPYTHON=${Python3_EXECUTABLE}"

@@ -1,7 +1,7 @@
-# Libraries of tasks that tests load: the one of docs/adding_a_task.md, and some to refuse.
+# Libraries of tasks that tests load: the one of docs/cpp_tasks.md, and some to refuse.
 
 set(libraries "${PROJECT_BINARY_DIR}/tests/task_libraries")
-set(page "${PROJECT_SOURCE_DIR}/docs/adding_a_task.md")
+set(page "${PROJECT_SOURCE_DIR}/docs/cpp_tasks.md")
 set(page_script "${PROJECT_SOURCE_DIR}/tests/packaging/page_tasks.cmake")
 set(page_sources library.cc tasks/touch_spot/task.cc tasks/touch_spot/expert.cc)
 list(TRANSFORM page_sources PREPEND "${libraries}/page/")

@@ -1,4 +1,4 @@
-// The cameras. See docs/cameras.md.
+// The cameras. See docs/robot.md.
 #pragma once
 
 #include "mjcf/render_view.h"

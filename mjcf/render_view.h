@@ -3,7 +3,7 @@
 
 namespace engram::mjcf {
 
-// Named by what is seen. See docs/cameras.md.
+// Named by what is seen. See docs/robot.md.
 enum class RenderView {
   kRobotAndTable,  // from (0.5, 1, 1) at (-0.3, 0, 0)
   kTable,          // from (0.6, 0.7, 0.6) at (0, 0, 0.15)

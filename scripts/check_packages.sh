@@ -29,7 +29,7 @@ rm -f "$root"/packages/*.deb
 cp "${BUILD_DIR:-build/package}"/packages/*.deb "$root/packages"
 cmake -DPAGE=docs/embedding.md -DPROJECT=tests/packaging/project -DFOLDER="$root/outside" \
   -P tests/packaging/page_project.cmake
-cmake -DPAGE=docs/adding_a_task.md -DFOLDER="$root/outside/tasks" -P tests/packaging/page_tasks.cmake
+cmake -DPAGE=docs/cpp_tasks.md -DFOLDER="$root/outside/tasks" -P tests/packaging/page_tasks.cmake
 inside apt-get update -q
 
 echo "== the library and the command alone"

@@ -37,7 +37,7 @@ struct TaskRow {
 
 // Facts that hold for every task of a family; tests check them.
 struct Expectations {
-  // Normalised dense reward of a step without success (docs/rewards.md).
+  // Normalised dense reward of a step without success (docs/tasks/README.md).
   double least_reward = 0;
   double most_reward = 0;
   bool moves_untouched = false;  // props are simulated although nobody has touched them

@@ -1,5 +1,5 @@
 // A library of tasks that is compiled outside of this tree, and loaded by engram::load_tasks: one
-// of its source files names its families with ENGRAM_TASKS (docs/adding_a_task.md).
+// of its source files names its families with ENGRAM_TASKS (docs/cpp_tasks.md).
 #pragma once
 
 #include <Eigen/Core>

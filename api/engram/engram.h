@@ -251,7 +251,7 @@ class VectorEnv {
   std::string question(int env) const;
   /// Answers it by indices of its choices. Throws Error (kBadState) if none is due.
   void answer(int env, std::span<const std::int32_t> choices);
-  /// Draws one environment as it is now. camera: one of the scene's (docs/cameras.md);
+  /// Draws one environment as it is now. camera: one of the scene's (docs/robot.md);
   /// render_camera, for people, has light and shadow. Sides 1 to 4096 pixels.
   Image render(int env, const std::string& camera = "render_camera", int width = 512,
                int height = 512) const;
@@ -352,7 +352,7 @@ struct Variant {
 void register_variant(const Variant& variant);
 /// Registers all variants of a file, or none (docs/variants.md). Throws Error as above, and kIo.
 void load_variants(const std::string& path);
-/// Loads a library of tasks, for the life of the process (docs/adding_a_task.md). Throws Error: kIo
+/// Loads a library of tasks, for the life of the process (docs/cpp_tasks.md). Throws Error: kIo
 /// if it cannot be read; kInvalidArgument if it is no such library, was made for another version or
 /// with another ABI, or one of its ids is taken.
 void load_tasks(const std::string& path);

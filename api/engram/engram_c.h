@@ -66,7 +66,7 @@ ENGRAM_API engram_status engram_register_variant(const char* id, const char* bas
 /** Registers all variants of a file (docs/variants.md), or none. Fails also with ENGRAM_IO if it
  * cannot be read. */
 ENGRAM_API engram_status engram_load_variants(const char* path);
-/** Loads a library of tasks (docs/adding_a_task.md) for the life of the process; the same library
+/** Loads a library of tasks (docs/cpp_tasks.md) for the life of the process; the same library
  * twice is one. Its code runs with all rights of the process. Fails with ENGRAM_IO if the file
  * cannot be read, ENGRAM_INVALID_ARGUMENT if it is no such library, was made for another version
  * of engram or with another ABI, or one of its ids is taken. */
@@ -263,7 +263,7 @@ ENGRAM_API engram_status engram_answer(engram_env* env, int32_t index, const int
                                        size_t count);
 
 /** Draws one environment as it is now, row 0 on top. camera: one of the scene's
- * (docs/cameras.md); sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
+ * (docs/robot.md); sides 1 to 4096 pixels; rgb: size = height * width * 3 bytes. */
 ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const char* camera,
                                        int32_t width, int32_t height, uint8_t* rgb, size_t size);
 

@@ -119,7 +119,7 @@ struct TaskOption {
 };
 
 /// How far episodes depart from the task's usual scene, robot and words along an axis:
-/// docs/perturbations.md.
+/// docs/variants.md.
 struct Perturbation {
   std::string axis;
   double level = 0;  ///< 0 (none) to 1
@@ -202,7 +202,7 @@ struct EnvOptions {
   /// instead of the task's horizon. 0 (unset) to 1,000,000.
   int max_episode_steps = 0;
   /// Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
-  /// docs/perturbations.md.
+  /// docs/variants.md.
   std::vector<Perturbation> perturbations = {};
   // end generated
   ImageOptions images = {};

@@ -101,7 +101,7 @@ typedef struct engram_task_option {
 } engram_task_option;
 
 /** How far episodes depart from the task's usual scene, robot and words along an axis:
- * docs/perturbations.md. */
+ * docs/variants.md. */
 typedef struct engram_perturbation {
   const char* axis;
   double level; /**< 0 (none) to 1 */
@@ -187,7 +187,7 @@ typedef struct engram_options {
    * instead of the task's horizon. 0 (unset) to 1,000,000; default 0. */
   int32_t max_episode_steps;
   /** Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
-   * docs/perturbations.md. Default none. */
+   * docs/variants.md. Default none. */
   const engram_perturbation* perturbations; /**< num_perturbations of them */
   size_t num_perturbations;
   /* end generated */

@@ -3,7 +3,7 @@
  *
  * A task is one scene and rules over columns: arrays with one row per environment. What it consists
  * of is described in JSON; its rules are called once a step for all environments of the batch that
- * are concerned, by the thread that steps the batch. docs/own_tasks.md has the keys of the JSON
+ * are concerned, by the thread that steps the batch. docs/custom_tasks.md has the keys of the JSON
  * texts and the columns; `engram.Task` in Python stands on this. */
 #ifndef ENGRAM_ENGRAM_TASK_H
 #define ENGRAM_ENGRAM_TASK_H

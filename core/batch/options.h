@@ -182,7 +182,7 @@ struct BatchOptions {
   // Auto-reset off: effect of a step on an environment whose episode has ended.
   AfterEnd after_end = AfterEnd::kHold;
   // Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
-  // docs/perturbations.md.
+  // docs/variants.md.
   std::vector<PerturbationLevel> perturbations = {};
   // end generated
   // Further random numbers for the policies random and blind: of the episode's seed and this one.

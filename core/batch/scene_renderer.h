@@ -18,7 +18,7 @@ class SceneRenderer {
   explicit SceneRenderer(const Batch& batch) : batch_(batch) {}
 
   // Draws environment `env` as it is now, row 0 on top: a sensor as observations show it, or
-  // render_camera with the render_options. camera: one of the scene's (docs/cameras.md);
+  // render_camera with the render_options. camera: one of the scene's (docs/robot.md);
   // sides 1 to 4096 pixels; rgb: (height, width, 3). Throws Error for anything else, or before the
   // first reset.
   void render(int env, std::string_view camera, int width, int height, std::span<std::uint8_t> rgb);

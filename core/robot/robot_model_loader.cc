@@ -177,7 +177,7 @@ RobotModel load_robot_model(const mjModel& model) {
   return robot;
 }
 
-// Here, so that code which is given an arm needs nothing of MuJoCo (docs/adding_a_task.md).
+// Here, so that code which is given an arm needs nothing of MuJoCo (docs/cpp_tasks.md).
 Arm::Arm(const mjModel& model)
     : model_(load_robot_model(model)),
       base_position_(Eigen::Map<const Vec3>(model_.base_position)) {}

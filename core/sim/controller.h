@@ -1,4 +1,4 @@
-// Controller: maps an action row to drive targets by the control mode. See docs/control_modes.md.
+// Controller: maps an action row to drive targets by the control mode. See docs/robot.md.
 #pragma once
 
 #include <span>

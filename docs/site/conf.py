@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+from sphinx.errors import ExtensionError
 from sphinx.util import logging
 
 import engram
@@ -71,10 +72,15 @@ html_domain_indices = False
 html_show_sphinx = False
 html_show_copyright = False
 
-# Pages of the root, which have other names in the site.
+SITE = Path(__file__).parent
+
+# Pages of the root, which have other names in the site: pages that include them are written here.
 ROOT_PAGES = {
     name: f"/site/{name.lower()}" for name in ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
 }
+for name in ROOT_PAGES:
+    included = f"```{{include}} ../../{name}\n:relative-docs: docs/\n```\n"
+    (SITE / name.lower()).write_text(included)
 
 
 def link_root_pages(text):
@@ -121,7 +127,24 @@ def check_reference(app, env):
         logging.getLogger(__name__).warning("docs/reference does not show %s", name)
 
 
+def write_moved(app, error):
+    """Addresses of former pages lead to the pages that have their text now (moved.txt)."""
+    for line in (SITE / "moved.txt").read_text().splitlines():
+        old, new = line.split()
+        page = Path(app.outdir) / f"{old}.html"
+        address = os.path.relpath(new, Path(old).parent)
+        if page.exists():
+            raise ExtensionError(f"moved.txt: {old} is a page")
+        page.parent.mkdir(parents=True, exist_ok=True)
+        page.write_text(
+            f'<!doctype html><meta charset="utf-8"><title>{old}</title>'
+            f'<meta http-equiv="refresh" content="0; url={address}">'
+            f'<p>This page has moved: <a href="{address}">{address}</a></p>'
+        )
+
+
 def setup(app):
+    app.connect("build-finished", write_moved)
     app.connect("missing-reference", find_type)
     app.connect("env-check-consistency", check_reference)
     app.connect("source-read", in_page)

@@ -1,4 +1,4 @@
-// Libraries of users' own tasks, which are loaded while the process runs (docs/adding_a_task.md).
+// Libraries of users' own tasks, which are loaded while the process runs (docs/cpp_tasks.md).
 #pragma once
 
 #include <filesystem>

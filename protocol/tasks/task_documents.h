@@ -1,5 +1,5 @@
 // Tasks with rules outside of the library, as JSON: their definition and their description
-// (docs/own_tasks.md).
+// (docs/custom_tasks.md).
 #pragma once
 
 #include <string_view>

@@ -114,7 +114,7 @@ def evaluate(
 
     The arrays are copies. The policy returns an array of shape (N, A) or (N, K, A), or a sequence
     of N arrays of shape (A), (K, A) or (1, K, A), where A is what ``control_mode`` has
-    (docs/control_modes.md); without one, the tasks' own counts: pd_ee_delta_pose (7), or
+    (docs/robot.md); without one, the tasks' own counts: pd_ee_delta_pose (7), or
     pd_joint_delta_pos (8) of the RL ids. The K actions are used one per step before the
     policy is called for the episode again. It is called from several threads, by one at a time;
     ``threads=1, num_envs=50`` makes one large batch.
@@ -132,7 +132,7 @@ def evaluate(
     ``latency``: control steps (``3``), or milliseconds (``"120ms"``), from a call of the policy to
     the first action of its answer; the world goes on with the last action meanwhile.
     ``perturb``: departures from the tasks' usual scenes, robot and words, by axis, from 0 (none) to
-    1: docs/perturbations.md.
+    1: docs/variants.md.
 
     ``choices``: in place of ``policy``, a function that names an answer, which a scripted hand
     carries out (docs/choices.md). ``choices(question)`` is called for one episode at a time, with

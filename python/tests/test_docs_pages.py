@@ -38,8 +38,6 @@ NOT_RUN = {
     "cmake -S . -B build": "compiles; installed_package of ctest does the same",
     "engram eval my_tasks.py": "needs a file of the reader's",
     "engram check my_tasks.py": "needs a file of the reader's",
-    "cd python/examples/own_tasks": "is for the root of this tree",
-    "python python/examples/memory/distil.py --tasks": "takes long",
     "python python/examples/memory/distil.py --obs rgb --perturb": "takes long",
     "engram probe RememberColor3-VLA-v0 --policy-command": "needs a policy",
     "engram play": "does not end by itself",

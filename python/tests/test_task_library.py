@@ -1,4 +1,4 @@
-"""Tasks of a library, which the build of the C++ tests has compiled (docs/adding_a_task.md)."""
+"""Tasks of a library, which the build of the C++ tests has compiled (docs/cpp_tasks.md)."""
 
 from __future__ import annotations
 

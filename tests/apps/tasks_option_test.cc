@@ -1,4 +1,4 @@
-// The command with tasks out of a library (docs/adding_a_task.md).
+// The command with tasks out of a library (docs/cpp_tasks.md).
 #include <filesystem>
 #include <fstream>
 

@@ -1,5 +1,5 @@
 # cmake -DBUILD=<build folder> -DPROJECT=<outside project> -DPAGE=<docs/embedding.md>
-#       -DTASK_PAGE=<docs/adding_a_task.md> -DCOMPONENTS=<of the installation>
+#       -DTASK_PAGE=<docs/cpp_tasks.md> -DCOMPONENTS=<of the installation>
 #       -DWORK=<folder of its own> -DCC=... -DCXX=... -DPKG_CONFIG=... -P check_installed.cmake
 # Installs the package into a prefix, moves it, and builds and runs somebody else's programs with it:
 # once through find_package, once through pkg-config. Then somebody else's task, as a library.

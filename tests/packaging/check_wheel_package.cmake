@@ -1,4 +1,4 @@
-# cmake -DBUILD=<build folder> -DTASK_PAGE=<docs/adding_a_task.md> -DCOMMAND=<python/engram/command>
+# cmake -DBUILD=<build folder> -DTASK_PAGE=<docs/cpp_tasks.md> -DCOMMAND=<python/engram/command>
 #       -DENGRAM=<the command> -DWORK=<folder of its own> -DCXX=... -DPYTHON=...
 #       -P check_wheel_package.cmake
 # Installs what wheels have for libraries of tasks, finds it as `python -m engram --cmake-dir` does,

@@ -1,4 +1,4 @@
-# cmake -DPAGE=<docs/adding_a_task.md> -DFOLDER=<folder> -P page_tasks.cmake
+# cmake -DPAGE=<docs/cpp_tasks.md> -DFOLDER=<folder> -P page_tasks.cmake
 # Writes what the page tells people to write who add a task outside of the tree: every block of code
 # whose first line names its file.
 

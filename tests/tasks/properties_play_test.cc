@@ -121,9 +121,9 @@ struct RewardRange {
   double most = 0;
 };
 
-// A table of docs/rewards.md, the one of the VLA ids or of the RL ids.
+// A table of docs/tasks/README.md, the one of the VLA ids or of the RL ids.
 std::vector<RewardRange> documented_ranges(bool rl) {
-  std::ifstream file(std::string(test::kRoot) + "/docs/rewards.md");
+  std::ifstream file(std::string(test::kRoot) + "/docs/tasks/README.md");
   std::vector<RewardRange> ranges;
   bool of_rl = false;
   for (std::string line; std::getline(file, line);) {
@@ -134,7 +134,7 @@ std::vector<RewardRange> documented_ranges(bool rl) {
     char second = 0;
     char third = 0;
     if (of_rl == rl && cells >> bar >> range.ids >> second >> range.least >> third >> range.most &&
-        bar == '|') {
+        bar == '|' && second == '|' && third == '|') {
       ranges.push_back(range);
     }
   }
@@ -322,7 +322,7 @@ TEST_CASE("Whole episodes of every task keep what the spec promises", "[properti
   }
 }
 
-TEST_CASE("docs/rewards.md says what the tasks expect of rewards", "[properties]") {
+TEST_CASE("docs/tasks/README.md says what the tasks expect of rewards", "[properties]") {
   const std::vector<RewardRange> ranges = documented_ranges(false);
   std::set<std::string> used;
   for (const test::BenchmarkRow& row : test::benchmark()) {

@@ -12,7 +12,7 @@ def main() -> NoReturn:
     """Replaces this process by the command, with the same arguments.
 
     ``--cmake-dir`` alone prints the folder of the CMake package that libraries of tasks are built
-    with (docs/adding_a_task.md).
+    with (docs/cpp_tasks.md).
     """
     folder = Path(__file__).parent
     if sys.argv[1:] == ["--cmake-dir"]:

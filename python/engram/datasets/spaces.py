@@ -21,7 +21,7 @@ _DELTAS = tuple(f"delta_{name}" for name in _JOINTS)
 _VELOCITIES = tuple(f"velocity_{name}" for name in _JOINTS)
 _GRIPPER = "gripper"  # the last number of every action and proprio
 
-# The arm's part of an action (docs/control_modes.md).
+# The arm's part of an action (docs/robot.md).
 _ARM: dict[str, tuple[str, ...]] = {
     "pd_joint_delta_pos": _DELTAS,
     "pd_joint_pos": _JOINTS,

@@ -151,7 +151,7 @@ class QueryMixin:
 
         Args:
             index: Index of the environment.
-            camera: One of those in docs/cameras.md; default: ``render_camera`` of the constructor.
+            camera: One of those in docs/robot.md; default: ``render_camera`` of the constructor.
             size: Side in pixels or (width, height), 1 to 4096; default: ``render_size``.
         """
         name, width, height = self._render

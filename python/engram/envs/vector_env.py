@@ -113,7 +113,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         render_mode: "rgb_array" (or None) makes ``render`` return pictures; "human" is for single
             environments.
         render_size: Side of ``render``'s pictures in pixels, or (width, height).
-        render_camera: Camera of ``render``; docs/cameras.md says what each of them sees.
+        render_camera: Camera of ``render``; docs/robot.md says what each of them sees.
         image_size: Side of rgb observations in pixels, or (width, height).
         cameras: Of rgb observations, in channel order. Default: base_camera, hand_camera.
         renderer: Renderer of rgb observations. "cpu" or "egl".
@@ -147,7 +147,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             0, until it is reset; "continue": it is simulated on, and reports success, reward and
             endings as in any step.
         perturb: Departures from the task's usual scene, robot and words, by axis, from 0 (none) to
-            1: {"camera": 0.5, "light": 1}; docs/perturbations.md has the axes.
+            1: {"camera": 0.5, "light": 1}; docs/variants.md has the axes.
         out: Arrays or torch tensors (pinned ones too) by output: {"rgb": ..., "proprio": ...,
             "reward": ...}. engram writes there, and ``reset`` and ``step`` return them instead of
             copies. Each needs the dtype and shape of the output. Two such dicts take turns: steps

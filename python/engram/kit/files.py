@@ -86,8 +86,8 @@ def load_tasks(path: str | os.PathLike[str]) -> None:
     all rights of the process.
 
     Args:
-        path: A library (docs/adding_a_task.md), such as "libtouch_spot.so", or a Python file
-            (docs/own_tasks.md), whose name ends in .py.
+        path: A library (docs/cpp_tasks.md), such as "libtouch_spot.so", or a Python file
+            (docs/custom_tasks.md), whose name ends in .py.
 
     Raises:
         IoError: The file cannot be read.

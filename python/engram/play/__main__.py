@@ -104,7 +104,7 @@ def parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="FILE",
-        help="loads a library of tasks (docs/adding_a_task.md)",
+        help="loads a library of tasks (docs/cpp_tasks.md)",
     )
     result.add_argument(
         "--variants",
@@ -120,7 +120,7 @@ def parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="AXIS=LEVEL",
-        help="departures from the usual scene, from 0 to 1 (docs/perturbations.md)",
+        help="departures from the usual scene, from 0 to 1 (docs/variants.md)",
     )
     result.add_argument(
         "--choices",

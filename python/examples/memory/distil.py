@@ -80,7 +80,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add = parser.add_argument
     add("--id", nargs="+", default=["RememberColor3-VLA-v0"], help="a task, or several; ten; short")
-    add("--tasks", type=Path, help="file of tasks of your own, for its ids (docs/own_tasks.md)")
+    add("--tasks", type=Path, help="file of tasks of your own, for its ids (docs/custom_tasks.md)")
     add("--obs", default="objects", choices=["objects", "rgb"])
     add(
         "--perturb",
@@ -88,7 +88,7 @@ def arguments():
         default=[],
         type=perturbation,
         metavar="AXIS=LEVEL",
-        help="of training and test: docs/perturbations.md",
+        help="of training and test: docs/variants.md",
     )
     env_options.add_to(parser)
     add("--disturb", type=float, default=0, metavar="SHARE", help="of the training episodes")

@@ -22,7 +22,7 @@ fs::path library(const std::string& name) {
   return fs::path(test::kTaskLibraries) / ("lib" + name + ".so");
 }
 
-// The library of docs/adding_a_task.md.
+// The library of docs/cpp_tasks.md.
 void load_page() { load_tasks(library("touch_spot")); }
 
 // An episode's bytes in the batch's last step, by the number of threads.

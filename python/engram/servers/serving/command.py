@@ -57,7 +57,7 @@ def parser() -> argparse.ArgumentParser:
     add("--joint-proprio", action="store_true", help="as of the client")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="as of the client")
     add("--option", action="append", default=[], metavar="NAME=VALUE", help="as of the client")
-    add("--tasks", action="append", default=[], metavar="FILE", help="docs/adding_a_task.md")
+    add("--tasks", action="append", default=[], metavar="FILE", help="docs/cpp_tasks.md")
     add("--variants", action="append", default=[], metavar="FILE", help="docs/variants.md")
     return result
 
