@@ -130,9 +130,8 @@ void add_compare_command(const Command& program) {
   add_json(command, options->json);
   command.footer(
       "Episodes pair by id and seed. p is that of McNemar's exact test; p (Holm) is corrected for "
-      "the number of tasks. The interval is Newcombe's for paired data. docs/results.md has the "
-      "JSON "
-      "keys.");
+      "the number of tasks. The interval is Newcombe's for paired data. docs/evaluation.md has the "
+      "JSON keys.");
   command.on_run([options] {
     const Document comparison =
         compare_results(read_results(options->a), read_results(options->b), options->allowed);

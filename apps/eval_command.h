@@ -1,4 +1,4 @@
-// `engram eval`: the evaluation protocol (docs/protocol.md), with built-in or external policies.
+// `engram eval`: the evaluation protocol (docs/evaluation.md), with built-in or external policies.
 #pragma once
 
 #include "apps/command_line.h"

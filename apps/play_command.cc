@@ -27,7 +27,7 @@ void add_play_command(const Command& program,
   const auto options = std::make_shared<PlayOptions>();
   const Command command = program.add_command(
       "play",
-      "Opens a page in the browser to choose, play and watch episodes (docs/how_to/play.md)");
+      "Opens a page in the browser to choose, play and watch episodes (docs/play.md)");
   const auto pass_on = [options](const std::string& name) {
     return [options, name](const std::string& value) {
       if (value.empty()) throw Error(Error::kInvalidArgument, name + ": '' given, a text needed");

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+from docutils import nodes
 from sphinx.errors import ExtensionError
 from sphinx.util import logging
 
@@ -127,10 +128,23 @@ def check_reference(app, env):
         logging.getLogger(__name__).warning("docs/reference does not show %s", name)
 
 
+def moved():
+    """Former pages, each with the address that has its text now."""
+    return [line.split() for line in (SITE / "moved.txt").read_text().splitlines()]
+
+
+def add_keywords(app, doctree):
+    """Lets the search find a page by the names of former pages whose text it has."""
+    page = app.env.docname
+    names = [old for old, new in moved() if new.partition(".html")[0] == page]
+    if names:
+        words = ", ".join(re.findall(r"[a-z]+", " ".join(names).replace("_", " ")))
+        doctree.append(nodes.meta(name="keywords", content=words))
+
+
 def write_moved(app, error):
-    """Addresses of former pages lead to the pages that have their text now (moved.txt)."""
-    for line in (SITE / "moved.txt").read_text().splitlines():
-        old, new = line.split()
+    """Addresses of former pages lead to the pages that have their text now."""
+    for old, new in moved():
         page = Path(app.outdir) / f"{old}.html"
         address = os.path.relpath(new, Path(old).parent)
         if page.exists():
@@ -145,6 +159,7 @@ def write_moved(app, error):
 
 def setup(app):
     app.connect("build-finished", write_moved)
+    app.connect("doctree-read", add_keywords)
     app.connect("missing-reference", find_type)
     app.connect("env-check-consistency", check_reference)
     app.connect("source-read", in_page)

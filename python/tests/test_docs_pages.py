@@ -21,7 +21,6 @@ NOT_RUN = {
     "engram eval --canonical": "takes long",
     "engram eval --all": "takes long",
     "engram eval --split rl --policy blind": "takes long",
-    "engram eval --split short": "takes long, and needs a policy",
     "engram list --split rl": "takes long",
     "python -m engram.scores": "takes long",
     "python python/examples/ppo.py --id RememberColor3-v0": "takes long",

@@ -50,7 +50,7 @@ def test_normalize_observation_and_reward(make):
 
 
 def test_normalize_observation_refuses_same_step(make):
-    """As docs/how_to/train.md says, which recommends that mode otherwise."""
+    """As docs/learning.md says, which recommends that mode otherwise."""
     with pytest.raises(ValueError, match="NEXT_STEP or DISABLED"):
         wrappers.NormalizeObservation(make(autoreset_mode="SAME_STEP"))
 

@@ -52,7 +52,7 @@ inline std::optional<RandomVariable> draw_named(const TaskInfo& info, std::strin
   return std::nullopt;
 }
 
-// True if an output may reveal what is hidden: docs/protocol.md names those infos.
+// True if an output may reveal what is hidden: docs/evaluation.md names those infos.
 inline bool is_closed(const Batch& env, const std::string& output) {
   return output != "instruction" && env.output(output).field->privileged;
 }

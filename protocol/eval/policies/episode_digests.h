@@ -1,5 +1,5 @@
 // Digests of what a policy saw in an episode and of what it answered. With those of two runs one
-// can tell another environment from another policy (docs/results.md).
+// can tell another environment from another policy (docs/evaluation.md).
 #pragma once
 
 #include <cstdint>

@@ -23,7 +23,7 @@ inline constexpr std::array kAllowedDifferenceNames = {"ids",   "seeds",     "ve
                                                        "rules", "constants", "choices"};
 constexpr const auto& names_of(AllowedDifference) { return kAllowedDifferenceNames; }
 
-// {a, b, tasks, splits, total}; docs/results.md has the keys. Throws Error (kInvalidArgument)
+// {a, b, tasks, splits, total}; docs/evaluation.md has the keys. Throws Error (kInvalidArgument)
 // unless the episodes pair by id and seed, and are those of the same environments.
 Document compare_results(const ResultSet& a, const ResultSet& b,
                          const std::set<AllowedDifference>& allowed);

@@ -1,4 +1,4 @@
-// The result files of an evaluation (docs/protocol.md): <ID>.json of every finished task,
+// The result files of an evaluation (docs/evaluation.md): <ID>.json of every finished task,
 // summary.json, settings.json, with which an interrupted run is resumed, and a report.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The benchmark's evaluation protocol (docs/protocol.md): fixed seeds, one episode each, success in
+// The benchmark's evaluation protocol (docs/evaluation.md): fixed seeds, one episode each, success in
 // any step.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What steps and resets promise (docs/protocol.md), seen from a task and from the outputs.
+// What steps and resets promise (docs/evaluation.md), seen from a task and from the outputs.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>

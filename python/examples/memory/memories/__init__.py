@@ -5,7 +5,7 @@
     outputs, state = memory(inputs, state)     # goes on
 
 All have the same width outside, and equally many parameters (`PARAMETERS`) inside. Each is one
-layer, as its paper describes it. docs/memories.md compares them.
+layer, as its paper describes it. docs/learning.md compares them.
 """
 
 import bisect
