@@ -4,6 +4,7 @@ import functools
 import re
 
 SUFFIX = "-VLA-v0"
+KINDS = ("Long", "v0")  # endings of tags: long episodes, RL ids
 RANKS = {"Easy": 0, "Slow": 0, "Medium": 1, "Hard": 2, "Fast": 2}
 
 
@@ -99,10 +100,12 @@ class Ids:
             mine = [name for name in group if name in members]
             if mine == members:
                 parts.append(code(family))
-            elif mine and mine == [name for name in members if name.endswith("Long")]:
-                parts.append(code(f"{family}*-Long"))
+            elif len(mine) == 1:
+                parts.append(code(mine[0]))
             elif mine:
-                parts.append(label_of(mine, members) or ", ".join(map(code, mine)))
+                kind = next((kind for kind in KINDS if mine == of_kind(kind, members)), None)
+                labels = code(f"{family}*-{kind}") if kind else label_of(mine, members)
+                parts.append(labels or ", ".join(map(code, mine)))
         return ", ".join(parts)
 
     def cell(self, values):
@@ -142,13 +145,18 @@ def merged_names(lists):
     return names
 
 
+def of_kind(kind, tags):
+    return [tag for tag in tags if tag.endswith(kind)]
+
+
 def label_of(group, tags):
-    """The shortest list of tags: X stands for X and X-Long, Long for all that are."""
-    long = [tag for tag in tags if tag.endswith("Long")]
+    """The shortest list of tags: X stands for X and X-Long, Long or v0 for all that are."""
+    long = of_kind("Long", tags)
     if group == tags or (long and group == [tag for tag in tags if tag not in long]):
         return ""
-    if long and group == long:
-        return code("Long")
+    for kind in KINDS:
+        if group == of_kind(kind, tags):
+            return code(kind)
     if all(f"{tag}-Long" in group for tag in group if f"{tag}-Long" in tags):
         group = [
             tag

@@ -8,8 +8,7 @@ A page marks where a table goes, each mark on a line of its own:
 
 The script replaces the text between the marks. KIND is one of ids, phases, draws, constants, state,
 info, rewards, options, rules. FAMILY is a family of tasks, such as RememberColor; several share a
-table. `table: rules`, without a family, has those of all. `table: all_ids`, without one, is an
-index of all ids by page: a task's page is the one with the family's `ids` table.
+table. `table: rules`, without a family, has those of all. Tables leave out what all tasks have.
 
 In cells where ids differ, a value follows the part of the id that distinguishes them: for
 RememberColor, `3` means RememberColor3-VLA-v0 and RememberColor3-Long-VLA-v0 alike, `3-Long` the
@@ -31,6 +30,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 BEGIN = re.compile(r"<!-- table: (\w+)((?: \w+)*) -->")
 END = "<!-- end -->"
+COMMON_DRAWS = {"robot_noise"}
+COMMON_STATE = {"qpos", "qvel", "tcp_pose"}
+COMMON_INFO = {"answered", "first_answer", "first_answer_correct"}  # of all tasks with an answer
 
 
 class TableError(Exception):
@@ -69,45 +71,48 @@ class Engram:
 
     @functools.cached_property
     def common_outputs(self):
-        """Names of outputs that every task has: tables of one family leave them out."""
+        """Names of outputs that every task has."""
         one_of_each = [self.info(ids[0])["outputs"] for ids in self.families.values()]
         names = [{output["name"] for output in outputs} for outputs in one_of_each]
-        return set.intersection(*names) - {"oracle_info"}  # a different thing in every family
+        return set.intersection(*names) | COMMON_INFO
 
 
 # --- kinds of tables ---
 
 
 def ids_table(ids):
-    rows = [
-        [
-            code(info["id"]),
-            info["split"],
-            number(info["horizon"]),
-            number(info["candidates"]),
-            f"{info['chance']:.3g}",
-            info["termination"],
-            text_of(info["frozen_cue"]),
-            number(info["state_dim"]),
-        ]
-        for info in ids.infos
-    ]
-    head = [
-        "id",
-        "split",
-        "horizon",
-        "candidates",
-        "chance",
-        "ends early at",
-        "cue frozen",
-        "state width",
-    ]
-    instructions = ids.groups([f"“{info['instruction']}”" for info in ids.infos])
-    if len(instructions) == 1:
-        text = f" {instructions[0][1]}\n"
-    else:
-        text = "\n\n" + "".join(f"* {label}: {text}\n" for label, text in instructions)
-    return table(head, rows) + "\nInstruction:" + text
+    columns = {
+        "id": [code(info["id"]) for info in ids.infos],
+        "split": [info["split"] for info in ids.infos],
+        "horizon": [number(info["horizon"]) for info in ids.infos],
+        "candidates": [number(info["candidates"]) for info in ids.infos],
+        "chance": [f"{info['chance']:.3g}" for info in ids.infos],
+        "ends early at": [info["termination"] for info in ids.infos],
+        "cue frozen": [text_of(info["frozen_cue"]) for info in ids.infos],
+        "state width": [number(info["state_dim"]) for info in ids.infos],
+    }
+    same = {head: cells[0] for head, cells in columns.items() if len(set(cells)) == 1}
+    if len(ids.infos) == 1:
+        same = {}
+    kept = {head: cells for head, cells in columns.items() if head not in same}
+    text = table(list(kept), list(zip(*kept.values())))
+    if same:
+        text += "\nThe same for all: " + ", ".join(f"{head} {same[head]}" for head in same) + ".\n"
+    return text + "\nInstruction:" + instructions_of(ids)
+
+
+def instructions_of(ids):
+    """The instructions; those that differ in one number are written once, with N for it."""
+    texts = [f"“{info['instruction']}”" for info in ids.infos]
+    numbers = [re.findall(r"\d+", text) for text in texts]
+    templates = [re.sub(r"\d+", "N", text) for text in texts]
+    if len(set(texts)) > len(set(templates)) == 1 == len(numbers[0]):
+        values = ids.groups([found[0] for found in numbers])
+        return f" {templates[0]} N is " + ", ".join(f"{n} ({tag})" for tag, n in values) + ".\n"
+    groups = ids.groups(texts)
+    if len(groups) == 1:
+        return f" {groups[0][1]}\n"
+    return "\n\n" + "".join(f"* {label}: {text}\n" for label, text in groups)
 
 
 def phases_table(ids):
@@ -120,10 +125,18 @@ def span(draw):
     return low if low == high else f"{low} to {high}"
 
 
+def others(items, common):
+    return [item for item in items if item["name"] not in common]
+
+
+def width_of(item):
+    return number(item["width"]) if item["width"] != 1 else ""
+
+
 def draws_table(ids):
     rows = ids.rows(
-        [info["draws"] for info in ids.infos],
-        lambda draw: number(draw["width"]),
+        [others(info["draws"], COMMON_DRAWS) for info in ids.infos],
+        width_of,
         span,
         lambda draw: draw["unit"] or ("integer" if draw["integer"] else ""),
         lambda draw: draw["description"],
@@ -165,7 +178,9 @@ def merge_numbered(fields):
 
 def state_table(ids):
     rows = ids.rows(
-        [list(merge_numbered(info["state_fields"])) for info in ids.infos],
+        [
+            list(merge_numbered(others(info["state_fields"], COMMON_STATE))) for info in ids.infos
+        ],
         lambda field: number(field["offset"]),
         lambda field: field["width"],
         lambda field: field["unit"],
@@ -176,16 +191,11 @@ def state_table(ids):
 
 def info_table(ids, common):
     rows = ids.rows(
-        [
-            [output for output in info["outputs"] if output["name"] not in common]
-            for info in ids.infos
-        ],
-        lambda output: output["dtype"],
-        lambda output: number(output["width"]),
-        lambda output: output["unit"],
+        [others(info["outputs"], common) for info in ids.infos],
+        lambda output: f"{width_of(output)} {output['dtype']}, {output['unit']}".strip(" ,"),
         lambda output: output["description"],
     )
-    return table(["info", "type", "width", "unit", "what"], rows)
+    return table(["info", "type", "what"], rows)
 
 
 def rewards_table(ids):
@@ -259,49 +269,13 @@ KINDS = {
 }
 
 
-def all_ids_table(engram, page):
-    """By page in the registry's order; families without a page come last."""
-    homes = {}
-    for home in sorted(DOCS.rglob("*.md")):
-        for kind, families in BEGIN.findall(home.read_text()):
-            if kind == "ids":
-                homes.update(dict.fromkeys(families.split(), home))
-    head = ["id", "split", "horizon", "memory", "chance"]
-    sections = {}
-    for entry in engram.entries:
-        sections.setdefault(homes.get(entry["family"]), []).append(entry)
-    text = ""
-    for home, entries in sorted(sections.items(), key=lambda section: section[0] is None):
-        title = "No page yet"
-        if home:
-            heading = home.read_text().splitlines()[0].removeprefix("# ")
-            title = f"[{heading}]({os.path.relpath(home, page.parent)})"
-        families = list(dict.fromkeys(entry["family"] for entry in entries))
-        ids = [task_id for family in families for task_id in engram.families[family]]
-        infos = [engram.info(task_id) for task_id in ids]
-        rows = [
-            [
-                code(info["id"]),
-                info["split"],
-                number(info["horizon"]),
-                info["memory_type"],
-                f"{info['chance']:.3g}",
-            ]
-            for info in infos
-        ]
-        text += f"### {title}\n\n" + table(head, rows) + "\n"
-    return text.rstrip("\n") + "\n"
-
-
-def make_table(engram, page, kind, families):
-    if kind == "all_ids" and not families:
-        return all_ids_table(engram, page)
+def make_table(engram, kind, families):
     if kind == "rules" and not families:
         families = list(engram.families)
     if kind not in KINDS or not families or not set(families) <= set(engram.families):
         raise TableError(
-            f"no table '{' '.join([kind, *families])}'; kinds: {', '.join(KINDS)}, or all_ids "
-            f"alone; families: {', '.join(engram.families)}"
+            f"no table '{' '.join([kind, *families])}'; kinds: {', '.join(KINDS)}; "
+            f"families: {', '.join(engram.families)}"
         )
     ids = Ids([engram.info(task_id) for family in families for task_id in engram.families[family]])
     further = [engram.common_outputs] if kind == "info" else []
@@ -311,7 +285,7 @@ def make_table(engram, page, kind, families):
 # --- pages ---
 
 
-def renewed(engram, page, text):
+def renewed(engram, text):
     """The page's text with all its tables renewed, and the names of those that were stale."""
     out, stale = [], []
     lines = iter(text.splitlines(keepends=True))
@@ -329,7 +303,7 @@ def renewed(engram, page, text):
             old.append(line)
         else:
             raise TableError(f"{mark[0]} has no {END}")
-        new = "\n" + make_table(engram, page, mark[1], mark[2].split()) + "\n"
+        new = "\n" + make_table(engram, mark[1], mark[2].split()) + "\n"
         if "".join(old) != new:
             stale.append(mark[1] + mark[2])
         out += [new, line]
@@ -363,7 +337,7 @@ def main():
         name = os.path.relpath(page, ROOT)
         try:
             text = page.read_text()
-            new_text, stale = renewed(engram, page, text)
+            new_text, stale = renewed(engram, text)
         except OSError as error:
             raise TableError(f"{name}: {error.strerror}") from error
         except TableError as error:
