@@ -6,7 +6,7 @@
 namespace engram {
 namespace {
 
-// begin ceilings: written by scripts/memory.py
+// begin ceilings: written by tools/measure.py memory
 constexpr Ceiling kCeilings[] = {
     {"ShellGameTouch-VLA-v0", 0.295, 1, 1, 0.295, 0.385, 1},
     {"ShellGamePush-VLA-v0", 0.33, 0.98, 1, 0.33, 0.315, 1},
@@ -108,7 +108,7 @@ constexpr Ceiling kCeilings[] = {
 };
 // end ceilings
 
-// begin rl ceilings: written by scripts/memory.py
+// begin rl ceilings: written by tools/measure.py memory
 constexpr Ceiling kRlCeilings[] = {
     {"ShellGameTouch-v0", 0.29, 1, 1, 0.29, 0.295, 1},
     {"ShellGamePush-v0", 0.325, 1, 1, 0.325, 0.295, 1},

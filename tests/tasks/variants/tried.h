@@ -1,5 +1,5 @@
 // The values of constants that have been tried: least, middle and greatest sensible ones. Listed in
-// tests/data/variants, one file per room of tasks; docs/data/variants.md shows them.
+// tests/data/variants, one file per room of tasks; docs/data/tried_values.csv shows them.
 #pragma once
 
 #include <algorithm>
