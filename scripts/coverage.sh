@@ -2,7 +2,7 @@
 # Measures how many lines the tests reach: coverage.sh [cpp|python...], default both. C++ by gcovr from a
 # build with counters (preset coverage) and the quick tests; Python by coverage.py, with the engram
 # that scripts/python_env.sh has installed. Prints one line for each folder and a total;
-# docs/testing.md has the figures of the last release.
+# docs/determinism.md has the figures of the last release.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

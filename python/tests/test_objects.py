@@ -42,7 +42,7 @@ def test_shapes_and_names(make):
 
 
 def test_parts_have_the_same_widths_in_all_ids():
-    """So one network fits all tasks, as docs/objects.md says."""
+    """So one network fits all tasks, as docs/observations.md says."""
     for id in registered_ids():
         fields = engram.describe(id, obs_mode="objects_dict")["state_fields"]
         agent = {f["name"]: f["width"] for f in fields if not f["name"].startswith("object_")}
