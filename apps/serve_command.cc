@@ -24,7 +24,7 @@ void add_serve_command(const Command& program,
       .required();
   add("--loader", "FILE.py:NAME",
       "Function that makes a policy of the file, such as "
-      "python/examples/memory/inference.py:PolicyRunner.load of agent.pt");
+      "python/learners/src/engram_learners/inference.py:PolicyRunner.load of agent.pt");
   add("--protocol", "openpi|gr00t|act", "Default: openpi");
   add("--host", "ADDRESS", "Address to listen at; default: 127.0.0.1, this machine alone");
   add("--port", "INT", "Port to listen at; default: the protocol's usual one; 0: a free one");

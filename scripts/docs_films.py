@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "docs" / "pictures" / "films"
-LEARNERS = ROOT / "python" / "examples" / "memory"
+RELEASED_FOLDER = ROOT / "python" / "learners" / "released"
 VIEW = ("--camera", "all", "--size", "256", "--sensor-size", "128")
 RATE = 20  # control steps per second
 FIRST, LAST = 1000, 2000  # milliseconds of the first and the last frame
@@ -30,9 +30,7 @@ GUESSED_RIGHT = {
     "FindImposterColor5": 1,
     "FindImposterShape3": 3,
 }  # episodes before that
-RELEASED = sorted(
-    folder.name.removesuffix("-VLA-v0") for folder in (LEARNERS / "released").iterdir()
-)
+RELEASED = sorted(folder.name.removesuffix("-VLA-v0") for folder in RELEASED_FOLDER.iterdir())
 
 
 class Film(NamedTuple):
@@ -59,7 +57,7 @@ class Film(NamedTuple):
 
     @property
     def agent(self):
-        return LEARNERS / "released" / self.id / "agent.pt"
+        return RELEASED_FOLDER / self.id / "agent.pt"
 
     @property
     def succeeds(self):
@@ -79,7 +77,7 @@ class Film(NamedTuple):
         if self.kind == "oracle":
             words += ["--policy", "oracle"]
         else:
-            policy = [sys.executable, str(LEARNERS / "serve.py"), str(self.agent)]
+            policy = [sys.executable, "-m", "engram_learners.serve", str(self.agent)]
             policy += ["--wiped"] if self.kind == "wiped" else []
             words += ["--obs", "rgb", "--policy-command", shlex.join(policy)]
         return [*words, *VIEW, "--fps", str(RATE), "--out", str(out), "--json"]

@@ -60,4 +60,5 @@ for folder in "$env" "$old" "$data"; do
   "$env/bin/uv" pip uninstall --quiet --python "$folder/bin/python" engram
   install "$folder" --no-deps --reinstall-package engram-sim "$wheels"/engram_sim-*.whl
 done
+install "$env" --no-deps --editable python/learners
 echo "engram is installed in $env, $old and $data"

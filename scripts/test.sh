@@ -62,7 +62,7 @@ depends_on_versions=(
 )
 if scripts/install_dependencies.sh chromium && scripts/python_env.sh "$env"; then  # for engram play
   "$env/bin/ruff" check . && "$env/bin/ruff" format --check . || failed+=("Python style")
-  (cd python && "../$env/bin/mypy" engram) || failed+=("types of the Python package")
+  (cd python && "../$env/bin/mypy" engram learners/src) || failed+=("types of the Python package")
   python_tests "$env-0.29" "Gymnasium 0.29" "${depends_on_versions[@]}" "${elsewhere[@]}"
   python_tests "$env" nothing python "${elsewhere[@]}"
   python_tests "$env-data" nothing "$data"

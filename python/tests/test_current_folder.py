@@ -48,7 +48,7 @@ MODULES = (
     "engram.datasets replay data",
     "engram.play --help",
     "engram.mikasa --help",
-    "engram.scores --help",
+    "engram_learners.scores --help",
     "engram.servers serve --help",
 )
 

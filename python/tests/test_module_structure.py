@@ -25,7 +25,7 @@ FIRST_LEVEL = {
     "__init__", "__main__", "_args", "_core", "_deprecated", "_distribution", "_ids",
     "_interpreter", "_io", "command",
     "datasets", "envs", "errors", "evaluation", "factory", "gym_registration", "integrations",
-    "kit", "mikasa", "play", "scores", "servers", "tasks", "typing",
+    "kit", "mikasa", "play", "servers", "tasks", "typing",
 }  # fmt: skip
 
 

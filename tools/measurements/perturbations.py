@@ -7,7 +7,7 @@ import json
 import pathlib
 import sys
 
-from measurements.common import ROOT, run_json, write_csv, write_section
+from measurements.common import run_json, write_csv, write_section
 
 EPISODES = 200
 IMAGE_AXES = (
@@ -23,7 +23,6 @@ IMAGE_AXES = (
 )
 ROBOT_AXES = ("start_pose", "action_delay", "action_noise")
 LEVELS = (0.5, 1)
-EVALUATE = ROOT / "python" / "examples" / "memory" / "evaluate.py"
 
 
 def add_options(parser):
@@ -31,7 +30,7 @@ def add_options(parser):
         "--agents",
         type=pathlib.Path,
         metavar="DIR",
-        help="students too: DIR has usual/agent.pt and robust/agent.pt of distil.py; needs torch",
+        help="students too: DIR has usual/agent.pt and robust/agent.pt of engram_learners.distil",
     )
 
 
@@ -57,7 +56,8 @@ def write_oracle(engram):
 
 
 def agent_rate(agent, *perturb):
-    words = [sys.executable, EVALUATE, agent, "--episodes", EPISODES, *perturb]
+    words = [sys.executable, "-m", "engram_learners.evaluate", agent]
+    words += ["--episodes", EPISODES, *perturb]
     return run_json(words)["policy"]["success_once"]
 
 

@@ -76,7 +76,7 @@ def _policy(options: argparse.Namespace) -> ServedPolicy:
         raise engram.InvalidArgumentError(
             f"--policy: {options.policy!r} given; {', '.join(SCRIPTED)}, or a file and --loader "
             "FILE.py:NAME, the function that loads it, such as "
-            "python/examples/memory/inference.py:PolicyRunner.load for agent.pt"
+            "python/learners/src/engram_learners/inference.py:PolicyRunner.load for agent.pt"
         )
     return load_policy(options.loader, options.policy)
 

@@ -1,4 +1,4 @@
-"""python/examples/memory/memories: each memory gives what its released implementation gives.
+"""engram_learners.memories: each memory gives what its released implementation gives.
 
 With the same weights, in sequences longer than a short episode. GRU and LSTM are torch's own.
 """
@@ -14,21 +14,21 @@ from typing import Any
 import pytest
 import torch
 
-EXAMPLES = Path(__file__).parents[3] / "examples" / "memory"
+LEARNERS = Path(__file__).parents[3] / "learners" / "src"
 STEPS, ENVS, WIDTH = 100, 3, 16
 
 
 @pytest.fixture(scope="module")
 def ours() -> Iterator[SimpleNamespace]:
-    sys.path.insert(0, str(EXAMPLES))
+    sys.path.insert(0, str(LEARNERS))
     try:
-        from memories import gtrxl, lru, make, mamba, mingru, scan, xlstm
+        from engram_learners.memories import gtrxl, lru, make, mamba, mingru, scan, xlstm
 
         yield SimpleNamespace(
             gtrxl=gtrxl, lru=lru, make=make, mamba=mamba, mingru=mingru, scan=scan, xlstm=xlstm
         )
     finally:
-        sys.path.remove(str(EXAMPLES))
+        sys.path.remove(str(LEARNERS))
 
 
 @pytest.fixture

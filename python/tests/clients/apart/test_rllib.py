@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("ray")
 
-EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "memory" / "rllib_workers.py"
+EXAMPLE = Path(__file__).resolve().parents[3] / "learners/src/engram_learners/rllib_workers.py"
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -1,0 +1,1 @@
+"""Nine memories in one plain policy: imitation, PPO, and tables that compare them."""

@@ -1,0 +1,122 @@
+"""PPO with one of nine memories, from objects: whole episodes in lockstep.
+
+The policy learns from the reward alone. Whatever the memory, encoder, action head, steps, passes
+and learning rate are the same, and the memories have equally many parameters. The algorithm is that
+of ppo_recurrent.py, without its auxiliary loss. A step's action has two parts, an object and then
+the hand's action for it: what is explored is which object is meant.
+
+    python -m engram_learners.zoo.ppo --memory gru --out runs/gru
+    python -m engram_learners.zoo.ppo --memory lru --test RememberColor3-Long-VLA-v0 --out runs/lru
+"""
+
+import argparse
+from pathlib import Path
+
+import torch
+from torch.distributions import Categorical, Normal
+
+from engram_learners import memories, ppo_recurrent
+from engram_learners.ppo_recurrent import Agent, Scale, collect, learn
+from engram_learners.training import (
+    EVALUATION_SEED,
+    Clock,
+    Log,
+    ObjectsEnv,
+    evaluate,
+    finish,
+    load_policy,
+    save_policy,
+    scale_lr,
+    transfer,
+)
+from engram_learners.zoo.policy import ZooPolicy
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    add = parser.add_argument
+    add("--memory", default="gru", choices=list(memories.MEMORIES))
+    add("--id", default="RememberColor3-VLA-v0")
+    add("--test", nargs="+", default=[], metavar="ID", help="tasks to play unchanged at the end")
+    add("--seed", type=int, default=1)
+    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
+    add("--resume", action="store_true", help="continue with the agent.pt of --out")
+    add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
+    ppo_recurrent.add_to(parser, steps=400_000, passes=4, minibatches=4, gamma=0.97, entropy=0.01)
+    return parser.parse_args()
+
+
+class ObjectThenAction:
+    """Distribution of an object and of the action for it, (..., actions + 1): the object is last.
+
+    Log densities and entropies have the same shape.
+    """
+
+    def __init__(self, choice):
+        self.objects = Categorical(logits=choice.weights)
+        self.mean = choice.mean.clamp(-1.5, 1.5)  # a servo's can be far beyond what acts
+        self.deviation = choice.deviation.exp()
+
+    def action_for(self, which):
+        own = which[..., None, None]
+        mean, deviation = (
+            part.take_along_dim(own, -2)[..., 0, :] for part in (self.mean, self.deviation)
+        )
+        return Normal(mean, deviation)
+
+    def sample(self):
+        which = self.objects.sample()
+        return torch.cat([self.action_for(which).sample(), which[..., None]], -1)
+
+    def log_prob(self, sample):
+        which = sample[..., -1].long()
+        action = self.action_for(which).log_prob(sample[..., :-1])
+        return torch.cat([action, self.objects.log_prob(which)[..., None]], -1)
+
+    def entropy(self):
+        share = self.objects.probs[..., None]
+        action = (share * Normal(self.mean, self.deviation).entropy()).sum(-2)
+        return torch.cat([action, self.objects.entropy()[..., None]], -1)
+
+
+class ZooAgent(Agent):
+    def forward(self, rows, state=None):
+        choice, recalled, state, context = self.policy(rows, state)
+        return ObjectThenAction(choice), self.critic(context)[..., 0], recalled, state
+
+
+def main():
+    args = arguments()
+    torch.manual_seed(args.seed)
+    torch.set_num_threads(1)
+    clock, path = Clock(), args.out and args.out / "agent.pt"
+    scenes, test = ObjectsEnv(args.id, args.envs, args.seed), ObjectsEnv(args.id, 200)
+    if args.resume and path.exists():
+        agent = ZooAgent(load_policy(path)[0])
+    else:
+        size = memories.size_for(args.memory, budget=args.parameters)
+        agent = ZooAgent(ZooPolicy(scenes.layout, args.memory, size))
+    agent(scenes.reset(seed=args.seed)[None])  # the critic takes its size from this
+    if not (args.resume and path.exists()):
+        agent.policy.fit(collect(agent, scenes)[0])
+    optimiser = torch.optim.Adam(agent.parameters(), args.lr)
+    log, scale, policy = Log(args.out), Scale(args.gamma), agent.policy
+    per_iteration = args.envs * scenes.horizon
+    iterations = max(1, args.steps // per_iteration)
+    for iteration in range(iterations):
+        scale_lr(optimiser, 1 - iteration / iterations)
+        learn(agent, optimiser, collect(agent, scenes), scale, args)
+        if (iteration + 1) % args.evaluate_every and iteration + 1 < iterations:
+            continue
+        scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED)
+        steps = (iteration + 1) * per_iteration
+        log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores)
+        if path:
+            save_policy(policy, path, args.id)
+    cpu_s = clock()
+    figures = {**policy.figures(cpu_s, steps), "transfer": transfer(policy, args.test)}
+    finish(policy, test, args, log, cpu_s, f"PPO, {policy.kind}", **figures)
+
+
+if __name__ == "__main__":
+    main()
