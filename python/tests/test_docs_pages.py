@@ -23,7 +23,6 @@ NOT_RUN = {
     "engram eval --split rl --policy blind": "takes long",
     "engram list --split rl": "takes long",
     "python -m engram_learners.scores": "takes long",
-    "python python/examples/ppo.py --id RememberColor3-v0": "takes long",
     "python -m engram_learners.zoo.scores": "takes long",
     "python python/examples/mikasa_ppo.py": "takes long",
     "mpirun": "needs MPI",
