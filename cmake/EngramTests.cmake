@@ -70,13 +70,13 @@ catch_discover_tests(engram_tests TEST_SPEC "[long]" TEST_LIST engram_long_tests
 
 # The picture of the modules in docs/ fits the #include lines.
 add_test(NAME docs_modules
-  COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/docs_modules.py" --check)
+  COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/tools/docs.py" modules --check)
 
 # Tables and measured results in docs/ fit the output of the command.
 find_package(Python3 COMPONENTS Interpreter)
 if(TARGET engram_cli AND Python3_Interpreter_FOUND)
   add_test(NAME docs_tables COMMAND Python3::Interpreter
-    "${PROJECT_SOURCE_DIR}/scripts/docs_tables.py" --check --engram $<TARGET_FILE:engram_cli>)
+    "${PROJECT_SOURCE_DIR}/tools/docs.py" tables --check --engram $<TARGET_FILE:engram_cli>)
   set_tests_properties(docs_tables PROPERTIES TIMEOUT 300)
   add_test(NAME docs_data COMMAND Python3::Interpreter
     "${PROJECT_SOURCE_DIR}/tools/measure.py" check --engram $<TARGET_FILE:engram_cli>)

@@ -2,7 +2,7 @@
 """Records the films of docs/gallery.md again, or those that are named.
 
 docs_films.py [NAME...], with an environment that has engram, torch, PyAV and Pillow:
-build/python-env/bin/python scripts/docs_films.py
+build/python-env/bin/python tools/docs.py films
 
 Every film is one call of `engram record`, whose video becomes an animated WebP that pages show like
 any picture. Its first and its last frame stay for longer. The same versions of the encoders write

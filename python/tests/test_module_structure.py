@@ -16,7 +16,7 @@ import engram
 from engram._deprecated import MOVED
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(ROOT / "tools"))
 from structure import circles, python_modules  # noqa: E402
 
 PACKAGE = Path(engram.__file__).parent

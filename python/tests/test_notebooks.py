@@ -18,9 +18,9 @@ if not GYMNASIUM_1:
     pytest.skip("notebooks use autoreset modes that Gymnasium 0.29 lacks", allow_module_level=True)
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(ROOT / "tools"))
 import nbformat  # noqa: E402
-from notebooks import FOLDER, executed  # noqa: E402
+from pages.notebooks import FOLDER, executed  # noqa: E402
 
 sys.path.pop(0)
 
@@ -55,7 +55,7 @@ def test_it_prints_the_output_of_the_site(notebook: Any) -> None:
         if "varies" in old.metadata.get("tags", []):
             assert bool(printed(old)) == bool(printed(new))  # a network's numbers, by machine
         else:
-            assert printed(new) == printed(old), f"{name} is stale: run scripts/notebooks.py"
+            assert printed(new) == printed(old), f"{name} is stale: run tools/docs.py notebooks"
         assert len(pictures(new)) == len(pictures(old))
 
 

@@ -73,7 +73,7 @@ std::string instead_of(const std::string& word) {
 // Texts that name such words on purpose.
 bool is_exempt(const fs::path& file) {
   for (const char* path : {"tests/conventions/vocabulary_test.cc", "docs/glossary.md",
-                           "scripts/structure.py", "tests/data/original_pictures.json"}) {
+                           "tests/data/original_pictures.json"}) {
     if (file == path) return true;
   }
   return false;
@@ -81,7 +81,7 @@ bool is_exempt(const fs::path& file) {
 
 TEST_CASE("Names, comments and pages use the field's words", "[conventions]") {
   for (const char* folder : {"core", "mjcf", "tasks", "render", "media", "protocol", "api", "apps",
-                             "bench", "python", "tests", "scripts", "cmake", "docs"}) {
+                             "bench", "python", "tests", "scripts", "tools", "cmake", "docs"}) {
     DYNAMIC_SECTION(folder) {
       const auto files = test::files_in(
           folder, {".h", ".cc", ".c", ".py", ".sh", ".cmake", ".md", ".toml", ".js", ".html"});

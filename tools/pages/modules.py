@@ -1,8 +1,4 @@
-#!/usr/bin/env python3
 """Draws docs/pictures/modules.svg: the modules of the C++ code and the #include lines between them.
-
-docs_modules.py            writes the picture
-docs_modules.py --check    writes nothing; fails if the picture is stale
 
 A module is a folder: one below core, render, protocol and tasks, and each of the other folders as a
 whole. All families of tasks are one module. A module stands one layer above the highest module that
@@ -16,7 +12,7 @@ import sys
 
 from structure import CPP, INCLUDE
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PICTURE = ROOT / "docs" / "pictures" / "modules.svg"
 SPLIT = (
     "core",
@@ -205,16 +201,12 @@ def draw(files, includes):
     return "\n".join([*lines, "</svg>"]) + "\n"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def main(given, prog):
+    parser = argparse.ArgumentParser(prog=prog, description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail if it is stale")
-    check = parser.parse_args().check
+    check = parser.parse_args(given).check
     picture = draw(*read_modules())
     if not check:
         PICTURE.write_text(picture)
     elif not PICTURE.is_file() or PICTURE.read_text() != picture:
-        sys.exit(f"{PICTURE.relative_to(ROOT)} is stale; renew it with: scripts/docs_modules.py")
-
-
-if __name__ == "__main__":
-    main()
+        sys.exit(f"{PICTURE.relative_to(ROOT)} is stale; renew it with: tools/docs.py modules")

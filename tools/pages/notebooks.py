@@ -1,17 +1,15 @@
-#!/usr/bin/env python3
 """Runs the notebooks of docs/notebooks and stores in them what they print and draw.
 
-notebooks.py [FILE...]; with an environment that has engram, torch, matplotlib, nbclient and
-ipykernel: build/python-env/bin/python scripts/notebooks.py
+Needs engram, torch, matplotlib, nbclient and ipykernel: build/python-env/bin/python.
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import nbclient
 import nbformat
 
-FOLDER = Path(__file__).resolve().parent.parent / "docs" / "notebooks"
+FOLDER = Path(__file__).resolve().parent.parent.parent / "docs" / "notebooks"
 
 
 def executed(file, folder):
@@ -30,12 +28,10 @@ def executed(file, folder):
     return notebook
 
 
-def main():
-    for name in sys.argv[1:] or sorted(FOLDER.glob("*.ipynb")):
+def main(given, prog):
+    parser = argparse.ArgumentParser(prog=prog, description=__doc__)
+    parser.add_argument("files", nargs="*", metavar="FILE", help="default: all of docs/notebooks")
+    for name in parser.parse_args(given).files or sorted(FOLDER.glob("*.ipynb")):
         notebook = executed(name, FOLDER)
         nbformat.write(notebook, name)
         print(name)
-
-
-if __name__ == "__main__":
-    main()

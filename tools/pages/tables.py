@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Fills the tables of facts in docs/ from `engram list --json` and `engram info ID --json`.
 
 A page marks where a table goes, each mark on a line of its own:
@@ -6,7 +5,7 @@ A page marks where a table goes, each mark on a line of its own:
     <!-- table: KIND FAMILY... -->
     <!-- end -->
 
-The script replaces the text between the marks. KIND is one of ids, phases, draws, constants, state,
+This replaces the text between the marks. KIND is one of ids, phases, draws, constants, state,
 info, rewards, options, rules. FAMILY is a family of tasks, such as RememberColor; several share a
 table. `table: rules`, without a family, has those of all. Tables leave out what all tasks have.
 
@@ -24,9 +23,9 @@ import re
 import subprocess
 import sys
 
-from docs_cells import Ids, code, in_reading_order, number, table, text_of
+from pages.cells import Ids, code, in_reading_order, number, table, text_of
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DOCS = ROOT / "docs"
 BEGIN = re.compile(r"<!-- table: (\w+)((?: \w+)*) -->")
 END = "<!-- end -->"
@@ -178,9 +177,7 @@ def merge_numbered(fields):
 
 def state_table(ids):
     rows = ids.rows(
-        [
-            list(merge_numbered(others(info["state_fields"], COMMON_STATE))) for info in ids.infos
-        ],
+        [list(merge_numbered(others(info["state_fields"], COMMON_STATE))) for info in ids.infos],
         lambda field: number(field["offset"]),
         lambda field: field["width"],
         lambda field: field["unit"],
@@ -310,9 +307,11 @@ def renewed(engram, text):
     return "".join(out), stale
 
 
-def main():
+def main(given, prog):
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog=prog,
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--engram",
@@ -329,11 +328,18 @@ def main():
     parser.add_argument(
         "pages", metavar="PAGE", nargs="*", type=pathlib.Path, help="default: all of docs/"
     )
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(given)
+    try:
+        renew(arguments.engram, arguments.pages, arguments.check)
+    except TableError as error:
+        sys.exit(f"{prog}: {error}")
 
-    engram = Engram(arguments.engram)
+
+def renew(command, pages, check):
+    """Renews the tables of pages, or fails if one is stale; no pages: all."""
+    engram = Engram(command)
     stale_pages = 0
-    for page in [page.resolve() for page in arguments.pages] or sorted(DOCS.rglob("*.md")):
+    for page in [page.resolve() for page in pages] or sorted(DOCS.rglob("*.md")):
         name = os.path.relpath(page, ROOT)
         try:
             text = page.read_text()
@@ -344,16 +350,10 @@ def main():
             raise TableError(f"{name}: {error}") from error
         if stale:
             stale_pages += 1
-            print(f"{name}: {'stale' if arguments.check else 'renewed'}: {', '.join(stale)}")
-            if not arguments.check:
+            print(f"{name}: {'stale' if check else 'renewed'}: {', '.join(stale)}")
+            if not check:
                 page.write_text(new_text)
-    if arguments.check and stale_pages:
-        engram = os.path.relpath(arguments.engram, ROOT)
-        raise TableError(f"renew with: scripts/docs_tables.py --engram {engram}")
-
-
-if __name__ == "__main__":
-    try:
-        main()
-    except TableError as error:
-        sys.exit(f"docs_tables.py: {error}")
+    if check and stale_pages:
+        raise TableError(
+            f"renew with: tools/docs.py tables --engram {os.path.relpath(command, ROOT)}"
+        )

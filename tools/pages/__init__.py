@@ -1,0 +1,1 @@
+"""Parts of tools/docs.py, a module each with `main(given, prog)`."""
