@@ -14,9 +14,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // "." stands for the root itself, without its folders.
-const char* const kFolders[] = {"core",     "mjcf",    "tasks", "render", "media",
-                                "protocol", "api",     "apps",  "bench",  "python",
-                                "tests",    "scripts", "tools", "cmake",  "docs", "."};
+const char* const kFolders[] = {"core",  "mjcf",  "tasks", "render", "media", "protocol",
+                                "api",   "apps",  "bench", "python", "tests", "scripts",
+                                "tools", "cmake", "docs",  "."};
 
 std::vector<fs::path> texts_in(std::string_view folder) {
   if (folder == ".") {

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import re
 import sys
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -21,17 +19,10 @@ MOST = 350_000  # bytes of a film
 ALL = 3_000_000
 
 
-def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("docs_films", ROOT / "scripts" / "docs_films.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["docs_films"] = module  # typing.NamedTuple looks there
-    spec.loader.exec_module(module)
-    return module
+sys.path.insert(0, str(ROOT / "tools"))
+from pages import films  # noqa: E402
 
-
-films = script()
+sys.path.pop(0)
 FILMS = list(films.FILMS.values())
 PLAYED = [film for film in FILMS if film.kind != "oracle"]
 

@@ -1,14 +1,13 @@
-#!/usr/bin/env python3
 """Records the films of docs/gallery.md again, or those that are named.
 
-docs_films.py [NAME...], with an environment that has engram, torch, PyAV and Pillow:
-build/python-env/bin/python tools/docs.py films
+Needs engram, torch, PyAV and Pillow: build/python-env/bin/python.
 
 Every film is one call of `engram record`, whose video becomes an animated WebP that pages show like
 any picture. Its first and its last frame stay for longer. The same versions of the encoders write
 the same bytes.
 """
 
+import argparse
 import json
 import shlex
 import subprocess
@@ -17,7 +16,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parent.parent.parent
 FOLDER = ROOT / "docs" / "pictures" / "films"
 RELEASED_FOLDER = ROOT / "python" / "learners" / "released"
 VIEW = ("--camera", "all", "--size", "256", "--sensor-size", "128")
@@ -122,18 +121,18 @@ def animate(video, out):
     )
 
 
-def main():
+def main(given, prog):
+    parser = argparse.ArgumentParser(prog=prog, description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: {', '.join(FILMS)}")
+    names = parser.parse_args(given).names
+    unknown = [name for name in names if name not in FILMS]
+    if unknown:
+        parser.error(f"{', '.join(unknown)} given; allowed: {', '.join(FILMS)}")
     FOLDER.mkdir(parents=True, exist_ok=True)
-    for name in sys.argv[1:] or FILMS:
-        if name not in FILMS:
-            sys.exit(f"{name}: no such film; {', '.join(FILMS)} are")
+    for name in names or FILMS:
         film = FILMS[name]
         with tempfile.TemporaryDirectory() as folder:
             video = Path(folder) / "film.mp4"
             frames = record(film, video)
             animate(video, film.file)
         print(f"{name}: {frames} frames, {film.file.stat().st_size} bytes", flush=True)
-
-
-if __name__ == "__main__":
-    main()
