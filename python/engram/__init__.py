@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from engram import _interpreter  # noqa: F401 (before all others)
 
 # isort: split
-from engram import _core, _deprecated, _distribution
+from engram import _core, _distribution
 from engram.errors import (
     BadStateError,
     Error,
@@ -79,9 +79,6 @@ __version__: str = _core.version()
 
 _distribution.warn_of_other_distribution(stacklevel=2)
 
-# Former names of modules are found there, with a warning.
-__path__ += _deprecated.__path__
-
 # Names that are loaded on first use, and their modules: those that need Gymnasium, because it
 # imports this package, to register its tasks, while it is itself being imported; and what only
 # tasks of users need.
@@ -96,7 +93,7 @@ _LAZY = {
 
 
 def __getattr__(name: str) -> Any:
-    if name in _deprecated.MOVED or name == "kit":
+    if name == "kit":
         return importlib.import_module(f"{__name__}.{name}")
     if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import fnmatch
-import importlib
 import re
-import subprocess
 import sys
-import warnings
 from pathlib import Path
 
-import pytest
-
 import engram
-from engram._deprecated import MOVED
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 from structure import circles, python_modules  # noqa: E402
 
 PACKAGE = Path(engram.__file__).parent
-# Modules and packages side by side in python/engram, without former names.
+# Modules and packages side by side in python/engram.
 FIRST_LEVEL = {
-    "__init__", "__main__", "_args", "_core", "_deprecated", "_distribution", "_ids",
+    "__init__", "__main__", "_args", "_core", "_distribution", "_ids",
     "_interpreter", "_io", "command",
     "datasets", "envs", "errors", "evaluation", "factory", "gym_registration", "integrations",
     "kit", "mikasa", "play", "servers", "tasks", "typing",
@@ -92,22 +86,3 @@ def test_the_debian_package_has_all_kinds_of_files():
     ]
     assert "font.npz" in {file.name for file in files}
     assert not [file for file in files if not any(fnmatch.fnmatch(file.name, p) for p in patterns)]
-
-
-# Only the environment of the data tests has LeRobot (tests/clients/data/test_lerobot_rollout.py).
-@pytest.mark.parametrize("name", sorted(set(MOVED) - {"lerobot"}))
-def test_former_names_lead_to_the_new_modules(name):
-    sys.modules.pop(f"engram.{name}", None)
-    with pytest.warns(DeprecationWarning, match=rf"engram\.{name} is now engram\."):
-        old = importlib.import_module(f"engram.{name}")
-    assert old is importlib.import_module(f"engram.{MOVED[name]}")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert getattr(engram, name) is old
-    assert name in {path.stem for path in (PACKAGE / "_deprecated").iterdir()}
-
-
-def test_engram_itself_uses_no_former_name():
-    command = [sys.executable, "-W", "error::DeprecationWarning:engram", "-c", "import engram"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
 from pathlib import Path
 
 import pytest
@@ -214,10 +212,3 @@ def test_env_hub_loads_it(monkeypatch, tmp_path):
     obs, _ = env.reset(seed=[1, 2])
     assert env.observation_space.contains(obs)
     close_envs(made)
-
-
-def test_the_former_name_leads_to_the_integration():
-    sys.modules.pop("engram.lerobot", None)
-    with pytest.warns(DeprecationWarning, match=r"engram\.lerobot is now engram\.integrations"):
-        former = importlib.import_module("engram.lerobot")
-    assert former is engram.integrations.lerobot

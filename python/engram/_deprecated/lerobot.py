@@ -1,5 +1,0 @@
-"""Moved to engram.integrations.lerobot."""
-
-from engram._deprecated import redirect
-
-redirect("lerobot")

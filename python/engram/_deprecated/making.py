@@ -1,5 +1,0 @@
-"""Moved to engram.factory."""
-
-from engram._deprecated import redirect
-
-redirect("making")

@@ -1,5 +1,0 @@
-"""Moved to engram.tasks."""
-
-from engram._deprecated import redirect
-
-redirect("registry")
