@@ -2,7 +2,7 @@
 # Builds the Python package and installs it into virtual environments, with what its tests, clients
 # and examples need: python_env.sh [FOLDER], default build/python-env.
 #   FOLDER       the newest of everything
-#   FOLDER-0.29  Gymnasium 0.29, which older stacks pin, and the newest of the rest beside it
+#   FOLDER-0.29  Gymnasium 0.29 and NumPy 1, which older stacks pin, for smoke tests
 #   FOLDER-data  readers of data sets: LeRobot, which needs Python 3.12 and an older torch, and
 #                TensorFlow's, which whatever logs to TensorBoard would import at every start
 # They share files: uv links what several of them install.
@@ -41,7 +41,7 @@ install() {  # FOLDER REQUIREMENT...
   "$env/bin/uv" pip install --quiet --python "$folder/bin/python" "$@"
 }
 install "$env" "scikit-build-core>=0.10" "nanobind>=3.1" "gymnasium>=1.1" "${shared[@]}" ruff
-install "$old" "gymnasium==0.29.1" "numpy<2" "${shared[@]}" "pyarrow<22"  # newer ones need NumPy 2
+install "$old" "gymnasium==0.29.1" "numpy<2" "$run_time" pytest pytest-xdist torch moviepy
 install "$env" --no-deps "${partners[@]}"
 install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
   tensorflow-datasets pytest pytest-xdist "${readers[@]}"

@@ -12,7 +12,6 @@ from conftest import TASK, assert_same
 
 import engram
 from engram import _core
-from engram.envs.compat import GYMNASIUM_1
 
 MODES = ["state", "state_dict", "rgb", "rgb+depth+segmentation", "objects", "objects_dict"]
 
@@ -49,9 +48,6 @@ def test_transitions_are_not_overwritten(make, obs_mode):
         assert not np.array_equal(first_leaf(results["obs"]), first_leaf(results["next"]))
 
 
-@pytest.mark.skipif(
-    not GYMNASIUM_1, reason="Gymnasium 0.29 takes options of batches in another way"
-)
 def test_so_they_do_through_gymnasium():
     env = gymnasium.make_vec(f"engram/{TASK}", num_envs=2, obs_mode="rgb", threads=1)
     for results, held in transitions(env):

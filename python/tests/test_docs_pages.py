@@ -7,11 +7,6 @@ from pathlib import Path
 import pytest
 from doc_blocks import Block, groups, run_all
 
-from engram.envs.compat import GYMNASIUM_1
-
-if not GYMNASIUM_1:
-    pytest.skip("pages use what Gymnasium 0.29 lacks", allow_module_level=True)
-
 # Shell that is not run: how it begins, and why.
 NOT_RUN = {
     "scripts/": "installs, builds or tests",

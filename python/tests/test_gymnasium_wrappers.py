@@ -7,11 +7,6 @@ import numpy as np
 import pytest
 from conftest import TASK
 
-from engram.envs.compat import GYMNASIUM_1
-
-if not GYMNASIUM_1:
-    pytest.skip("Gymnasium 0.29 has no such vector wrappers", allow_module_level=True)
-
 wrappers = gymnasium.wrappers.vector
 
 MODES = ["NEXT_STEP", "SAME_STEP"]

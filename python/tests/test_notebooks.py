@@ -10,12 +10,8 @@ from typing import Any
 
 import pytest
 
-from engram.envs.compat import GYMNASIUM_1
-
 for package in ("nbclient", "ipykernel", "torch", "matplotlib"):
     pytest.importorskip(package)
-if not GYMNASIUM_1:
-    pytest.skip("notebooks use autoreset modes that Gymnasium 0.29 lacks", allow_module_level=True)
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tools"))

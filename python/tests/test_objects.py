@@ -7,7 +7,6 @@ import pytest
 from conftest import TASK, assert_same, registered_ids
 
 import engram
-from engram.envs.compat import GYMNASIUM_1
 from engram.envs.spaces import take
 
 WIDTHS = {
@@ -143,7 +142,7 @@ def test_final_observations_are_stored(make, obs_mode):
         obs, _, _, truncated, info = env.step(actions)
         last, *_ = other.step(actions)
     assert truncated.all()
-    final = info["final_obs" if GYMNASIUM_1 else "final_observation"]
+    final = info["final_obs"]
     for i in range(2):
         assert_same(final[i], take(last, i))
     first = obs if obs_mode == "objects" else obs["agent"]["time"]

@@ -14,12 +14,9 @@ import numpy as np
 import pytest
 
 import engram
-from engram.envs.compat import GYMNASIUM_1
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
-if not GYMNASIUM_1:
-    pytest.skip("final_info of Gymnasium 0.29 has another form", allow_module_level=True)
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "ppo.py"
 

@@ -14,7 +14,6 @@ from conftest import registered_ids
 
 import engram
 from engram import typing as types
-from engram.envs.compat import GYMNASIUM_1
 
 HERE = Path(__file__).parent / "typing"
 MISTAKES = [
@@ -62,8 +61,6 @@ def pyright(name: str, folder: Path) -> list[tuple[int, str]]:
 @pytest.mark.parametrize("checker", [mypy, pyright])
 def test_checkers_find_all_mistakes_and_no_others(checker, tmp_path):
     pytest.importorskip(checker.__name__)
-    if not GYMNASIUM_1:
-        pytest.skip("classes of Gymnasium 0.29 are not generic")
     assert len(MISTAKES) == 10
     found = checker("mistakes.py", tmp_path)
     assert sorted({line for line, _ in found}) == MISTAKES, found

@@ -14,7 +14,6 @@ import pytest
 from conftest import TASK
 
 import engram
-from engram.envs.compat import GYMNASIUM_1
 
 SLOW = {
     "COLORS": 2,
@@ -124,10 +123,9 @@ def test_max_episode_steps_is_the_length_of_episodes(steps):
         for i in range(1, steps + 1):
             truncated = batch.step(np.zeros((2, 7), np.float32))[3]
             assert truncated.tolist() == [i == steps] * 2
-    if GYMNASIUM_1:
-        made = gymnasium.make_vec(f"engram/{TASK}", num_envs=2, max_episode_steps=steps)
-        assert made.unwrapped.description["horizon"] == steps
-        made.close()
+    made = gymnasium.make_vec(f"engram/{TASK}", num_envs=2, max_episode_steps=steps)
+    assert made.unwrapped.description["horizon"] == steps
+    made.close()
 
 
 def test_the_limit_of_gymnasium_make_is_given_to_it():

@@ -1,4 +1,4 @@
-"""Reads the documents of `engram eval`, with their checksums (protocol/eval/results writes them)."""
+"""Reads documents of `engram eval`, with their checksums (protocol/eval/results writes them)."""
 
 from __future__ import annotations
 

@@ -18,16 +18,13 @@ from skrl.utils.model_instantiators.torch import deterministic_model, gaussian_m
 from transitions import assert_transitions
 
 import engram
-from engram.envs.compat import GYMNASIUM_1
 
 ENVS, STEPS = 3, 60
 NETWORK = [{"name": "net", "input": "OBSERVATIONS", "layers": [16], "activations": "tanh"}]
 
 
 def batch():
-    if GYMNASIUM_1:
-        return gymnasium.make_vec(f"engram/{TASK}", num_envs=ENVS)
-    return gymnasium.make_vec(f"engram/{TASK}", num_envs=ENVS, vectorization_mode="custom")
+    return gymnasium.make_vec(f"engram/{TASK}", num_envs=ENVS)
 
 
 @pytest.fixture

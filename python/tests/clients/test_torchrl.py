@@ -16,11 +16,9 @@ from torchrl.envs import GymEnv, GymWrapper, check_env_specs
 from transitions import assert_transitions
 
 import engram
-from engram.envs.compat import GYMNASIUM_1
 
 ENVS, STEPS = 3, 60
-# TorchRL takes batches of Gymnasium 1.x in these modes; 0.29 has but one.
-MODES = ["SAME_STEP", "DISABLED"] if GYMNASIUM_1 else ["SAME_STEP"]
+MODES = ["SAME_STEP", "DISABLED"]  # those in which TorchRL takes batches
 
 
 def batch(id: str, mode: str, **options) -> GymWrapper:
@@ -86,10 +84,7 @@ def test_a_single_environment_by_its_id(id):
 
 
 def test_a_batch_from_gymnasium_make_vec():
-    if GYMNASIUM_1:
-        made = gymnasium.make_vec(f"engram/{TASK}", num_envs=ENVS, autoreset_mode="DISABLED")
-    else:
-        made = gymnasium.make_vec(f"engram/{TASK}", num_envs=ENVS, vectorization_mode="custom")
+    made = gymnasium.make_vec(f"engram/{TASK}", num_envs=ENVS, autoreset_mode="DISABLED")
     env = GymWrapper(made)
     data = env.rollout(STEPS, break_when_any_done=False)
     assert data["next", "done"].sum() == ENVS * (STEPS // 25)
