@@ -6,13 +6,16 @@ from measurements import random_draws
 from measurements.common import PAGE, read_csv, section
 from measurements.memory import POLICIES
 
+SCORES = ("success_once", "first_answer_correct", "wiped.success_once")
+MEMORIES = ("none", "stack4", "gru", "lstm", "mingru", "lru", "mamba", "gtrxl", "xlstm")
+
 
 def add_options(parser):
     pass
 
 
 def mean(rows, column):
-    values = [float(row[column]) for row in rows if row[column]]
+    values = [float(row[column]) for row in rows if row.get(column)]
     return f"{statistics.fmean(values):.3f}" if values else "-"
 
 
@@ -23,6 +26,41 @@ def total(rows, column):
 def table(head, rows):
     lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
     return ["| " + " | ".join(map(str, line)) + " |" for line in lines]
+
+
+def scores():
+    """A line for each learner of a file: its ids, those that it plays well, and means over ids."""
+    lines = []
+    for name in ("scores.csv", "scores_short.csv", "scores_long.csv"):
+        runs = read_csv(name)
+        for learner in dict.fromkeys(run["learner"] for run in runs):
+            own = [run for run in runs if run["learner"] == learner]
+            ids = dict.fromkeys(run["id"] for run in own)
+            means = [mean([run for run in own if run["id"] == i], "success_once") for i in ids]
+            good = sum(float(value) >= 0.9 for value in means)
+            rates = (mean(own, column) for column in SCORES)
+            seconds = [float(run["cpu_s"]) for run in own if run["cpu_s"]]
+            minutes = f"{statistics.median(seconds) / 60:.1f}" if seconds else "-"
+            lines.append([f"{name}, {learner}", len(ids), good, *rates, minutes])
+    head = ["", "ids", "with 0.9 or more", *SCORES, "processor minutes, median"]
+    return table(head, lines)
+
+
+def memories():
+    """A line for each memory: success in the short and in the Long task, by learner and task."""
+    runs = read_csv("memories.csv")
+    groups = dict.fromkeys((run["learner"].split("_")[0], run["id"]) for run in runs)
+    cells = {}
+    for learner, task in groups:
+        long = f"transfer.{task.removesuffix('-VLA-v0')}-Long-VLA-v0.success_once"
+        for name in MEMORIES:
+            own = [r for r in runs if (r["learner"], r["id"]) == (f"{learner}_{name}", task)]
+            rates = f"{mean(own, 'success_once')} / {mean(own, long)}" if own else "-"
+            cells[name, learner, task] = mean(own, "mean_return") if learner == "popgym" else rates
+    head = ["memory", *(f"{learner}, {task.removesuffix('-VLA-v0')}" for learner, task in groups)]
+    lines = [[name, *(cells[(name, *group)] for group in groups)] for name in MEMORIES]
+    sizes = {run["memory"]: f"{int(run['parameters']):,}" for run in runs}
+    return table([*head, "parameters"], [[*line, sizes[line[0]]] for line in lines])
 
 
 def memory():
@@ -57,6 +95,8 @@ def perturbations():
 
 
 SECTIONS = {
+    "scores summary": scores,
+    "memories summary": memories,
     "memory summary": memory,
     "draws summary": draws,
     "leaks summary": lambda: steps("leak_tests.csv", "steps"),

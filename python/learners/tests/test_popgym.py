@@ -91,15 +91,15 @@ def test_ppo_learns_to_remember(tmp_path: Path) -> None:
     assert -0.7 < guessed["mean_return"] < -0.2
 
 
-def test_returns_become_a_table(tmp_path: Path) -> None:
+def test_returns_become_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["--learners", "popgym", "--ids", "RepeatPreviousEasy", "--memories", "none"]
     arguments += ["--seeds", "1", "2", "--out", str(tmp_path), "--jobs", "1"]
     assert learners.zoo.scores.main([*arguments, "--pass", "--steps 4000 --parameters 4000"]) == 0
     results = [json.loads(p.read_text()) for p in sorted(tmp_path.glob("*/*/result.json"))]
     assert [result["seed"] for result in results] == [1, 2]
     returns = [result["mean_return"] for result in results]
-    page = (tmp_path / "memories.md").read_text()
-    row = next(line for line in page.splitlines() if line.startswith("| none | 2 |"))
+    text = capsys.readouterr().out
+    row = next(line for line in text.splitlines() if line.startswith("| none | 2 |"))
     assert row.startswith(f"| none | 2 | {sum(returns) / 2:.3f} | {min(returns):.3f} |")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import engram
-from engram_learners.scores import interval, main
+from engram_learners.scores import interval, main, read_runs, store
 
 COLOR3 = "RememberColor3-VLA-v0"
 INTERCEPT = "InterceptSlow-VLA-v0"
@@ -48,14 +48,25 @@ def test_interval_is_wilsons() -> None:
     assert interval(1.0, 200)[1] == 1
 
 
-def test_scores_of_a_task(tmp_path: Path, learners: Path) -> None:
+Printed = pytest.CaptureFixture[str]
+
+
+def tables_of(arguments: list[str], capsys: Printed) -> str:
+    """Tables that these arguments print."""
+    capsys.readouterr()
+    assert main([*arguments, "--tables"]) == 0
+    return capsys.readouterr().out
+
+
+def test_scores_of_a_task(tmp_path: Path, learners: Path, capsys: Printed) -> None:
     out = tmp_path / "runs"
     arguments = [COLOR3, "--seeds", "1", "2", "--learners", str(learners), "--out", str(out)]
     assert main(arguments) == 0
-    page = (out / "scores.md").read_text()
-    assert "recurrent 0 of 1" in page
-    assert f"| {COLOR3} | 0.650 (0.60-0.70; 0.60) |" in page
-    assert f"| {COLOR3} | 1.5, 1.5 | 1.5, 1.5 | 1.5, 1.5 |" in page
+    text = capsys.readouterr().out
+    assert "recurrent 0 of 1" in text
+    assert f"| {COLOR3} | 0.650 (0.60-0.70; 0.60) |" in text
+    assert f"| {COLOR3} | 1.5, 1.5 | 1.5, 1.5 | 1.5, 1.5 |" in text
+    assert tables_of(arguments, capsys) == text[text.index("Tasks with") :]
     oracle = json.loads((out / COLOR3 / "oracle-1" / "result.json").read_text())
     blind = json.loads((out / COLOR3 / "blind-1" / "result.json").read_text())
     assert oracle["success_once"] == 1
@@ -81,13 +92,14 @@ def test_finished_runs_are_not_repeated(tmp_path: Path, learners: Path) -> None:
     assert len(calls.read_text().split()) == 3
 
 
-def test_a_page_of_several_splits_has_the_columns_that_ran(tmp_path: Path, learners: Path) -> None:
+def test_tables_of_several_splits_have_the_columns_that_ran(
+    tmp_path: Path, learners: Path, capsys: Printed
+) -> None:
     task = "RememberColor3-Long-VLA-v0"
-    page = tmp_path / "page.md"
-    arguments = ["--only", "distilled", "--seeds", "1", "--out", str(tmp_path), "--page", str(page)]
+    arguments = ["--only", "distilled", "--seeds", "1", "--out", str(tmp_path)]
     assert main([task, *arguments, "--learners", str(learners)]) == 0
-    assert main(["--split", "medium", "long", *arguments, "--tables"]) == 0
-    success = page.read_text().split("## ")[1].splitlines()
+    text = tables_of(["--split", "medium", "long", *arguments], capsys)
+    success = text.split("## ")[1].splitlines()
     rows = [line.split(" | ") for line in success if line.startswith("| ")]
     assert rows[0] == ["| id", "distilled |"]
     cells = {row[0].removeprefix("| "): row[1] for row in rows[1:] if "VLA" in row[0]}
@@ -98,41 +110,42 @@ def test_a_page_of_several_splits_has_the_columns_that_ran(tmp_path: Path, learn
     assert set(cells.values()) == {"- |"}  # not run
 
 
-def test_a_page_keeps_its_text(tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("# Who remembers\n\n<!-- scores -->\nold\n<!-- end of scores -->\n\nThe end.\n")
-    out = tmp_path / "runs"
-    arguments = [
-        INTERCEPT,
-        "--only",
-        "oracle",
-        "--seeds",
-        "1",
-        "--out",
-        str(out),
-        "--page",
-        str(page),
-    ]
+def test_a_task_that_asks_for_no_answer_has_none(tmp_path: Path, capsys: Printed) -> None:
+    arguments = [INTERCEPT, "--only", "oracle", "--seeds", "1", "--out", str(tmp_path)]
     assert main(arguments) == 0
-    text = page.read_text()
-    assert text.startswith("# Who remembers\n")
-    assert text.endswith("\n\nThe end.\n")
-    assert "old" not in text
-    answers = text.split("## The first answer is right")[1]
-    assert INTERCEPT not in answers.split("##")[0]  # it asks for no answer
+    text = tables_of(arguments, capsys)
+    assert INTERCEPT in text.split("## success_once")[1].split("##")[0]
+    assert INTERCEPT not in text.split("## The first answer is right")[1].split("##")[0]
 
 
-def test_runs_beside_the_page_are_not_repeated(tmp_path: Path, learners: Path) -> None:
-    page, first, second = (tmp_path / name for name in ("page.md", "first", "second"))
-    arguments = [COLOR3, "--only", "recurrent", "--learners", str(learners), "--page", str(page)]
+def test_runs_of_the_file_are_not_repeated(tmp_path: Path, learners: Path, capsys: Printed) -> None:
+    file, first, second = (tmp_path / name for name in ("runs.csv", "first", "second"))
+    arguments = [COLOR3, "--only", "recurrent", "--learners", str(learners), "--file", str(file)]
     assert main([*arguments, "--out", str(first), "--seeds", "1"]) == 0
     assert main([*arguments, "--out", str(second), "--seeds", "1", "2"]) == 0
     assert (second / COLOR3 / "calls.txt").read_text().split() == ["2"]
-    assert "0.650 (0.60-0.70; 0.60)" in page.read_text()
-    file = page.with_suffix(".json")
+    assert "0.650 (0.60-0.70; 0.60)" in tables_of([*arguments, "--out", str(second)], capsys)
     file.write_text(file.read_text().replace(engram.__version__, "0.1.0"))
     with pytest.raises(SystemExit, match=r"results of engram 0\.1\.0 given"):
         main([*arguments, "--out", str(second)])
+
+
+def test_rows_keep_every_figure(tmp_path: Path) -> None:
+    runs = {
+        (COLOR3, "distilled", 1): {
+            "success_once": 1.0,
+            "first_answer_correct": None,
+            "init": COLOR3,
+            "env_steps": 32000,
+            "transfer": {INTERCEPT: {"success_once": -0.42538461089134216}},
+        },
+        (COLOR3, "oracle", 2): {"success_once": 0.5},
+    }
+    store(runs, tmp_path / "runs.csv")
+    read = read_runs(tmp_path / "runs.csv")
+    assert read[COLOR3, "distilled", 1] == runs[COLOR3, "distilled", 1]
+    given = {key: value for key, value in read[COLOR3, "oracle", 2].items() if value is not None}
+    assert given == {"success_once": 0.5}
 
 
 def test_results_of_another_version_or_edited_ones_are_not_published(
@@ -157,13 +170,13 @@ def test_results_of_another_version_or_edited_ones_are_not_published(
         main([*arguments, "--tables"])
     (out / COLOR3 / "distilled-2" / "run.json").unlink()
     # A result without its origin is not known: the run is repeated.
-    (out / "scores.json").unlink()
+    (out / "scores.csv").unlink()
     run.unlink()
     calls = out / COLOR3 / "calls.txt"
     calls.unlink()
     assert main(arguments) == 0
     assert calls.read_text().split() == ["1"]
-    page = out / "scores.json"
-    page.write_text(page.read_text().replace("0.6", "1.0"))
-    with pytest.raises(SystemExit, match=r"scores\.json: its checksum does not fit"):
+    file = out / "scores.csv"
+    file.write_text(file.read_text().replace("0.6", "1.0"))
+    with pytest.raises(SystemExit, match=r"scores\.csv:2: its checksum does not fit"):
         main([*arguments, "--tables"])

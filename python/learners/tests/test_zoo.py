@@ -355,7 +355,9 @@ def test_a_picture_of_probes(tmp_path: Path) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_runs_continue_and_become_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_continue_and_become_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setitem(learners.zoo.scores.LONGER, TASK, OTHER)  # a Long one takes long
     short = " ".join([*SHORT["zoo.imitation"], "--parameters", "4000"])
     arguments = ["--ids", TASK, "--memories", "none", "gru", "--learners", "imitation"]
@@ -363,9 +365,10 @@ def test_runs_continue_and_become_tables(tmp_path: Path, monkeypatch: pytest.Mon
     assert learners.zoo.scores.main(arguments) == 0
     results = sorted(tmp_path.glob(f"{TASK}/*/result.json"))
     assert [path.parent.name for path in results] == ["imitation_gru-1", "imitation_none-1"]
-    page = (tmp_path / "memories.md").read_text()
+    assert (tmp_path / "memories.csv").read_text().startswith("id,learner,seed,")
+    text = capsys.readouterr().out
     gru = json.loads(results[0].read_text())
-    row = next(line for line in page.splitlines() if line.startswith("| gru | 1 |"))
+    row = next(line for line in text.splitlines() if line.startswith("| gru | 1 |"))
     for rates in (gru, gru["wiped"], gru["transfer"][OTHER]):
         assert f"{rates['success_once']:.3f} (" in row
     written = [path.stat().st_mtime_ns for path in results]

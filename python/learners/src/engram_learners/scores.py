@@ -1,14 +1,13 @@
 """Scores of learners on all tasks of a split.
 
-    python -m engram_learners.scores  # runs what is missing, writes the tables
-    python -m engram_learners.scores --split short --jobs 2 --page scores.md
+    python -m engram_learners.scores  # runs what is missing, prints the tables
+    python -m engram_learners.scores --split short --jobs 2 --file scores.csv
     python -m engram_learners.scores --split medium long --only distilled --seeds 1
 
 Every learner learns every task from several seeds, each run in a process of its own. Results are
 stored under ``--out``; the command can be stopped at any time and continues there.
-Beside the page, a .json file of its name has the results of all runs in the page. Results of
-another version, and edited ones, are refused. Runs in it are
-not repeated, so a page can be made on several machines over several days.
+A CSV file has all runs, a row each. Those in it are not repeated, so that it can be written on
+several machines over several days. Results of another version, and edited ones, are refused.
 A learner is a script (``--learners`` is their folder) with options ``--id ID --seed S --out
 FOLDER`` that writes ``result.json`` to the folder: success_once and first_answer_correct over 200
 episodes outside of the training, cpu_s (processor seconds of collecting and learning) and, with a
@@ -20,6 +19,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import csv
+import io
 import itertools
 import json
 import math
@@ -50,12 +51,12 @@ LEARNERS = {
 POLICIES = ("sweep", "blind", "oracle")
 RESULT = "result.json"  # of a learner
 RUN = "run.json"  # the same, with version and checksum
-MARK = ("<!-- scores -->", "<!-- end of scores -->")
+KEYS = ("id", "learner", "seed")  # of a result that say which run it is
 
 
 def arguments(given: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog="python -m engram_learners.scores", description="Scores of learners, in a page."
+        prog="python -m engram_learners.scores", description="Scores of learners, as CSV."
     )
     add = parser.add_argument
     add("ids", nargs="*", metavar="ID", help="tasks; default: those of --split")
@@ -66,8 +67,8 @@ def arguments(given: list[str] | None) -> argparse.Namespace:
     add("--only", nargs="+", choices=[*LEARNERS, *POLICIES], help="these columns only")
     add("--out", type=Path, default=Path("build/scores"), help="folder of the runs")
     add("--jobs", type=int, default=os.cpu_count() or 1, help="runs at the same time")
-    add("--page", type=Path, help="page whose tables are replaced; default: OUT/scores.md")
-    add("--tables", action="store_true", help="runs nothing; writes the tables of existing runs")
+    add("--file", type=Path, help="CSV file of all runs; default: OUT/scores.csv")
+    add("--tables", action="store_true", help="runs nothing; prints the tables of existing runs")
     add("--pass", dest="more", default="", metavar="'...'", help="further options for learners")
     return parser.parse_args(given)
 
@@ -80,12 +81,9 @@ Runs = dict[Run, Any]  # results
 # --- results ---
 
 
-def known_runs(out: Path, page: Path) -> Runs:
-    """The results beside the page, and those under OUT."""
-    runs: Runs = {}
-    file = page.with_suffix(".json")
-    if file.exists():
-        runs = {tuple(entry["run"]): entry["result"] for entry in _stored(file)["runs"]}
+def known_runs(out: Path, file: Path) -> Runs:
+    """The results in the file, and those under OUT."""
+    runs = read_runs(file) if file.exists() else {}
     for path in sorted(out.glob(f"*/*/{RUN}")):
         stored = _stored(path)
         task, column, seed = stored["run"]
@@ -102,29 +100,97 @@ def _stored(file: Path) -> Any:
         document = json.loads(text)
         version = document["engram"]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise SystemExit(f"{file}: damaged, or no file of scores ({error})") from None
-    if version != engram.__version__:
-        raise SystemExit(
-            f"{file}: results of engram {version} given, of {engram.__version__} "
-            "needed; remove it, with the page's tables, to start again"
-        )
+        raise SystemExit(f"{file}: damaged, or no result ({error})") from None
+    _require_version(file, version)
     try:
         return documents.parse(text)
     except documents.DamagedError as error:
         raise SystemExit(f"{file}: {error}; remove it to start again") from None
 
 
-def store(runs: Runs, page: Path) -> None:
-    """Writes all results beside the page, a line each."""
-    lines = ",\n".join(json.dumps({"run": run, "result": runs[run]}) for run in sorted(runs))
-    _write(
-        page.with_suffix(".json"), f'{{"engram": "{engram.__version__}", "runs": [\n{lines}\n]}}'
-    )
+def _require_version(file: Path, version: str) -> None:
+    if version != engram.__version__:
+        raise SystemExit(
+            f"{file}: results of engram {version} given, of {engram.__version__} "
+            "needed; remove it to start again"
+        )
 
 
 def _write(file: Path, document: str) -> None:
     with open_folder(file.parent) as folder:
-        write_file(folder, file.name, documents.with_checksum(document).encode())
+        write_file(folder, file.name, document.encode())
+
+
+# --- the CSV file: id, learner, seed, figures, version and checksum of each run ---
+
+
+def _flat(result: dict[str, Any], prefix: str = "") -> dict[str, str]:
+    """Figures by column; those of a nested object have its name and a dot in front."""
+    cells: dict[str, str] = {}
+    for key, value in result.items():
+        if isinstance(value, dict):
+            cells |= _flat(value, f"{prefix}{key}.")
+        elif prefix or key not in KEYS:
+            cells[prefix + key] = "" if value is None else str(value)
+    return cells
+
+
+def _nested(cells: dict[str, str]) -> dict[str, Any]:
+    """The result; empty cells are None, and absent where all of an object are empty."""
+    result: dict[str, Any] = {}
+    for column, cell in cells.items():
+        *path, key = column.split(".")
+        if path and not cell:
+            continue
+        owner = result
+        for name in path:
+            owner = owner.setdefault(name, {})
+        try:
+            owner[key] = json.loads(cell) if cell else None
+        except ValueError:
+            owner[key] = cell
+    return result
+
+
+def _checksum(row: dict[str, str]) -> str:
+    return documents.checksum_of(",".join(f"{k}={v}" for k, v in row.items() if v))
+
+
+def read_runs(file: Path) -> Runs:
+    """All runs of a file, which has to be of this version and as it was written."""
+    runs: Runs = {}
+    with file.open(newline="") as source:
+        for number, row in enumerate(csv.DictReader(source), 2):
+            try:
+                checksum = row.pop("checksum")
+                _require_version(file, row["engram"])
+                if _checksum(row) != checksum:
+                    raise SystemExit(
+                        f"{file}:{number}: its checksum does not fit: it was edited; "
+                        "remove the file to start again"
+                    )
+                run = (row.pop("id"), row.pop("learner"), int(row.pop("seed")))
+                del row["engram"]
+            except (KeyError, ValueError) as error:
+                raise SystemExit(f"{file}: damaged, or no file of scores ({error})") from None
+            runs[run] = _nested(row)
+    return runs
+
+
+def store(runs: Runs, file: Path) -> None:
+    """Writes all results, a row each."""
+    flat = {run: _flat(runs[run]) for run in sorted(runs)}
+    figures = dict.fromkeys(column for cells in flat.values() for column in cells)
+    text = io.StringIO()
+    columns = ["id", "learner", "seed", *figures, "engram", "checksum"]
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    for (task, learner, seed), cells in flat.items():
+        row = {"id": task, "learner": learner, "seed": str(seed)}
+        row |= {column: cells.get(column, "") for column in figures}
+        row["engram"] = engram.__version__
+        writer.writerow({**row, "checksum": _checksum(row)})
+    _write(file, text.getvalue())
 
 
 # --- runs ---
@@ -201,7 +267,7 @@ def complete(
         do(folder, *run)
         result = json.loads((folder / RESULT).read_text())
         stored = {"engram": engram.__version__, "run": run, "result": result}
-        _write(folder / RUN, json.dumps(stored))
+        _write(folder / RUN, documents.with_checksum(json.dumps(stored)))
         task, column, seed = run
         print(f"{task} {column} {seed}: {result}", flush=True)
 
@@ -241,7 +307,7 @@ def by_column(runs: Runs, ids: Iterable[str], seeds: Iterable[int]) -> dict[Colu
 
 def rate_cell(runs: list[Any] | None, what: str) -> str:
     """The mean over runs, its interval over all their episodes, and the worst run."""
-    rates = [run[what] for run in runs or [] if run[what] is not None]
+    rates = [run[what] for run in runs or [] if run.get(what) is not None]
     if not rates:
         return "-"
     low, high = interval(statistics.fmean(rates), EPISODES * len(rates))
@@ -315,24 +381,15 @@ def tables(results: dict[tuple[str, str], list[Any]], ids: list[str]) -> str:
     )
 
 
-def write(page: Path, text: str) -> None:
-    """Writes the tables between a page's marks; creates the page if it does not exist."""
-    old = page.read_text() if page.exists() else "# Scores\n\n" + "\n".join(MARK) + "\n"
-    begin, end = old.index(MARK[0]) + len(MARK[0]), old.index(MARK[1])
-    page.parent.mkdir(parents=True, exist_ok=True)
-    page.write_text(f"{old[:begin]}\n{text}\n{old[end:]}")
-
-
 def main(given: list[str] | None = None) -> int:
     args = arguments(given)
     ids = args.ids or [task["id"] for task in engram.list() if task["split"] in args.split]
-    page = args.page or args.out / "scores.md"
+    file = args.file or args.out / "scores.csv"
     if not args.tables:
-        run(args, ids, known_runs(args.out, page))
-    runs = known_runs(args.out, page)
-    store(runs, page)
-    write(page, tables(by_column(runs, ids, args.seeds), ids))
-    print(page)
+        run(args, ids, known_runs(args.out, file))
+    runs = known_runs(args.out, file)
+    store(runs, file)
+    print(tables(by_column(runs, ids, args.seeds), ids))
     return 0
 
 

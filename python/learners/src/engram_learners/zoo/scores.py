@@ -1,11 +1,11 @@
 """Compares the nine memories: each learns each task from several seeds, and plays its longer form.
 
-    python -m engram_learners.zoo.scores  # runs what is missing, writes the tables
+    python -m engram_learners.zoo.scores  # runs what is missing, prints the tables
     python -m engram_learners.zoo.scores --learners imitation --seeds 1 --memories gru lru
     python -m engram_learners.zoo.scores --learners popgym  # in POPGym's tasks, which needs popgym
 
 Every run is a process of its own; the command can be stopped at any time and continues there.
-Results are stored under --out and beside the page, like those of engram_learners.scores.
+Results are stored under --out and in a CSV file, like those of engram_learners.scores.
 """
 
 import argparse
@@ -34,9 +34,9 @@ def arguments(given):
     add("--learners", nargs="+", default=["imitation", "ppo"], choices=LEARNERS)
     add("--seeds", type=int, nargs="+", default=[1, 2, 3])
     add("--out", type=Path, default=Path("build/memories"), help="folder of the runs")
-    add("--page", type=Path, help="page whose tables are replaced; default: OUT/memories.md")
+    add("--file", type=Path, help="CSV file of all runs; default: OUT/memories.csv")
     add("--jobs", type=int, default=os.cpu_count() or 1, help="runs at the same time")
-    add("--tables", action="store_true", help="runs nothing; writes the tables of existing runs")
+    add("--tables", action="store_true", help="runs nothing; prints the tables of existing runs")
     add("--pass", dest="more", default="", metavar="'...'", help="further options for learners")
     args = parser.parse_args(given)
     allowed = [task for learner in args.learners for task in tasks_of(learner)]
@@ -146,13 +146,12 @@ def tables(runs):
 
 def main(given=None):
     args = arguments(given)
-    page = args.page or args.out / "memories.md"
+    file = args.file or args.out / "memories.csv"
     if not args.tables:
-        run(args, scores.known_runs(args.out, page))
-    runs = scores.known_runs(args.out, page)
-    scores.store(runs, page)
-    scores.write(page, tables(runs))
-    print(page)
+        run(args, scores.known_runs(args.out, file))
+    runs = scores.known_runs(args.out, file)
+    scores.store(runs, file)
+    print(tables(runs))
     return 0
 
 
