@@ -2,60 +2,12 @@
 
 #include <optional>
 #include <string>
-#include <type_traits>
 
-#include "core/base/error.h"
-#include "core/base/names.h"
+#include "api/c_convert.h"
 #include "protocol/make/variants.h"
 
 namespace engram::c {
 namespace {
-
-[[noreturn]] void refuse(const std::string& what, const std::string& given,
-                         const std::string& allowed) {
-  throw Error(Error::kInvalidArgument, what + ": " + given + " given, " + allowed);
-}
-
-const char* text(const std::string& what, const char* value) {
-  if (value == nullptr) refuse(what, "NULL", "a text needed");
-  return value;
-}
-
-// Each option as its type in the engine has it.
-
-void convert(const char* /*what*/, std::int32_t given, int& option) { option = given; }
-void convert(const char* /*what*/, std::uint64_t given, std::uint64_t& option) { option = given; }
-void convert(const char* /*what*/, double given, double& option) { option = given; }
-
-void convert(const char* what, std::int32_t given, bool& option) {
-  if (given != 0 && given != 1) refuse(what, std::to_string(given), "0 or 1 allowed");
-  option = given == 1;
-}
-
-void convert(const char* what, std::int32_t given, std::optional<bool>& option) {
-  if (given < -1 || given > 1) refuse(what, std::to_string(given), "-1, 0 or 1 allowed");
-  option = given < 0 ? std::nullopt : std::optional<bool>(given == 1);
-}
-
-void convert(const char* what, const char* given, std::string& option) {
-  option = text(what, given);
-}
-
-void convert(const char* /*what*/, const char* given, std::optional<ControlMode>& option) {
-  option.reset();
-  if (given != nullptr) option = require_named<ControlMode>("control mode", given);
-}
-
-// A number that stands for a name.
-template <class Enum>
-requires std::is_enum_v<Enum>
-void convert(const char* what, std::int32_t given, Enum& option) {
-  const auto last = static_cast<std::int32_t>(names_of(Enum()).size()) - 1;
-  if (given < 0 || given > last) {
-    refuse(what, std::to_string(given), "0 to " + std::to_string(last) + " allowed");
-  }
-  option = static_cast<Enum>(given);
-}
 
 // An array that may be NULL if it is empty.
 template <class T>
@@ -156,12 +108,6 @@ MakeOptions to_make_options(const engram_options& options) {
   const bool default_cameras = options.cameras == nullptr && options.num_cameras == 0;
   if (!default_cameras) out.images.cameras = to_cameras(options);
   return out;
-}
-
-Rules to_rules(std::int32_t rules) {
-  Rules converted{};
-  convert("rules", rules, converted);
-  return converted;
 }
 
 std::vector<TaskOptionValue> to_choices(const engram_task_option* choices, std::size_t count) {

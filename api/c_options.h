@@ -15,7 +15,6 @@ engram_options default_options() noexcept;
 // Throws Error for values that MakeOptions cannot hold; make() checks the rest.
 MakeOptions to_make_options(const engram_options& options);
 
-Rules to_rules(std::int32_t rules);
 std::vector<TaskOptionValue> to_choices(const engram_task_option* choices, std::size_t count);
 std::vector<PerturbationLevel> to_perturbations(const engram_perturbation* perturbations,
                                                 std::size_t count);

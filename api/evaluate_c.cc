@@ -4,6 +4,7 @@
 #include <set>
 #include <type_traits>
 
+#include "api/c_convert.h"
 #include "api/c_error.h"
 #include "api/c_options.h"
 #include "api/c_text.h"
@@ -33,7 +34,9 @@ struct engram_choice_answer {
 namespace {
 
 using engram::Error;
+using engram::c::convert;
 using engram::c::guarded;
+using engram::c::kNoLimit;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
 
@@ -155,8 +158,7 @@ class ChoiceCallback final : public engram::ExternalPolicy {
   int worker_;
 };
 
-engram::EvaluationSettings settings_of(const engram_evaluation_options& options, bool choices) {
-  engram::EvaluationSettings settings;
+std::vector<std::string> chosen_ids(const engram_evaluation_options& options) {
   if (options.num_ids == 0 || options.ids == nullptr) refuse("ids: none given, 1 or more needed");
   engram::load_environment_files();
   std::set<const engram::RegistryEntry*> tasks;
@@ -164,59 +166,58 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options,
     if (options.ids[i] == nullptr) refuse("ids: a null pointer given");
     tasks.insert(&engram::require_entry(options.ids[i]));
   }
-  settings.tasks = engram::ids_in_order({tasks.begin(), tasks.end()});
-  if (options.episodes < 1) {
-    refuse("episodes: " + std::to_string(options.episodes) + " given, 1 or more allowed");
-  }
-  if (options.num_envs < 1) {
-    refuse("num_envs: " + std::to_string(options.num_envs) + " given, 1 or more allowed");
-  }
-  const bool known = options.obs_mode == ENGRAM_OBS_RGB || options.obs_mode == ENGRAM_OBS_STATE ||
-                     options.obs_mode == ENGRAM_OBS_OBJECTS;
-  if (!known) {
-    refuse("obs_mode: " + std::to_string(options.obs_mode) +
+  return engram::ids_in_order({tasks.begin(), tasks.end()});
+}
+
+engram::Document config_of(const engram_evaluation_options& options) {
+  if (options.config_json == nullptr) return engram::DocumentTable();
+  std::optional<engram::Document> config = engram::parse_document(options.config_json);
+  if (!config || !engram::is_table(*config)) refuse("config_json: a JSON object needed");
+  return std::move(*config);
+}
+
+engram::ObsMode to_obs_mode(std::int32_t mode) {
+  if (mode != ENGRAM_OBS_RGB && mode != ENGRAM_OBS_STATE && mode != ENGRAM_OBS_OBJECTS) {
+    refuse("obs_mode: " + std::to_string(mode) +
            " given, ENGRAM_OBS_RGB, ENGRAM_OBS_STATE or ENGRAM_OBS_OBJECTS allowed");
   }
-  settings.episodes = options.episodes;
-  settings.start_seed = options.seed;
+  return static_cast<engram::ObsMode>(mode);
+}
+
+// A latency; NULL: the default.
+void convert(const char* what, const char* given, int& steps) {
+  if (given != nullptr) steps = engram::parse_latency(what, given);
+}
+
+engram::EvaluationSettings settings_of(const engram_evaluation_options& options, bool choices) {
+  engram::EvaluationSettings settings;
+  engram::MakeOptions environment;
+  int num_envs = 0;
+  settings.tasks = chosen_ids(options);
+  convert("num_envs", options.num_envs, 1, kNoLimit, num_envs);
+  environment.obs_mode = to_obs_mode(options.obs_mode);
+  // begin generated: conversions (scripts/surface, from api/surface.toml)
+  convert("episodes", options.episodes, 1, kNoLimit, settings.episodes);
+  convert("seed", options.seed, settings.start_seed);
+  convert("rules", options.rules, environment.rules);
+  convert("tell_episodes", options.tell_episodes, settings.tell_episodes);
+  convert("repeat", options.repeat, 1, engram::kMaxRepeat, settings.repeat);
+  convert("policy_seed", options.policy_seed, settings.policy_seed);
+  convert("latency", options.latency, settings.latency);
+  convert("joint_proprio", options.joint_proprio, environment.joint_proprio);
+  convert("choices_stride", options.choices_stride, 1, engram::kMaxChoicesStride,
+          settings.choices_stride);
+  // end generated
+  engram::check_rounds(settings.episodes, settings.repeat);
   if (options.name != nullptr) engram::require_external_name("name", options.name);
-  if (options.tell_episodes != 0 && options.tell_episodes != 1) {
-    refuse("tell_episodes: " + std::to_string(options.tell_episodes) + " given, 0 or 1 allowed");
-  }
-  settings.tell_episodes = options.tell_episodes != 0;
-  if (options.repeat < 1 || options.repeat > engram::kMaxRepeat) {
-    refuse("repeat: " + std::to_string(options.repeat) + " given, 1 to " +
-           std::to_string(engram::kMaxRepeat) + " allowed");
-  }
-  engram::check_rounds(options.episodes, options.repeat);
-  settings.repeat = options.repeat;
-  settings.policy_seed = options.policy_seed;
-  if (options.latency != nullptr) {
-    settings.latency = engram::parse_latency("latency", options.latency);
-  }
+  settings.policy = options.name == nullptr ? "external" : options.name;
+  settings.policy_config = config_of(options);
   if (options.seed_file != nullptr) {
     if (settings.tell_episodes) refuse("seed_file, tell_episodes: one of them allowed");
     settings.set_seal(engram::SeedSeal::read(options.seed_file));
   }
-  settings.policy = options.name == nullptr ? "external" : options.name;
-  settings.policy_config = engram::DocumentTable();
-  if (options.config_json != nullptr) {
-    std::optional<engram::Document> config = engram::parse_document(options.config_json);
-    if (!config || !engram::is_table(*config)) refuse("config_json: a JSON object needed");
-    settings.policy_config = std::move(*config);
-  }
-  engram::MakeOptions environment;
-  environment.obs_mode = static_cast<engram::ObsMode>(options.obs_mode);
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
-  if (options.control_mode != nullptr) {
-    environment.control_mode =
-        engram::require_named<engram::ControlMode>("control mode", options.control_mode);
-  }
-  if (options.joint_proprio != 0 && options.joint_proprio != 1) {
-    refuse("joint_proprio: " + std::to_string(options.joint_proprio) + " given, 0 or 1 allowed");
-  }
-  environment.joint_proprio = options.joint_proprio != 0;
-  environment.rules = engram::c::to_rules(options.rules);
+  convert("control_mode", options.control_mode, environment.control_mode);
   environment.task_options = engram::c::to_choices(options.task_options, options.num_task_options);
   environment.perturbations =
       engram::c::to_perturbations(options.perturbations, options.num_perturbations);
@@ -227,13 +228,11 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options,
   settings.set_environment(environment);
   for (const std::string& id : settings.tasks) (void)engram::make_task(id, settings.constants);
   settings.choices = choices;
-  if (!choices) return settings;
-  if (options.choices_stride < 1 || options.choices_stride > engram::kMaxChoicesStride) {
-    refuse("choices_stride: " + std::to_string(options.choices_stride) + " given, 1 to " +
-           std::to_string(engram::kMaxChoicesStride) + " allowed");
+  if (choices) {
+    engram::require_choices(settings);
+  } else {
+    settings.choices_stride = engram::RunOptions().choices_stride;
   }
-  settings.choices_stride = options.choices_stride;
-  engram::require_choices(settings);
   return settings;
 }
 
@@ -346,12 +345,14 @@ void engram_evaluation_options_init(engram_evaluation_options* options) {
   if (options == nullptr) return;
   *options = {};
   options->struct_size = sizeof *options;
-  options->episodes = engram::kBenchmarkEpisodes;
-  options->num_envs = engram::kEvaluationEnvs;
+  // begin generated: init
+  options->episodes = 50;
+  options->num_envs = 8;
   options->obs_mode = ENGRAM_OBS_RGB;
-  options->seed = engram::kBenchmarkSeed;
+  options->seed = 4242424242;
   options->repeat = 1;
   options->choices_stride = 1;
+  // end generated
 }
 
 engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const float* actions,

@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 
+#include "apps/run_flags.h"
 #include "apps/task_choice.h"
 #include "core/batch/scripted_policy.h"
 #include "protocol/eval/run/choice_tasks.h"
@@ -25,27 +26,30 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--canonical", "tasks"},
     {"--all", "tasks"},
     {"--suite", "tasks"},
-    {"--episodes", "n_episodes"},
-    {"--seed", "start_seed"},
-    {"--obs", "obs_mode"},
-    {"--renderer", "renderer"},
     {"--policy", "policy"},
     {"--policy-name", "policy"},
     {"--policy-command", "policy_config"},
     {"--policy-command", "choices"},
     {"--policy-choices", "policy_config"},
     {"--policy-choices", "choices"},
-    {"--choices-stride", "choices_stride"},
-    {"--control-mode", "control_mode"},
-    {"--joint-proprio", "joint_proprio"},
-    {"--rules", "rules"},
+    // begin generated: keys_of_flags (scripts/surface, from api/surface.toml)
+    {"--episodes", "n_episodes"},
+    {"--obs", "obs_mode"},
+    {"--seed", "start_seed"},
+    {"--renderer", "renderer"},
     {"--option", "task_options"},
+    {"--rules", "rules"},
     {"--set", "constants"},
-    {"--perturb", "perturbations"},
     {"--tell-episodes", "tell_episodes"},
     {"--repeat", "repeat"},
     {"--policy-seed", "policy_seed"},
-    {"--latency", "latency_steps"}};
+    {"--latency", "latency_steps"},
+    {"--control-mode", "control_mode"},
+    {"--joint-proprio", "joint_proprio"},
+    {"--perturb", "perturbations"},
+    {"--choices-stride", "choices_stride"},
+    // end generated
+};
 
 // Takes over the secret of a sealed run, which its folder does not have before the end.
 void resume_seal(const EvaluationSettings& now, const ResultFolder& folder,
@@ -86,13 +90,9 @@ std::vector<std::string> chosen_ids(const EvalOptions& options, int& episodes) {
 EvaluationSettings settings_of(const EvalOptions& options) {
   EvaluationSettings settings;
   const Protocol& protocol = options.protocol;
-  settings.episodes = protocol.episodes;
+  static_cast<RunOptions&>(settings) = protocol;
   settings.tasks = chosen_ids(options, settings.episodes);
-  settings.start_seed = protocol.start_seed;
-  check_rounds(settings.episodes, protocol.repeat);
-  settings.repeat = protocol.repeat;
-  settings.policy_seed = protocol.policy_seed;
-  settings.latency = protocol.latency;
+  check_rounds(settings.episodes, settings.repeat);
   if (!options.seed_file.empty()) {
     if (options.policy.tell_episodes) {
       throw Error(Error::kInvalidArgument,
@@ -231,10 +231,7 @@ void add_eval_options(const Command& command, EvalOptions& options) {
       .add_flag("--keep-sealed", options.keep_sealed,
                 "Does not write the secret at the end; --resume with the same --seed-file does")
       .needs(sealed);
-  add_policy_seed(command, options.protocol.policy_seed);
-  add_int(command, "--repeat", options.protocol.repeat, 1, kMaxRepeat,
-          "Rounds of the same episodes; round i has policy seed + i");
-  add_latency(command, options.protocol.latency);
+  add_run_flags(command, "eval", options.protocol);
   add_num_envs(command, options.protocol.num_envs)
       .description("Episodes that a thread runs together");
   add_environment(command, options.protocol.environment);

@@ -192,38 +192,12 @@ Option add_int(const Command& command, const std::string& option, int& value, in
   return command.add_option(option, assign, help).type_name("N").default_str(std::to_string(value));
 }
 
-Option add_seed(const Command& command, std::uint64_t& seed, const std::string& help) {
-  const auto assign = [&seed](const std::string& text) {
-    seed = parse_unsigned("--seed", text, 0, std::numeric_limits<std::uint64_t>::max());
+Option add_seed(const Command& command, std::uint64_t& seed, const std::string& help,
+                const std::string& option) {
+  const auto assign = [&seed, option](const std::string& text) {
+    seed = parse_unsigned(option, text, 0, std::numeric_limits<std::uint64_t>::max());
   };
-  return command.add_option("--seed", assign, help)
-      .type_name("N")
-      .default_str(std::to_string(seed));
-}
-
-Option add_policy_seed(const Command& command, std::uint64_t& seed) {
-  const auto assign = [&seed](const std::string& text) {
-    seed = parse_unsigned("--policy-seed", text, 0, std::numeric_limits<std::uint64_t>::max());
-  };
-  return command
-      .add_option("--policy-seed", assign,
-                  "Of the policy's own random numbers: random and blind draw others, external "
-                  "policies are told it")
-      .type_name("S")
-      .default_str("0");
-}
-
-Option add_latency(const Command& command, int& steps) {
-  const auto assign = [&steps](const std::string& text) {
-    steps = parse_latency("--latency", text);
-  };
-  return command
-      .add_option(
-          "--latency", assign,
-          "Control steps (3), or milliseconds (120ms; a step has 50), from a question to its "
-          "answer: the world goes on with the last action meanwhile")
-      .type_name("STEPS|MS")
-      .default_str("0");
+  return command.add_option(option, assign, help).type_name("N").default_str(std::to_string(seed));
 }
 
 // --- names ---

@@ -32,12 +32,8 @@ PerturbationLevel parse_perturbation(const std::string& text);
 
 Option add_int(const Command& command, const std::string& option, int& value, int low, int high,
                const std::string& help);
-Option add_seed(const Command& command, std::uint64_t& seed, const std::string& help);
-
-// --policy-seed, of the policy's own random numbers.
-Option add_policy_seed(const Command& command, std::uint64_t& seed);
-// --latency, in control steps.
-Option add_latency(const Command& command, int& steps);
+Option add_seed(const Command& command, std::uint64_t& seed, const std::string& help,
+                const std::string& option = "--seed");
 
 // --- names ---
 

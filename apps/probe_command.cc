@@ -11,6 +11,7 @@
 #include "apps/mpi_run.h"
 #include "apps/output.h"
 #include "apps/progress.h"
+#include "apps/run_flags.h"
 #include "apps/task_choice.h"
 #include "protocol/eval/probe/probe_report.h"
 #include "protocol/eval/probe/probe_run.h"
@@ -146,10 +147,9 @@ void add_probe_command(const Command& program) {
   add_int(command, "--episodes", eval.protocol.episodes, 1, std::numeric_limits<int>::max(),
           "Episodes at each point; pairs of twins");
   add_seed(command, eval.protocol.start_seed, "Episode i has seed + i");
-  add_policy_seed(command, eval.protocol.policy_seed);
+  add_run_flags(command, "probe", eval.protocol);
   add_num_envs(command, eval.protocol.num_envs).description("Episodes that a thread runs together");
   add_environment(command, eval.protocol.environment);
-  add_latency(command, eval.protocol.latency);
   add_threads(command, eval.protocol.threads);
   add_json(command, eval.json);
   command.add_option("--out", eval.out, "Writes probe.json and probe.html, a page with curves")

@@ -14,6 +14,7 @@
 #include "apps/progress.h"
 #include "apps/record_episode.h"
 #include "apps/record_view.h"
+#include "apps/run_flags.h"
 #include "apps/task_choice.h"
 #include "protocol/eval/results/result_files.h"
 #include "protocol/eval/run/choice_tasks.h"
@@ -148,7 +149,7 @@ void complete_size(RecordOptions& options) {
 EvaluationSettings settings_of(const EpisodeOptions& episode) {
   EvaluationSettings settings;
   settings.tasks = {episode.id};
-  settings.latency = episode.latency;
+  static_cast<RunOptions&>(settings) = episode.run;
   name_policy(episode.command, episode.policy, settings);
   settings.set_environment(episode.command.given() ? episode.observed() : episode.env);
   return settings;
@@ -183,6 +184,7 @@ RecordOptions completed(RecordOptions options) {
   }
   if (episode.command.choices) require_choices(settings_of(episode));
   MakeOptions& env = episode.env;
+  env.policy_seed = episode.run.policy_seed;
   env.obs_mode = ObsMode::kNone;
   env.auto_reset = AutoReset::kOff;  // the last frame is that of the last step
   env.image_options.renderer = env.render_options.renderer;
@@ -318,8 +320,7 @@ void add_record_command(const Command& program) {
   add_obs_mode(command, episode.obs, kObsModes)
       .description("Observation of --policy-command, --policy-choices and --policy-server")
       .default_str(std::string(name_of(ObsMode::kRgb)));
-  add_policy_seed(command, episode.env.policy_seed);
-  add_latency(command, episode.latency);
+  add_run_flags(command, "record", episode.run);
   add_env_options(command, episode.env);
   command.remove_option("--auto-reset");  // there is one episode
   add_json(command, options->json);

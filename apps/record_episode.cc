@@ -29,7 +29,7 @@ CommandPolicy::CommandPolicy(const EpisodeOptions& options, const std::atomic<bo
       process_(process_of(options, *env_), context_),
       actor_(make_external_actor(
           *env_, process_, context_,
-          {options.command.tell_episodes, options.env.policy_seed, options.latency},
+          {options.command.tell_episodes, options.run.policy_seed, options.run.latency},
           options.command.choices ? options.command.choices_stride : 0)) {
   env_->reset();
   const std::uint64_t seed = env_->options().seed;
@@ -51,7 +51,7 @@ RecordedEpisode::RecordedEpisode(const EpisodeOptions& options, const Interrupti
   if (options.command.given()) {
     command_policy_.emplace(options, interruption.flag());
   } else {
-    own_policy_.emplace(*env_, options.policy, options.latency);
+    own_policy_.emplace(*env_, options.policy, options.run.latency);
     own_policy_->start(0, {});
   }
 }

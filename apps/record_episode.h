@@ -22,7 +22,7 @@ struct EpisodeOptions {
   Policy policy = Policy::kOracle;
   PolicyCommand command;       // takes the place of `policy` if it is given
   std::optional<ObsMode> obs;  // observation of the command; images by default
-  int latency = 0;             // control steps from a question to its answer
+  RunOptions run;
 
   // The environment as the command sees it.
   MakeOptions observed() const;

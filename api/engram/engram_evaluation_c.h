@@ -117,39 +117,65 @@ typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t al
                                         uint64_t env_steps);
 
 typedef struct engram_evaluation_options {
-  size_t struct_size;     /**< set by engram_evaluation_options_init */
-  const char* const* ids; /**< `num_ids` tasks */
+  size_t struct_size; /**< set by engram_evaluation_options_init */
+  /* begin generated: fields (scripts/surface, from api/surface.toml) */
+  /** Tasks, `num_ids` of them. */
+  const char* const* ids;
   size_t num_ids;
-  int32_t episodes;        /**< per task; default 50 */
-  int32_t num_envs;        /**< episodes that a thread plays together; default 8 */
-  int32_t threads;         /**< default 0: one per core */
-  int32_t obs_mode;        /**< ENGRAM_OBS_RGB (default), _STATE or _OBJECTS */
-  uint64_t seed;           /**< episode i has seed + i; default 4242424242 */
-  const char* name;        /**< of the policy, in the results; default "external" */
-  const char* config_json; /**< an object: what else the results say of it; default NULL */
-  const char* renderer;    /**< "cpu" (default) or "egl" */
-  const char* output;      /**< results go to `<output>/<split>/<date_time>/`; default NULL: none */
-  const char* resume; /**< folder of an interrupted run with these options, instead of output */
-  const engram_task_option* task_options; /**< `num_task_options` of them; default none */
+  /** Episodes of each task. 1 or more; default 50. */
+  int32_t episodes;
+  /** Episodes that a thread plays together. 1 or more; default 8. */
+  int32_t num_envs;
+  /** Threads that play episodes; results do not depend on it. 0 (one per core) or more; default 0.
+   * */
+  int32_t threads;
+  /** Observations of the policy: ENGRAM_OBS_RGB, ENGRAM_OBS_STATE or ENGRAM_OBS_OBJECTS. An
+   * engram_obs_mode; default ENGRAM_OBS_RGB. */
+  int32_t obs_mode;
+  /** Episode i has seed + i. Default 4242424242. */
+  uint64_t seed;
+  /** Name of the policy in the results. Default NULL: external. */
+  const char* name;
+  /** An object: further description of the policy in the results. Default NULL: {}. */
+  const char* config_json;
+  /** Renderer of rgb observations. "cpu" or "egl"; default NULL: cpu. */
+  const char* renderer;
+  /** Results go to `<output>/<split>/<date_time>/`. Default NULL: none. */
+  const char* output;
+  /** Folder of an interrupted run with these options, instead of output. Default NULL: none. */
+  const char* resume;
+  /** Variants of the tasks' rules, by name. Default none. */
+  const engram_task_option* task_options; /**< `num_task_options` of them */
   size_t num_task_options;
-  engram_progress_callback progress; /**< default NULL; gets the `user` of engram_evaluate */
-  int32_t rules;                     /**< an engram_rules; default ENGRAM_RULES_REFERENCE */
-  const char* constants; /**< of all tasks, a JSON object as in engram_options; default NULL */
-  int32_t tell_episodes; /**< 1: requests have numbers and seeds of episodes; default 0 */
-  const char* seed_file; /**< sealed evaluation: seeds follow from the secret line in this file, not
-                            from `seed`; default NULL */
-  int32_t repeat;        /**< rounds of the same episodes; round i has policy_seed + i; default 1 */
-  uint64_t policy_seed;  /**< part of every request; default 0 */
-  const char* latency;   /**< control steps from a request to its answer, such as "3", or
-                            milliseconds, "120ms": the world goes on with the last action meanwhile;
-                            default NULL: 0 */
-  const char* control_mode; /**< meaning of actions; default NULL: the tasks' own */
-  int32_t joint_proprio;    /**< 1: proprio has the arm's seven joint angles and the gripper's
-                               opening; default 0 */
-  const engram_perturbation* perturbations; /**< `num_perturbations` of them; default none */
+  /** Callback, which gets the `user` of engram_evaluate. */
+  engram_progress_callback progress;
+  /** Rule set of the tasks. An engram_rules; default ENGRAM_RULES_REFERENCE. */
+  int32_t rules;
+  /** Constants of all tasks. */
+  const char* constants; /**< a JSON object as in engram_options; NULL: none */
+  /** Requests have numbers and seeds of episodes. Default 0. */
+  int32_t tell_episodes;
+  /** Sealed evaluation: seeds follow from the secret line in this file, not from `seed`. Default
+   * NULL: none. */
+  const char* seed_file;
+  /** Rounds of the same episodes; round i has policy_seed + i. 1 to 1000; default 1. */
+  int32_t repeat;
+  /** Seed of the policy's own random numbers, part of every request. Default 0. */
+  uint64_t policy_seed;
+  /** Control steps from a request to its answer, such as "3", or milliseconds, "120ms": the world
+   * goes on with the last action meanwhile. Default NULL: 0. */
+  const char* latency;
+  /** Meaning of actions. Default NULL: the tasks' own. */
+  const char* control_mode;
+  /** Proprio has the arm's seven joint angles and the gripper's opening. Default 0. */
+  int32_t joint_proprio;
+  /** Departures from the tasks' usual scenes, robot and words. Default none. */
+  const engram_perturbation* perturbations; /**< `num_perturbations` of them */
   size_t num_perturbations;
-  int32_t choices_stride; /**< engram_evaluate_choices: control steps between the frames of
-                             questions; default 1 */
+  /** Interval of the frames of questions, for engram_evaluate_choices. 1 to 1,000,000 control
+   * steps; default 1. */
+  int32_t choices_stride;
+  /* end generated */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);

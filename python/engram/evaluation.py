@@ -13,18 +13,8 @@ import numpy as np
 
 from engram import _core
 from engram._args.methods import real_array
-from engram._args.option_list import OBS_MODE, RULES
-from engram._args.values import (
-    boolean,
-    constants_json,
-    integer,
-    levels,
-    one_of,
-    path,
-    real,
-    seed_value,
-    text,
-)
+from engram._args.options import make_evaluation_options
+from engram._args.values import path, text
 from engram.errors import Error, InvalidArgumentError
 from engram.tasks import describe
 
@@ -67,6 +57,7 @@ def evaluate(
     policy: Policy | str | None = None,
     ids: str | Iterable[str] | None = None,
     *,
+    # begin generated: evaluate (scripts/surface, and the options below)
     suite: str | None = None,
     episodes: int | None = None,
     seed: int = 4242424242,
@@ -92,6 +83,7 @@ def evaluate(
     perturb: Mapping[str, float] | None = None,
     choices: Callable[[dict[str, Any]], Any] | None = None,
     choices_stride: int = 1,
+    # end generated
 ) -> dict[str, Any]:
     """Success rates of a policy: ``{"summary": ..., "tasks": [...]}``, as ``engram eval --json``.
 
@@ -121,13 +113,13 @@ def evaluate(
 
     ``ids``: one id or several, 50 ``episodes`` each unless told otherwise. Or ``suite``: the ids
     and episodes of a list in :func:`engram.suites`, such as "mikasa5".
-    ``rules`` ("reference" or "original"), ``task_options``, ``constants``: those of the
+    ``rules``: "reference" or "original"; like ``task_options`` and ``constants``, those of the
     environments.
-    ``output``: results go to ``<output>/<split>/<date_time>/``. ``resume``: folder of an
-    interrupted run with the same arguments.
+    ``output``: results go to ``<output>/<split>/<date_time>/``.
+    ``resume``: folder of an interrupted run with the same arguments.
     ``seed_file``: a sealed evaluation, whose seeds follow from the secret line in that file instead
     of ``seed``; see docs/evaluation.md.
-    ``progress(episodes, all_episodes, env_steps)`` is called several times a second.
+    ``progress``: a function of episodes, all_episodes and env_steps, called several times a second.
     ``repeat``: rounds of the same episodes; round i has ``policy_seed`` + i.
     ``latency``: control steps (``3``), or milliseconds (``"120ms"``), from a call of the policy to
     the first action of its answer; the world goes on with the last action meanwhile.
@@ -141,6 +133,7 @@ def evaluate(
     ``least``, ``most`` and ``repeats`` of an answer. It returns a text of ``choices``, its index,
     or a list of these.
     """
+    arguments = dict(locals())
     if choices is not None:
         if policy is not None:
             raise InvalidArgumentError("policy, choices: one of them allowed")
@@ -160,33 +153,9 @@ def evaluate(
                 describe(id, rules=rules, task_options=task_options, constants=constants)
     document = _core.evaluate(
         policy=act if choices is None else choose,
-        ids=tasks,
-        **_run_arguments(
-            episodes=episodes,
-            seed=seed,
-            num_envs=num_envs,
-            threads=threads,
-            obs=obs,
-            name=name,
-            config=config,
-            renderer=renderer,
-            output=output,
-            rules=rules,
-            constants=constants,
-            task_options=task_options,
-            policy_seed=policy_seed,
-            latency=latency,
-            control_mode=control_mode,
-            joint_proprio=joint_proprio,
-            perturb=perturb,
-        ),
-        resume=None if resume is None else path("resume", resume),
-        tell_episodes=boolean("tell_episodes", tell_episodes),
-        seed_file=None if seed_file is None else path("seed_file", seed_file),
+        options=make_evaluation_options(tasks, {**arguments, "episodes": episodes}),
         progress=progress,
-        repeat=integer("repeat", repeat),
         choices=choices is not None,
-        choices_stride=integer("choices_stride", choices_stride),
     )
     return json.loads(document)
 
@@ -196,6 +165,7 @@ def probe(
     policy: Policy | str,
     ids: str | Iterable[str],
     *,
+    # begin generated: probe
     probes: Iterable[str] = PROBES,
     other: str | None = None,
     episodes: int = 50,
@@ -216,6 +186,7 @@ def probe(
     policy_seed: int = 0,
     latency: int | str = 0,
     perturb: Mapping[str, float] | None = None,
+    # end generated
 ) -> dict[str, Any]:
     """Whether a policy reads its memory: ``{"settings", "other", "tasks"}``, as ``engram probe``.
 
@@ -226,60 +197,18 @@ def probe(
     task of further episodes of interference. ``episodes``: at each point; pairs of twins.
     ``output``: folder of probe.json and probe.html.
     """
+    arguments = dict(locals())
     act = _checked_policy(policy, obs, progress)
     if isinstance(probes, (str, bytes)) or not isinstance(probes, Iterable):
         raise InvalidArgumentError(f"probes: {probes!r} given, a list of words needed")
     document = _core.probe(
         policy=act,
-        ids=_ids(ids),
+        options=make_evaluation_options(_ids(ids), arguments),
+        progress=progress,
         probes=",".join(text("probes", word) for word in probes),
         other=None if other is None else text("other", other),
-        **_run_arguments(
-            episodes=episodes,
-            seed=seed,
-            num_envs=num_envs,
-            threads=threads,
-            obs=obs,
-            name=name,
-            config=config,
-            renderer=renderer,
-            output=output,
-            rules=rules,
-            constants=constants,
-            task_options=task_options,
-            policy_seed=policy_seed,
-            latency=latency,
-            control_mode=control_mode,
-            joint_proprio=joint_proprio,
-            perturb=perturb,
-        ),
-        progress=progress,
     )
     return json.loads(document)
-
-
-def _run_arguments(**given: Any) -> dict[str, Any]:
-    """Arguments of evaluations and probes as the extension takes them."""
-    latency, mode = given["latency"], given["control_mode"]
-    return {
-        "episodes": integer("episodes", given["episodes"]),
-        "seed": seed_value("seed", given["seed"]),
-        "num_envs": integer("num_envs", given["num_envs"]),
-        "threads": integer("threads", given["threads"]),
-        "obs_mode": OBS_MODE[given["obs"]],
-        "name": text("name", given["name"]),
-        "config": _config_json(given["config"]),
-        "renderer": text("renderer", given["renderer"]),
-        "output": None if given["output"] is None else path("output", given["output"]),
-        "rules": one_of("rules", given["rules"], RULES),
-        "constants": constants_json(given["constants"]),
-        "task_options": _task_options(given["task_options"]),
-        "policy_seed": seed_value("policy_seed", given["policy_seed"]),
-        "latency": latency if isinstance(latency, str) else str(integer("latency", latency)),
-        "control_mode": None if mode is None else text("control_mode", mode),
-        "joint_proprio": boolean("joint_proprio", given["joint_proprio"]),
-        "perturb": levels("perturb", given["perturb"]),
-    }
 
 
 def _checked_policy(
@@ -364,26 +293,6 @@ def _ids(ids: Any) -> list[str]:
     if not isinstance(ids, Iterable) or isinstance(ids, (bytes, Mapping)):
         raise InvalidArgumentError(f"ids: {ids!r} given, an id or a list of them needed")
     return [text("ids", id) for id in ids]
-
-
-def _config_json(config: Any) -> str:
-    if config is not None and not isinstance(config, Mapping):
-        raise InvalidArgumentError(f"config: {config!r} given, a dict needed")
-    try:
-        return json.dumps(dict(config or {}), allow_nan=False)
-    except (TypeError, ValueError, RecursionError):
-        raise InvalidArgumentError(f"config: {config!r} given, what JSON can hold needed") from None
-
-
-def _task_options(options: Any) -> list[tuple[str, float]]:
-    if options is None:
-        return []
-    if not isinstance(options, Mapping):
-        raise InvalidArgumentError(f"task_options: {options!r} given, a dict needed")
-    return [
-        (text("task_options", name), real(f"task_options: {name}", value))
-        for name, value in options.items()
-    ]
 
 
 def _named(answer: Any) -> list[str]:

@@ -122,13 +122,13 @@ std::vector<engram_perturbation> as_perturbations(const NamedValue& levels) {
   return result;
 }
 
-namespace {
-
 std::vector<engram_task_option> as_task_options(const NamedValue& options) {
   std::vector<engram_task_option> result;
   for (const auto& [name, value] : options) result.push_back({c_text(name), value});
   return result;
 }
+
+namespace {
 
 // Calls make with the options as the C API takes them.
 template <class Make>

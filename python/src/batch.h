@@ -46,8 +46,9 @@ struct Options {
   Options& operator=(const Options&) = delete;
 };
 
-// Levels of perturbations as the C API takes them; they point into the given texts.
+// Perturbations and task options as the C API takes them; they point into the given texts.
 std::vector<engram_perturbation> as_perturbations(const NamedValue& levels);
+std::vector<engram_task_option> as_task_options(const NamedValue& options);
 
 // An open engram_env. Arrays that view its buffers share it, so that they outlive the batch.
 class Handle {

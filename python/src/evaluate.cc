@@ -6,12 +6,14 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <deque>
 #include <initializer_list>
 #include <memory>
 #include <mutex>
 
 #include "batch.h"
 #include "calls.h"
+#include "fields.h"
 
 namespace engram_python {
 namespace {
@@ -158,34 +160,36 @@ class Session {
   std::unique_ptr<nb::python_error> error_;
 };
 
-// Options of the library, and what they point to.
-struct EvaluationArguments {
+// Options of an evaluation, with what engram_evaluation_options points to.
+struct EvaluationOptions {
+  engram_evaluation_options plain;
+  std::deque<std::string> texts;
   std::vector<std::string> ids;
   NamedValue task_options;
-  std::vector<const char*> id_texts;
-  std::vector<engram_task_option> choices;
-  NamedValue levels;
-  std::vector<engram_perturbation> perturbations;
-  engram_evaluation_options options;
+  NamedValue perturbations;
 
-  EvaluationArguments(const std::vector<std::string>& given, const NamedValue& task_values,
-                      const NamedValue& perturb)
-      : ids(given),
-        task_options(task_values),
-        levels(perturb),
-        perturbations(as_perturbations(levels)) {
-    for (const std::string& id : ids) id_texts.push_back(c_text(id));
-    for (const auto& [option, value] : task_options) choices.push_back({c_text(option), value});
-    engram_evaluation_options_init(&options);
-    options.ids = id_texts.data();
-    options.num_ids = id_texts.size();
-    options.task_options = choices.data();
-    options.num_task_options = choices.size();
-    options.perturbations = perturbations.data();
-    options.num_perturbations = perturbations.size();
-    options.progress = &Session::report;
-  }
+  EvaluationOptions() { engram_evaluation_options_init(&plain); }
+  EvaluationOptions(const EvaluationOptions&) = delete;
+  EvaluationOptions& operator=(const EvaluationOptions&) = delete;
 };
+
+// Calls f with the options as the C API takes them.
+template <class F>
+std::string with_options(const EvaluationOptions& given, F&& f) {
+  engram_evaluation_options options = given.plain;
+  std::vector<const char*> ids;
+  for (const std::string& id : given.ids) ids.push_back(c_text(id));
+  options.ids = ids.data();
+  options.num_ids = ids.size();
+  const std::vector<engram_task_option> task_options = as_task_options(given.task_options);
+  options.task_options = task_options.data();
+  options.num_task_options = task_options.size();
+  const std::vector<engram_perturbation> perturbations = as_perturbations(given.perturbations);
+  options.perturbations = perturbations.data();
+  options.num_perturbations = perturbations.size();
+  options.progress = &Session::report;
+  return f(options);
+}
 
 // The text of a call of the library, which it owns. before_check: is called once it has returned.
 template <class Call, class Before>
@@ -210,77 +214,27 @@ std::string document_of(Session& session, Call&& call) {
   return text_of(std::forward<Call>(call), [&session] { session.rethrow(); });
 }
 
-std::string evaluate(nb::callable policy, const std::vector<std::string>& ids, int episodes,
-                     std::uint64_t seed, int num_envs, int threads, int obs_mode,
-                     const std::string& name, const std::string& config,
-                     const std::string& renderer, const std::optional<std::string>& output,
-                     const std::optional<std::string>& resume, int rules,
-                     const NamedValue& task_options, const std::string& constants,
-                     bool tell_episodes, const std::optional<std::string>& seed_file,
-                     nb::object progress, int repeat, std::uint64_t policy_seed,
-                     const std::string& latency, const std::optional<std::string>& control_mode,
-                     bool joint_proprio, const NamedValue& perturb, bool choices,
-                     int choices_stride) {
+// choices: the policy names answers.
+std::string evaluate(nb::callable policy, const EvaluationOptions& given, nb::object progress,
+                     bool choices) {
   Session session(std::move(policy), std::move(progress));
-  EvaluationArguments arguments(ids, task_options, perturb);
-  engram_evaluation_options& options = arguments.options;
-  options.episodes = episodes;
-  options.num_envs = num_envs;
-  options.threads = threads;
-  options.obs_mode = obs_mode;
-  options.seed = seed;
-  options.name = c_text(name);
-  options.config_json = c_text(config);
-  options.renderer = c_text(renderer);
-  options.output = output ? c_text(*output) : nullptr;
-  options.resume = resume ? c_text(*resume) : nullptr;
-  options.constants = constants.empty() ? nullptr : c_text(constants);
-  options.tell_episodes = tell_episodes ? 1 : 0;
-  options.seed_file = seed_file ? c_text(*seed_file) : nullptr;
-  options.rules = rules;
-  options.repeat = repeat;
-  options.policy_seed = policy_seed;
-  options.latency = c_text(latency);
-  options.control_mode = control_mode ? c_text(*control_mode) : nullptr;
-  options.joint_proprio = joint_proprio ? 1 : 0;
-  options.choices_stride = choices_stride;
-  return document_of(session, [&](char** document) {
-    return choices ? engram_evaluate_choices(&options, &Session::choose, &session, document)
-                   : engram_evaluate(&options, &Session::act, &session, document);
+  return with_options(given, [&](const engram_evaluation_options& options) {
+    return document_of(session, [&](char** document) {
+      return choices ? engram_evaluate_choices(&options, &Session::choose, &session, document)
+                     : engram_evaluate(&options, &Session::act, &session, document);
+    });
   });
 }
 
-std::string probe(nb::callable policy, const std::vector<std::string>& ids,
-                  const std::string& probes, const std::optional<std::string>& other, int episodes,
-                  std::uint64_t seed, int num_envs, int threads, int obs_mode,
-                  const std::string& name, const std::string& config, const std::string& renderer,
-                  const std::optional<std::string>& output, int rules, const std::string& constants,
-                  nb::object progress, std::uint64_t policy_seed,
-                  const std::optional<std::string>& control_mode, bool joint_proprio,
-                  const NamedValue& task_options, const NamedValue& perturb,
-                  const std::string& latency) {
+std::string probe(nb::callable policy, const EvaluationOptions& given, nb::object progress,
+                  const std::string& probes, const std::optional<std::string>& other) {
   Session session(std::move(policy), std::move(progress));
-  EvaluationArguments arguments(ids, task_options, perturb);
-  engram_evaluation_options& options = arguments.options;
-  options.episodes = episodes;
-  options.num_envs = num_envs;
-  options.threads = threads;
-  options.obs_mode = obs_mode;
-  options.seed = seed;
-  options.name = c_text(name);
-  options.config_json = c_text(config);
-  options.renderer = c_text(renderer);
-  options.output = output ? c_text(*output) : nullptr;
-  options.constants = constants.empty() ? nullptr : c_text(constants);
-  options.rules = rules;
-  options.policy_seed = policy_seed;
-  options.control_mode = control_mode ? c_text(*control_mode) : nullptr;
-  options.joint_proprio = joint_proprio ? 1 : 0;
-  options.latency = c_text(latency);
   const char* const which = c_text(probes);
   const char* const task = other ? c_text(*other) : nullptr;
-  return document_of(session, [&](char** document) {
-    return engram_probe(&options, which, task, &Session::act, &session, document);
+  return with_options(given, [&](const engram_evaluation_options& options) {
+    return document_of(session, [&](char** document) {
+      return engram_probe(&options, which, task, &Session::act, &session, document);
+    });
   });
 }
 
@@ -304,17 +258,38 @@ std::string report(const std::string& results, const std::string& format) {
 void bind_evaluate(nb::module_& module) {
   using namespace nb::literals;  // NOLINT: the way in which nanobind's literals are meant to be
                                  // used
-  module.def("evaluate", &evaluate, "policy"_a, "ids"_a, "episodes"_a, "seed"_a, "num_envs"_a,
-             "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a, "output"_a.none(),
-             "resume"_a.none(), "rules"_a, "task_options"_a, "constants"_a, "tell_episodes"_a,
-             "seed_file"_a.none(), "progress"_a.none(), "repeat"_a, "policy_seed"_a, "latency"_a,
-             "control_mode"_a.none(), "joint_proprio"_a, "perturb"_a, "choices"_a,
-             "choices_stride"_a);
-  module.def("probe", &probe, "policy"_a, "ids"_a, "probes"_a, "other"_a.none(), "episodes"_a,
-             "seed"_a, "num_envs"_a, "threads"_a, "obs_mode"_a, "name"_a, "config"_a, "renderer"_a,
-             "output"_a.none(), "rules"_a, "constants"_a, "progress"_a.none(), "policy_seed"_a,
-             "control_mode"_a.none(), "joint_proprio"_a, "task_options"_a, "perturb"_a,
-             "latency"_a);
+  nb::class_<EvaluationOptions> options(module, "EvaluationOptions",
+                                        "What is evaluated, and how: engram_evaluation_options.");
+  options.def(nb::init<>());
+  const auto field = field_binder(options);
+  // begin generated: bindings (scripts/surface, from api/surface.toml)
+  field("episodes", &engram_evaluation_options::episodes);
+  field("num_envs", &engram_evaluation_options::num_envs);
+  field("threads", &engram_evaluation_options::threads);
+  field("obs_mode", &engram_evaluation_options::obs_mode);
+  field("seed", &engram_evaluation_options::seed);
+  field("name", &engram_evaluation_options::name);
+  field("config_json", &engram_evaluation_options::config_json);
+  field("renderer", &engram_evaluation_options::renderer);
+  field("output", &engram_evaluation_options::output);
+  field("resume", &engram_evaluation_options::resume);
+  field("rules", &engram_evaluation_options::rules);
+  field("tell_episodes", &engram_evaluation_options::tell_episodes);
+  field("seed_file", &engram_evaluation_options::seed_file);
+  field("repeat", &engram_evaluation_options::repeat);
+  field("policy_seed", &engram_evaluation_options::policy_seed);
+  field("latency", &engram_evaluation_options::latency);
+  field("control_mode", &engram_evaluation_options::control_mode);
+  field("joint_proprio", &engram_evaluation_options::joint_proprio);
+  field("choices_stride", &engram_evaluation_options::choices_stride);
+  field("constants", &engram_evaluation_options::constants);
+  // end generated
+  options.def_rw("ids", &EvaluationOptions::ids)
+      .def_rw("task_options", &EvaluationOptions::task_options)
+      .def_rw("perturbations", &EvaluationOptions::perturbations);
+  module.def("evaluate", &evaluate, "policy"_a, "options"_a, "progress"_a.none(), "choices"_a);
+  module.def("probe", &probe, "policy"_a, "options"_a, "progress"_a.none(), "probes"_a,
+             "other"_a.none());
   module.def("suites_json", [] {
     const char* text = engram_suites_json();
     if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());

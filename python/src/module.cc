@@ -11,6 +11,7 @@
 #include "calls.h"
 #include "copies.h"
 #include "evaluate.h"
+#include "fields.h"
 #include "task.h"
 
 namespace engram_python {
@@ -61,18 +62,7 @@ void bind_options(nb::module_& module) {
     new (self) Options();
     engram_options_init(&self->plain);
   });
-  const auto field = [&options](const char* name, auto engram_options::*field) {
-    using Value = std::remove_reference_t<decltype(std::declval<engram_options&>().*field)>;
-    const auto get = [field](const Options& self) { return self.plain.*field; };
-    if constexpr (std::is_same_v<Value, const char*>) {
-      options.def_prop_rw(name, get, [field](Options& self, const std::string& value) {
-        self.plain.*field = c_text(self.texts.emplace_back(value));
-      });
-    } else {
-      options.def_prop_rw(name, get,
-                          [field](Options& self, Value value) { self.plain.*field = value; });
-    }
-  };
+  const auto field = field_binder(options);
   // begin generated: bindings (scripts/surface, from api/surface.toml)
   field("num_envs", &engram_options::num_envs);
   field("threads", &engram_options::threads);

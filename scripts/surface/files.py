@@ -2,12 +2,19 @@
 
 import re
 
+import evaluation_cpp as evaluation
+import evaluation_python
 import options_cpp as cpp
 import options_python as python
-from table import ENUMS
+from table import ENUMS, LIST, OPTIONS, ordered
 
 # Arguments in a docstring, from the first one to where its errors begin.
 ARGUMENTS = re.compile(r"(?<=\n)        num_envs: .*?(?=\n\n    Raises:)", re.DOTALL)
+
+# Options in the docstring of engram.evaluate.
+OPTIONS_TEXT = re.compile(
+    r"(?<=\n)    ``rules``: .*?(?=\n\n    ``choices``: in place of)", re.DOTALL
+)
 
 FILES = {
     "core/task/rules.h": {"enum": cpp.core_enum("rules")},
@@ -29,7 +36,7 @@ FILES = {
         "auto_reset": cpp.enum_in_c("auto_reset"),
         "after_end": cpp.enum_in_c("after_end"),
         "rules": cpp.enum_in_c("rules"),
-        "fields": cpp.c_fields,
+        "fields": cpp.c_fields(ordered(OPTIONS, LIST["order"]["c"])),
     },
     "api/engram/engram_c.h": {"policy": cpp.enum_in_c("policy")},
     "api/engram/engram_options.h": {
@@ -48,11 +55,40 @@ FILES = {
     },
     "apps/options.cc": {"switches": cpp.switches},
     "python/src/module.cc": {"bindings": cpp.bindings},
-    "python/engram/_args/option_list.py": {"lists": python.python_lists},
+    "python/engram/_args/option_list.py": {
+        "lists": python.python_lists,
+        "evaluation": evaluation_python.fields,
+    },
+    "python/engram/evaluation.py": {
+        "evaluate": evaluation_python.signature("evaluate"),
+        "probe": evaluation_python.signature("probe"),
+        OPTIONS_TEXT: evaluation_python.help_lines("evaluate"),
+    },
     "python/engram/envs/vector_env.py": {
         "signature": python.signature,
         ARGUMENTS: lambda indent: python.help_lines(" " * 8),
     },
     "python/engram/typing.py": {"types": python.python_types},
     "docs/embedding.md": {"table": python.table},
+    "api/engram/engram_evaluation_c.h": {"fields": cpp.c_fields(evaluation.OF_C)},
+    "api/evaluate_c.cc": {"conversions": evaluation.conversions, "init": evaluation.init},
+    "protocol/eval/run/run_options.h": {
+        "constants": evaluation.constants,
+        "fields": evaluation.run_fields,
+    },
+    "protocol/eval/run/settings.h": {"environment": evaluation.environment_fields},
+    "protocol/eval/run/settings.cc": {
+        "reads": evaluation.reads,
+        "environment": evaluation.copies("", "environment."),
+        "document": evaluation.document,
+        "environment_back": evaluation.copies("environment.", "settings."),
+    },
+    "protocol/eval/results/result_files.cc": {
+        "keys": evaluation.keys,
+        "first_keys": evaluation.own_keys(first=True),
+        "further_keys": evaluation.own_keys(first=False),
+    },
+    "apps/eval_options.cc": {"keys_of_flags": evaluation.keys_of_flags},
+    "apps/run_flags.cc": {"flags": evaluation.flags},
+    "python/src/evaluate.cc": {"bindings": evaluation.bindings},
 }

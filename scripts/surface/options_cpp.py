@@ -25,7 +25,7 @@ def default_in_c(option):
     value = option["default"]
     if option["type"] == "maybe":
         return -1
-    if "unset" in option:
+    if "unset" in option or option.get("null"):
         return "nullptr"
     if option["type"] in ENUMS and not ENUMS[option["type"]].get("text"):
         return constant(ENUMS[option["type"]], value)
@@ -134,22 +134,37 @@ def asserts(indent):
 # --- fields ---
 
 
-def c_fields(indent):
-    result = []
-    for option in ordered(OPTIONS, LIST["order"]["c"]):
-        kind = option["type"]
-        range_ = allowed(option)
-        if kind in ENUMS and not ENUMS[kind].get("text"):
-            range_ = f"an engram_{kind}"
-        if kind == "maybe":
-            range_ = "-1 (the task's own rule), 0 or 1"
-        default = default_in_c(option) if kind else default_in_words(option)
-        if "unset" in option:
-            default = f"NULL: {option['unset']}"
-        result += comment(indent, sentence(option["meaning"], range_, f"default {default}"), "/** ")
-        declarations = option.get("c") or [f"{TYPES[kind][0]} {option['name']};"]
-        result += [indent + line for line in declarations]
-    return result
+def c_fields(options):
+    """Fields of the struct of these options."""
+
+    def lines(indent):
+        result = []
+        for option in options:
+            about = sentence(option["meaning"], range_in_c(option), c_default_in_words(option))
+            result += comment(indent, about, "/** ")
+            declarations = option.get("c") or [f"{TYPES[option['type']][0]} {option['name']};"]
+            result += [indent + line for line in declarations]
+        return result
+
+    return lines
+
+
+def range_in_c(option):
+    kind = option["type"]
+    if kind in ENUMS and not ENUMS[kind].get("text"):
+        return f"an engram_{kind}"
+    return "-1 (the task's own rule), 0 or 1" if kind == "maybe" else allowed(option)
+
+
+def c_default_in_words(option):
+    if "unset" in option:
+        return f"default NULL: {option['unset']}"
+    if option.get("null") or option["type"] in ("path", "latency"):
+        value = option["default"]
+        return f"default NULL: {'none' if value is None else value}"
+    if not option["type"]:
+        return "" if option["default"] is None else f"default {default_in_words(option)}"
+    return f"default {default_in_c(option)}"
 
 
 def cpp_fields(layer, struct="", of=None):

@@ -19,6 +19,8 @@ TYPES = {
     "seed": ("uint64_t", "std::uint64_t", "int | None"),
     "real": ("double", "double", "float"),
     "text": ("const char*", "std::string", "str"),
+    "path": ("const char*", "std::string", "str | os.PathLike[str] | None"),
+    "latency": ("const char*", "int", "int | str"),
 }
 
 
@@ -45,6 +47,7 @@ def ordered(items, order, key="name"):
 
 OPTIONS = [completed(option) for option in LIST["option"]]
 CONVERTED = [option for option in OPTIONS if option["type"]]  # by their types
+EVALUATION = [completed(option) for option in LIST["evaluation_option"]]
 
 # --- words ---
 

@@ -35,14 +35,7 @@ constexpr const char* kReportFile = "report.html";
 constexpr const char* kSampleFolder = "samples";
 // Keys that only some runs have.
 constexpr const char* kSealed = "sealed";
-constexpr const char* kTellEpisodes = "tell_episodes";
-constexpr const char* kJointProprio = "joint_proprio";
-constexpr const char* kRepeat = "repeat";
-constexpr const char* kPolicySeed = "policy_seed";
-constexpr const char* kLatency = "latency_steps";
 constexpr const char* kPerturbations = "perturbations";
-constexpr const char* kChoices = "choices";
-constexpr const char* kChoicesStride = "choices_stride";
 
 // The spelling of result files; tasks outside the benchmark's splits are "Custom".
 std::string title(Split split) {
@@ -72,9 +65,13 @@ std::string local_time() {
 
 // Keys of a task document with the settings: the same in all documents of a run.
 constexpr const char* kProtocolKeys[] = {
-    "start_seed",  "n_episodes",   "control_mode", "obs_mode",    "version",   "rules",
-    "model",       kSealed,        kTellEpisodes,  kRepeat,       kPolicySeed, kLatency,
-    kJointProprio, kPerturbations, kChoices,       kChoicesStride};
+    "start_seed", "n_episodes", "control_mode", "obs_mode", "version", "rules", "model", kSealed,
+    kPerturbations,
+    // begin generated: keys (scripts/surface, from api/surface.toml)
+    "tell_episodes", "repeat", "policy_seed", "latency_steps", "joint_proprio", "choices",
+    "choices_stride",
+    // end generated
+};
 
 Document start_seed_document(const EvaluationSettings& settings) {
   return settings.tells_seeds() ? Document(settings.start_seed) : Document();
@@ -131,6 +128,29 @@ Document digests_document(const std::vector<EpisodeDigests>& digests) {
   return document;
 }
 
+// Adds the settings that are not the default.
+void add_settings(const EvaluationSettings& settings, DocumentTable& keys) {
+  const EvaluationSettings usual;
+  const bool rounds = settings.repeat != usual.repeat || settings.policy_seed != usual.policy_seed;
+  const auto add = [&keys](const char* key, bool written, Document value) {
+    if (written) keys.emplace_back(key, std::move(value));
+  };
+  // begin generated: first_keys
+  add("tell_episodes", settings.tell_episodes != usual.tell_episodes, settings.tell_episodes);
+  add("joint_proprio", settings.joint_proprio != usual.joint_proprio, settings.joint_proprio);
+  add("repeat", rounds, settings.repeat);
+  add("policy_seed", rounds, settings.policy_seed);
+  add("latency_steps", settings.latency != usual.latency, settings.latency);
+  // end generated
+  const Document perturbations = perturbations_document(settings.perturbations);
+  add(kPerturbations, !is_null(perturbations), perturbations);
+  // begin generated: further_keys
+  add("choices", settings.choices != usual.choices, settings.choices);
+  add("choices_stride", settings.choices_stride != usual.choices_stride, settings.choices_stride);
+  // end generated
+  add(kSealed, settings.seal.has_value(), settings.seal_document());
+}
+
 // Keys of engram's own, behind the protocol's. Null without a value.
 DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
   DocumentTable keys = {
@@ -184,20 +204,7 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
       set("memory_score", *score);
     }
   }
-  if (settings.tell_episodes) keys.emplace_back(kTellEpisodes, true);
-  if (settings.joint_proprio) keys.emplace_back(kJointProprio, true);
-  if (settings.repeat > 1 || settings.policy_seed != 0) {
-    keys.emplace_back(kRepeat, settings.repeat);
-    keys.emplace_back(kPolicySeed, settings.policy_seed);
-  }
-  if (settings.latency > 0) keys.emplace_back(kLatency, settings.latency);
-  Document perturbations = perturbations_document(settings.perturbations);
-  if (!is_null(perturbations)) keys.emplace_back(kPerturbations, std::move(perturbations));
-  if (settings.choices) keys.emplace_back(kChoices, true);
-  if (settings.choices && settings.choices_stride > 1) {
-    keys.emplace_back(kChoicesStride, settings.choices_stride);
-  }
-  if (settings.seal) keys.emplace_back(kSealed, settings.seal_document());
+  add_settings(settings, keys);
   Document variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
   return keys;

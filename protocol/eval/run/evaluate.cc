@@ -232,7 +232,7 @@ class ItemEvaluator {
   // Of guessing, in actions or among the choices.
   double chance_in(const Batch& env) const {
     const TaskInfo& info = env.info();
-    if (protocol_.choices_stride == 0) return info.chance();
+    if (!protocol_.choices) return info.chance();
     const Queries queries(env);
     for (std::size_t i = 0; i < info.options.size(); ++i) {
       const bool strict = info.options[i].name == kStrictOption && queries.option_values()[i] != 0;
@@ -251,7 +251,7 @@ class ItemEvaluator {
     }
     return make_external_actor(env, *external, context,
                                {protocol_.tell_episodes, policy_seed, protocol_.latency},
-                               protocol_.choices_stride);
+                               protocol_.choices ? protocol_.choices_stride : 0);
   }
 
   // Working memory of one thread.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/eval/policies/external_policy.h"
+#include "protocol/eval/run/run_options.h"
 #include "protocol/make/make.h"
 #include "protocol/parallel/scheduler.h"
 
@@ -17,36 +18,14 @@ namespace engram {
 // Makes the external policy of one worker thread; called by that thread, on every rank.
 using PolicyFactory = std::function<std::unique_ptr<ExternalPolicy>(const WorkContext&)>;
 
-// Settings of the benchmark's results.
-inline constexpr int kBenchmarkEpisodes = 50;  // per task
-inline constexpr std::uint64_t kBenchmarkSeed = 4242424242;
-inline constexpr int kEvaluationEnvs = 8;  // by default
-inline constexpr int kMaxRepeat = 1000;
-inline constexpr int kMaxChoicesStride = 1'000'000;     // control steps
-inline constexpr int kMaxLatency = 1'000'000;           // control steps
-inline constexpr double kControlStepMilliseconds = 50;  // 20 control steps a second
-
-struct Protocol {
+struct Protocol : RunOptions {
   Policy policy = Policy::kOracle;
-  PolicyFactory external;  // takes the place of `policy` if it is set
-  int episodes = kBenchmarkEpisodes;
-  std::uint64_t start_seed = kBenchmarkSeed;  // episode i has seed start_seed + i
-  // Rounds of the same episodes; round i has policy_seed + i.
-  int repeat = 1;
-  std::uint64_t policy_seed = 0;
-  int latency = 0;  // control steps from a question to its answer
-  // Control steps between the frames of questions to `external`, which then names answers; 0: it
-  // sends actions.
-  int choices_stride = 0;
+  PolicyFactory external;          // takes the place of `policy` if it is set
   int num_envs = kEvaluationEnvs;  // at most, of a thread
   int threads = 0;
-  bool tell_episodes = false;  // requests to `external` have numbers and seeds of episodes
-  std::string number_key;      // of the opaque numbers that they have otherwise
-  bool samples = false;        // pictures of each task's first episode
-  MakeOptions environment;     // without num_envs, threads and auto_reset
-
-  // Episodes of a task, all rounds together.
-  int all_episodes() const { return episodes * repeat; }
+  std::string number_key;   // of the opaque numbers that requests have without tell_episodes
+  bool samples = false;     // pictures of each task's first episode
+  MakeOptions environment;  // without num_envs, threads and auto_reset
 };
 
 // The first answer of the robot in an episode (docs/memory.md).

@@ -27,7 +27,6 @@ DocumentList variants_of(const std::vector<std::string>& ids) {
 
 // A sealed run has no seed before it is opened.
 void read_seeds(const Document& document, EvaluationSettings& settings) {
-  settings.tell_episodes = truth(part(document, "tell_episodes"));
   const Document& seal = part(document, "sealed");
   if (is_null(seal)) {
     settings.start_seed = whole_number(part(document, "start_seed"));
@@ -43,11 +42,22 @@ void read_seeds(const Document& document, EvaluationSettings& settings) {
   settings.opened = true;
 }
 
-// The number under a key that older documents do not have.
-std::uint64_t number_or(const Document& document, const char* key, std::uint64_t missing,
-                        std::uint64_t most) {
-  const Document* value = find(document, key);
-  return value == nullptr ? missing : whole_number(*value, most);
+// Values under keys that older documents do not have; without one they stay as they are.
+
+void read(const Document& document, const char* key, bool& value) {
+  if (const Document* found = find(document, key)) value = truth(*found);
+}
+
+void read(const Document& document, const char* key, std::uint64_t& value) {
+  if (const Document* found = find(document, key)) value = whole_number(*found);
+}
+
+void read(const Document& document, const char* key, int low, int high, int& value) {
+  const Document* found = find(document, key);
+  if (found == nullptr) return;
+  value = static_cast<int>(whole_number(*found, static_cast<std::uint64_t>(high)));
+  if (value >= low) return;
+  throw Error(Error::kIo, "'" + std::string(key) + "' is " + std::to_string(value));
 }
 
 // Older documents have none.
@@ -72,7 +82,6 @@ EvaluationSettings read(const Document& document) {
   settings.renderer = text(part(document, "renderer"));
   settings.control_mode =
       require_named<ControlMode>("control mode", text(part(document, "control_mode")));
-  settings.joint_proprio = truth(part(document, "joint_proprio"));
   settings.policy = text(part(document, "policy"));
   settings.policy_config = part(document, "policy_config");
   if (!is_null(settings.policy_config)) (void)table(settings.policy_config);
@@ -82,16 +91,16 @@ EvaluationSettings read(const Document& document) {
   }
   settings.constants = table(part(document, "constants"));
   settings.perturbations = read_perturbations(document);
-  settings.repeat = static_cast<int>(number_or(document, "repeat", 1, kMaxRepeat));
-  if (settings.repeat < 1) throw Error(Error::kIo, "'repeat' is 0");
+  // begin generated: reads (scripts/surface, from api/surface.toml)
+  read(document, "tell_episodes", settings.tell_episodes);
+  read(document, "repeat", 1, kMaxRepeat, settings.repeat);
+  read(document, "policy_seed", settings.policy_seed);
+  read(document, "latency_steps", 0, kMaxLatency, settings.latency);
+  read(document, "joint_proprio", settings.joint_proprio);
+  read(document, "choices", settings.choices);
+  read(document, "choices_stride", 1, kMaxChoicesStride, settings.choices_stride);
+  // end generated
   check_rounds(settings.episodes, settings.repeat);
-  settings.policy_seed = number_or(document, "policy_seed", 0, UINT64_MAX);
-  settings.latency = static_cast<int>(number_or(document, "latency_steps", 0, kMaxLatency));
-  const Document* choices = find(document, "choices");
-  settings.choices = choices != nullptr && truth(*choices);
-  settings.choices_stride =
-      static_cast<int>(number_or(document, "choices_stride", 1, kMaxChoicesStride));
-  if (settings.choices_stride < 1) throw Error(Error::kIo, "'choices_stride' is 0");
   std::vector<TaskVariant> variants;
   for (const Document& variant : list(part(document, "variants"))) {
     variants.push_back(to_variant(variant, "variants"));
@@ -118,14 +127,16 @@ void EvaluationSettings::set_environment(const MakeOptions& environment) {
   std::vector<const RegistryEntry*> entries;
   for (const std::string& id : tasks) entries.push_back(&require_entry(id));
   control_mode = common_control_mode(environment.control_mode, entries);
-  joint_proprio = environment.joint_proprio;
+  // begin generated: environment
   rules = environment.rules;
+  constants = environment.constants;
+  joint_proprio = environment.joint_proprio;
+  perturbations = environment.perturbations;
+  // end generated
   task_options.clear();
   for (const TaskOptionValue& choice : environment.task_options) {
     task_options[choice.name] = choice.value;
   }
-  constants = environment.constants;
-  perturbations = environment.perturbations;
 }
 
 void EvaluationSettings::set_seal(SeedSeal seed) {
@@ -140,28 +151,32 @@ Document EvaluationSettings::seal_document() const {
 }
 
 Document EvaluationSettings::document() const {
-  DocumentTable document{{"version", version()},
-                         {"tasks", DocumentList(tasks.begin(), tasks.end())},
-                         {"n_episodes", episodes},
-                         {"start_seed", tells_seeds() ? Document(start_seed) : Document()},
-                         {"sealed", seal_document()},
-                         {"tell_episodes", tell_episodes},
-                         {"obs_mode", name_of(obs_mode)},
-                         {"renderer", renderer},
-                         {"control_mode", name_of(control_mode)},
-                         {"joint_proprio", joint_proprio},
-                         {"policy", policy},
-                         {"policy_config", policy_config},
-                         {"rules", name_of(rules)},
-                         {"task_options", DocumentTable(task_options.begin(), task_options.end())},
-                         {"constants", constants},
-                         {"perturbations", perturbations_document(perturbations)},
-                         {"variants", variants_of(tasks)},
-                         {"repeat", repeat},
-                         {"policy_seed", policy_seed},
-                         {"latency_steps", latency},
-                         {"choices", choices},
-                         {"choices_stride", choices_stride}};
+  DocumentTable document{
+      {"version", version()},
+      {"tasks", DocumentList(tasks.begin(), tasks.end())},
+      {"n_episodes", episodes},
+      {"start_seed", tells_seeds() ? Document(start_seed) : Document()},
+      {"sealed", seal_document()},
+      {"tell_episodes", tell_episodes},
+      {"obs_mode", name_of(obs_mode)},
+      {"renderer", renderer},
+      {"control_mode", name_of(control_mode)},
+      {"joint_proprio", joint_proprio},
+      {"policy", policy},
+      {"policy_config", policy_config},
+      {"rules", name_of(rules)},
+      {"task_options", DocumentTable(task_options.begin(), task_options.end())},
+      {"constants", constants},
+      {"perturbations", perturbations_document(perturbations)},
+      {"variants", variants_of(tasks)},
+      // begin generated: document
+      {"repeat", repeat},
+      {"policy_seed", policy_seed},
+      {"latency_steps", latency},
+      {"choices", choices},
+      {"choices_stride", choices_stride},
+      // end generated
+  };
   add_checksum(document);
   return document;
 }
@@ -230,13 +245,7 @@ std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {
 
 Protocol protocol_of(const EvaluationSettings& settings) {
   Protocol protocol;
-  protocol.episodes = settings.episodes;
-  protocol.start_seed = settings.start_seed;
-  protocol.tell_episodes = settings.tell_episodes;
-  protocol.repeat = settings.repeat;
-  protocol.policy_seed = settings.policy_seed;
-  protocol.latency = settings.latency;
-  protocol.choices_stride = settings.choices ? settings.choices_stride : 0;
+  static_cast<RunOptions&>(protocol) = settings;
   if (settings.seal) protocol.number_key = settings.seal->secret();
   MakeOptions& environment = protocol.environment;
   environment.obs_mode = settings.obs_mode;
@@ -244,13 +253,15 @@ Protocol protocol_of(const EvaluationSettings& settings) {
     environment.image_options.renderer = settings.renderer;
   }
   environment.control_mode = settings.control_mode;
-  environment.joint_proprio = settings.joint_proprio;
+  // begin generated: environment_back
   environment.rules = settings.rules;
+  environment.constants = settings.constants;
+  environment.joint_proprio = settings.joint_proprio;
+  environment.perturbations = settings.perturbations;
+  // end generated
   for (const auto& [name, value] : settings.task_options) {
     environment.task_options.push_back({name, value});
   }
-  environment.constants = settings.constants;
-  environment.perturbations = settings.perturbations;
   return protocol;
 }
 

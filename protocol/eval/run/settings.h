@@ -14,33 +14,29 @@
 
 namespace engram {
 
-struct EvaluationSettings {
+struct EvaluationSettings : RunOptions {
   std::vector<std::string> tasks;  // ids, in the registry's order
-  int episodes = kBenchmarkEpisodes;
-  std::uint64_t start_seed = kBenchmarkSeed;
   ObsMode obs_mode = ObsMode::kRgb;
   std::string renderer = "none";  // of rgb observations
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
-  bool joint_proprio = false;
-  std::string policy;      // "oracle", or the name of an external one
-  Document policy_config;  // further description in the results
-  Rules rules = Rules::kReference;
   std::map<std::string, double> task_options;
-  ConstantTable constants;  // of all tasks, instead of their own
+  // begin generated: environment (scripts/surface, from api/surface.toml)
+  // Rule set of the tasks.
+  Rules rules = Rules::kReference;
+  // Constants of all tasks.
+  ConstantTable constants;
+  // Proprio has the arm's seven joint angles and the gripper's opening.
+  bool joint_proprio = false;
+  // Departures from the tasks' usual scenes, robot and words.
   std::vector<PerturbationLevel> perturbations;
-  bool tell_episodes = false;  // to the policy, with their seeds
-  int repeat = 1;              // rounds of the episodes; round i has policy_seed + i
-  std::uint64_t policy_seed = 0;
-  int latency = 0;               // control steps from a question to its answer
-  bool choices = false;          // the policy names answers, and a scripted hand acts
-  int choices_stride = 1;        // control steps between the frames of its questions
+  // end generated
+  std::string policy;            // "oracle", or the name of an external one
+  Document policy_config;        // further description in the results
   std::optional<SeedSeal> seal;  // of a sealed run, whose start_seed follows from it
   bool opened = false;           // documents tell the seed and the secret of a sealed run
 
   // Seals the run; the seed is set if the secret is known.
   void set_seal(SeedSeal seed);
-  // Episodes of a task, all rounds together.
-  int all_episodes() const { return episodes * repeat; }
   // True if documents tell the seeds.
   bool tells_seeds() const { return !seal || opened; }
 

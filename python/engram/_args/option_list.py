@@ -48,3 +48,27 @@ KINDS: dict[str, str | dict[str, int]] = {
     "terminate_on_failure": "bool",
 }
 # end generated
+
+# Options of an evaluation: by keyword, name in the extension and conversion.
+# begin generated: evaluation
+EVALUATION: dict[str, tuple[str, str | dict[str, int]]] = {
+    "episodes": ("episodes", "int"),
+    "num_envs": ("num_envs", "int"),
+    "threads": ("threads", "int"),
+    "obs": ("obs_mode", OBS_MODE),
+    "seed": ("seed", "seed_value"),
+    "name": ("name", "text"),
+    "renderer": ("renderer", "text"),
+    "output": ("output", "path"),
+    "resume": ("resume", "path"),
+    "rules": ("rules", RULES),
+    "tell_episodes": ("tell_episodes", "bool"),
+    "seed_file": ("seed_file", "path"),
+    "repeat": ("repeat", "int"),
+    "policy_seed": ("policy_seed", "seed_value"),
+    "latency": ("latency", "latency"),
+    "control_mode": ("control_mode", "maybe_text"),
+    "joint_proprio": ("joint_proprio", "bool"),
+    "choices_stride": ("choices_stride", "int"),
+}
+# end generated

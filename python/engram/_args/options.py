@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import json
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from engram import _core
-from engram._args.option_list import AFTER_END, AUTO_RESET, CAMERAS, IMAGE_SIDE, KINDS
+from engram._args.option_list import (
+    AFTER_END,
+    AUTO_RESET,
+    CAMERAS,
+    EVALUATION,
+    IMAGE_SIDE,
+    KINDS,
+)
 from engram._args.values import (
     boolean,
     constants_json,
     integer,
     levels,
     one_of,
+    path,
     pin_list,
     real,
     seed_value,
     text,
-    text_keys,
 )
 from engram._ids import NAMESPACE
 from engram.errors import InvalidArgumentError, UnknownIdError
@@ -42,6 +50,9 @@ _CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "real": real,
     "text": text,
     "maybe_text": lambda name, value: None if value is None else text(name, value),
+    "seed_value": seed_value,
+    "path": lambda name, value: None if value is None else path(name, value),
+    "latency": lambda name, value: value if isinstance(value, str) else str(integer(name, value)),
 }
 
 
@@ -105,11 +116,7 @@ def make_options(arguments: Mapping[str, Any], auto_reset: str) -> _core.Options
     options.auto_reset = AUTO_RESET[auto_reset]
     pins = arguments["pins"]
     options.pins = pin_list("pins", {} if pins is None else pins)
-    chosen = arguments["task_options"]
-    options.task_options = [
-        (name, real(f"task_options: {name}", value))
-        for name, value in text_keys("task_options", {} if chosen is None else chosen).items()
-    ]
+    options.task_options = levels("task_options", arguments["task_options"])
     options.perturbations = levels("perturb", arguments["perturb"])
     options.constants = constants_json(arguments["constants"])
     options.image_width, options.image_height = size_pair(arguments["image_size"])
@@ -119,6 +126,34 @@ def make_options(arguments: Mapping[str, Any], auto_reset: str) -> _core.Options
             raise InvalidArgumentError(f"cameras: {cameras!r} given, a list of names needed")
         options.cameras = [text("cameras", camera) for camera in cameras]
     return options
+
+
+def make_evaluation_options(
+    ids: list[str], arguments: Mapping[str, Any]
+) -> _core.EvaluationOptions:
+    """Options of an evaluation from the keywords of ``evaluate`` or ``probe``."""
+    options = _core.EvaluationOptions()
+    options.ids = ids
+    for keyword, (name, kind) in EVALUATION.items():
+        value = _converted(keyword, kind, arguments[keyword]) if keyword in arguments else None
+        if value is not None:
+            setattr(options, name, value)
+    options.config_json = _config_json(arguments["config"])
+    constants = constants_json(arguments["constants"])
+    if constants:
+        options.constants = constants
+    options.task_options = levels("task_options", arguments["task_options"])
+    options.perturbations = levels("perturb", arguments["perturb"])
+    return options
+
+
+def _config_json(config: Any) -> str:
+    if config is not None and not isinstance(config, Mapping):
+        raise InvalidArgumentError(f"config: {config!r} given, a dict needed")
+    try:
+        return json.dumps(dict(config or {}), allow_nan=False)
+    except (TypeError, ValueError, RecursionError):
+        raise InvalidArgumentError(f"config: {config!r} given, what JSON can hold needed") from None
 
 
 def _converted(name: str, kind: str | Mapping[str, int], value: Any) -> Any:
