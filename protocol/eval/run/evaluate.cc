@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 #include <string>
+#include <type_traits>
 
 #include "core/batch/queries.h"
 #include "protocol/eval/policies/choosing_policy.h"
@@ -27,6 +28,7 @@ struct EpisodeResult {
   Completion completion;
   EpisodeDigests digests;
 };
+static_assert(std::is_trivially_copyable_v<EpisodeResult>, "messages hold it as it lies in memory");
 
 struct ItemResult {
   double chance = 1;
@@ -45,20 +47,7 @@ struct ItemResult {
     out.put(answer_chance);
     out.put(asks);
     out.put(plans);
-    for (const EpisodeResult& episode : episodes) {
-      out.put(episode.success);
-      out.put(episode.episode_return);
-      out.put(episode.length);
-      out.put(episode.answer.given);
-      out.put(episode.answer.first);
-      out.put(episode.answer.correct);
-      out.put(episode.completion.done);
-      out.put(episode.completion.subtasks);
-      out.put(episode.digests.observations);
-      out.put(episode.digests.answers);
-      out.put(episode.digests.first_observation);
-      out.put(episode.digests.first_answer);
-    }
+    out.append(std::span<const EpisodeResult>(episodes));
     out.put(chunk_size);
     out.put(unstable);
     out.put(seconds);
@@ -73,21 +62,7 @@ struct ItemResult {
     result.answer_chance = in.get<double>();
     result.asks = in.get<std::uint8_t>();
     result.plans = in.get<std::uint8_t>();
-    for (int i = 0; i < count; ++i) {
-      EpisodeResult& episode = result.episodes.emplace_back();
-      episode.success = in.get<std::uint8_t>();
-      episode.episode_return = in.get<double>();
-      episode.length = in.get<std::int32_t>();
-      episode.answer.given = in.get<std::uint8_t>();
-      episode.answer.first = in.get<std::int32_t>();
-      episode.answer.correct = in.get<std::uint8_t>();
-      episode.completion.done = in.get<std::int32_t>();
-      episode.completion.subtasks = in.get<std::int32_t>();
-      episode.digests.observations = in.get<std::uint64_t>();
-      episode.digests.answers = in.get<std::uint64_t>();
-      episode.digests.first_observation = in.get<std::uint64_t>();
-      episode.digests.first_answer = in.get<std::uint64_t>();
-    }
+    result.episodes = in.values<EpisodeResult>(static_cast<std::size_t>(count));
     result.chunk_size = in.get<std::int32_t>();
     result.unstable = in.get<std::uint64_t>();
     result.seconds = in.get<double>();
