@@ -2,6 +2,7 @@
 # Installs what is missing, then configures and builds: build.sh [PRESET [TARGET...]], default
 # everything of release.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=${1:-release}

@@ -5,6 +5,7 @@
 #   STEPS   control steps of a rollout, default 50
 # Needs build/release and root, for packages.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 steps=${STEPS:-50}

@@ -5,6 +5,7 @@
 # "memories" holds the memories of the learners against their released implementations.
 # Needs what scripts/python_env.sh made: uv, and engram's wheel.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 declare -A packages=(

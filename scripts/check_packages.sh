@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Installs the packages of scripts/package.sh with apt on a bare Debian 12, and builds and runs
-# somebody else's programs there: check_packages.sh [FOLDER], which holds the clean root afterwards
+# another project's programs there: check_packages.sh [FOLDER], which holds the clean root afterwards
 # (default: a temporary one, removed at the end). Needs root, debootstrap and a Debian mirror.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-mirror=$(scripts/debian_mirror.sh)
+mirror=$(scripts/install_dependencies.sh --mirror)
 if [ "$(id -u)" -ne 0 ]; then
   echo "check_packages.sh needs root for chroot" >&2
   exit 1
@@ -36,7 +37,7 @@ echo "== the library and the command alone"
 inside sh -c 'apt-get install -y -q --no-install-recommends /packages/libengram0_*.deb /packages/engram_*.deb'
 inside engram rollout RememberColor3-VLA-v0 --num-envs 16 --steps 25 --policy oracle
 
-echo "== somebody else's programs, through CMake and through pkg-config"
+echo "== another project's programs, through CMake and through pkg-config"
 inside sh -c 'apt-get install -y -q --no-install-recommends /packages/libengram-dev_*.deb cmake make gcc g++ libc6-dev pkg-config'
 inside sh -ec '
   cmake -S /outside -B /outside/build
@@ -47,7 +48,7 @@ inside sh -ec '
   g++ -std=c++20 -Wall -Wextra -Wpedantic -Werror /outside/outside.cc -o /outside/plain_cpp $(pkg-config --cflags --libs engram)
   /outside/plain_c
   /outside/plain_cpp'
-echo "== somebody else's task, as a library"
+echo "== another project's task, as a library"
 inside sh -c 'apt-get install -y -q --no-install-recommends libeigen3-dev libtinyxml2-dev'
 inside sh -ec '
   cmake -S /outside/tasks -B /outside/tasks/build

@@ -9,12 +9,13 @@
 # What all of them show has to be the same to the bit. Needs root, debootstrap and a Debian mirror.
 # ROOTS names a folder that holds the clean roots afterwards.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 rows=("$@")
 [ ${#rows[@]} -gt 0 ] || rows=(debian:bookworm debian:trixie debian:sid aarch64 sdist)
 dist=$(realpath "${DIST:-build/dist}")
-mirror=$(scripts/debian_mirror.sh)
+mirror=$(scripts/install_dependencies.sh --mirror)
 most_seconds=10  # of the processor, for the first rollout
 most_seconds_emulated=60
 # Those of python/tests that take less than ten minutes together there.

@@ -4,6 +4,7 @@
 # that scripts/python_env.sh has installed. Prints one line for each folder and a total;
 # docs/determinism.md has the figures of the last release.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 cpp() {

@@ -3,6 +3,7 @@
 # index.html. It needs no server and no network. Every warning is an error: dead links and anchors,
 # pages in no list, functions of the headers that the reference leaves out.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 site=${1:-build/site}

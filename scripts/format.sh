@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Checks the formatting of all sources; with --fix, fixes it.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 case "${1:-}" in

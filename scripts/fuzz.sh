@@ -1,10 +1,24 @@
 #!/usr/bin/env bash
-# Fuzzes every parser of outside bytes and the C API: fuzz.sh [executions per target]
-# [target...]. Installs Clang if it is missing, builds the targets (tests/fuzz) with sanitizers and
-# runs each of them so many times, 1,000,000 unless said otherwise, from the corpus of the tests.
-# What is found lies in build/fuzz/findings; a finding ends its target and this script fails.
+# Fuzzes every parser of outside bytes and the C API, or the Python side. Fails if there are findings.
+#   fuzz.sh [EXECUTIONS [TARGET...]]  builds the targets (tests/fuzz) with Clang and sanitizers, and runs
+#                                     each from the corpus of the tests, default 1,000,000 times;
+#                                     findings lie in build/fuzz/findings, and end their target
+#   fuzz.sh python [CASES [FIRST]]    plays generated data sets and arguments of the Python API, default
+#                                     10,000 cases of each, from case FIRST on. $PYTHON has engram,
+#                                     default build/python-env's; without the libraries of the extra
+#                                     `datasets`, data sets are read, not converted
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+if [ "${1:-}" = python ]; then
+  python=${PYTHON:-build/python-env/bin/python}
+  failed=0
+  for search in fuzz_datasets fuzz_options; do
+    "$python" -W ignore "python/tests/$search.py" "${2:-10000}" "${3:-0}" || failed=1
+  done
+  exit $failed
+fi
 
 executions=${1:-1000000}
 shift || true

@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that the build needs, and those that are named, such as clang; only
-# those that are missing. --list-libraries prints what the Python package is built from instead.
+# those that are missing: install_dependencies.sh [PACKAGE...]
+#   --list-libraries   prints what the Python package is built from instead
+#   --mirror           prints the mirror of Debian that this machine's apt uses, or $MIRROR
 set -euo pipefail
 
 libraries=(
@@ -8,10 +10,20 @@ libraries=(
   libegl-dev libgl-dev libcairo2-dev python3-dev
   libcli11-dev libfmt-dev nlohmann-json3-dev libxxhash-dev libboost-dev
 )
-if [ "${1:-}" = --list-libraries ]; then
-  printf '%s\n' "${libraries[@]}"
-  exit 0
-fi
+case ${1:-} in
+  --help | -h)  # without help.sh: the Containerfile takes this file alone
+    sed -n '2,/^[^#]/ s/^# \{0,1\}//p' "$0"
+    exit
+    ;;
+  --list-libraries)
+    printf '%s\n' "${libraries[@]}"
+    exit
+    ;;
+  --mirror)
+    echo "${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | head -n 1)}"
+    exit
+    ;;
+esac
 packages=(
   build-essential cmake ninja-build ccache pkg-config
   "${libraries[@]}"

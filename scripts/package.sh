@@ -3,6 +3,7 @@
 # build/package/packages.
 # BUILD_DIR names another build folder than build/package.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 scripts/install_dependencies.sh >&2

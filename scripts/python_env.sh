@@ -5,8 +5,10 @@
 #   FOLDER-0.29  Gymnasium 0.29 and NumPy 1, which older stacks pin, for smoke tests
 #   FOLDER-data  readers of data sets: LeRobot, which needs Python 3.12 and an older torch, and
 #                TensorFlow's, which whatever logs to TensorBoard would import at every start
-# They share files: uv links what several of them install.
+# They share files: uv links what several of them install. Where no Python 3.12 or newer is installed,
+# Debian 13's is built from its source package into build/python-3.13, in two or three minutes.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 env=${1:-build/python-env}
@@ -28,10 +30,49 @@ shared=(
 # Partners of policy servers. They ask for NumPy 1, and work with 2.
 partners=(openpi-client==0.1.2 openpi-server==0.1.0 policy-websocket==0.1.0)
 
+works() {  # PYTHON: it runs, is new enough and can make virtual environments
+  "$1" -c 'import sys, ensurepip, ssl, ctypes, lzma, bz2, sqlite3; sys.exit(sys.version_info < (3, 12))' \
+    > /dev/null 2>&1
+}
+
+# Debian 13's Python, from where this machine has its packages; nothing of apt's own is changed.
+build_python() {  # PREFIX
+  scripts/install_dependencies.sh libssl-dev libffi-dev zlib1g-dev libbz2-dev liblzma-dev libsqlite3-dev
+  local work keys=/usr/share/keyrings/debian-archive-keyring.gpg
+  work=$(mktemp -d)
+  chmod 755 "$work"
+  mkdir -p "$work"/{lists/partial,cache/archives/partial,source}
+  echo "deb-src [signed-by=$keys] $(scripts/install_dependencies.sh --mirror) trixie main" \
+    > "$work/sources.list"
+  local apt=(apt-get -qq -o "Dir::Etc::SourceList=$work/sources.list" -o Dir::Etc::SourceParts=/dev/null
+    -o "Dir::State::Lists=$work/lists" -o "Dir::Cache=$work/cache")
+  "${apt[@]}" update
+  (cd "$work/source" && "${apt[@]}" source --download-only python3.13)
+  tar -xf "$work"/source/python3.13_*.orig.tar.xz -C "$work/source" --strip-components=1
+  (cd "$work/source" && ./configure --quiet --prefix="$1" --disable-test-modules && make -s -j2 &&
+    make -s install)
+  rm -rf "$work"
+}
+
+newer_python() {  # -> a Python 3.12 or newer, which LeRobot needs and Debian 12 does not have
+  local python built=$PWD/build/python-3.13
+  # pyenv's versions need not be on the search path.
+  local pyenv=${PYENV_ROOT:-$HOME/.pyenv}/versions
+  for python in python3.13 "$pyenv"/3.13.*/bin/python python3.12 "$pyenv"/3.12.*/bin/python; do
+    if works "$python"; then
+      "$python" -c 'import sys; print(sys.executable)'
+      return
+    fi
+  done
+  works "$built/bin/python3.13" || build_python "$built" >&2
+  works "$built/bin/python3.13" || { echo "the Python that was built does not work" >&2; exit 1; }
+  echo "$built/bin/python3.13"
+}
+
 [ -x "$env/bin/python" ] || python3 -m venv "$env"
 [ -x "$old/bin/python" ] || python3 -m venv "$old"
 if [ ! -x "$data/bin/python" ]; then
-  newer=$(scripts/newer_python.sh)
+  newer=$(newer_python)
   "$newer" -m venv "$data"
 fi
 "$env/bin/python" -m pip install --quiet --disable-pip-version-check --upgrade uv

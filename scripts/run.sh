@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds engram and runs it with the given arguments; without any, runs the main job.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 "$root/scripts/build.sh" release engram_cli >&2  # standard output belongs to the job

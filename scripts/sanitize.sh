@@ -2,6 +2,7 @@
 # Builds with a sanitizer and runs the C++ tests under it: sanitize.sh asan|ubsan|tsan|asan-ubsan
 # [ctest arguments], for instance -LE long. Any report fails the test that it comes from.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=${1:-}

@@ -3,22 +3,18 @@
 #   --long   also the tests labelled "long", which take minutes each; CI leaves them out. Each of
 #            them has a shorter form that always runs. The wheel is compiled without precompiled
 #            headers, which shows that every file includes what it needs.
-#   --help   prints this
 # ctest runs those of C++, then pytest those of the Python package and its clients, in the virtual
 # environments of scripts/python_env.sh; then the documentation's site is built, which checks links
 # and references. Everything runs even if something fails; the last lines say what was skipped and
 # what failed, with its output. Clients that conflict with those of the newest environment have one
 # to themselves: scripts/check_clients.sh.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 without_long=(-LE long)          # for ctest
 without_long_python=(-m "not long")
 case ${1:-} in
-  --help | -h)
-    sed -n '2,/^[^#]/ { /^#/ s/^# \{0,1\}//p }' scripts/test.sh
-    exit
-    ;;
   --long)
     without_long=() without_long_python=()
     export ENGRAM_PCH=OFF  # of the wheel

@@ -3,6 +3,7 @@
 # without precompiled headers (preset tidy), so it also finds files that do not include what they use.
 # BUILD_DIR names the build folder, default build/tidy; JOBS the number of processes.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 build=${BUILD_DIR:-build/tidy}

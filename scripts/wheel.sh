@@ -6,6 +6,7 @@
 # libmujoco and what else the extension links to travel inside. One wheel serves all versions of
 # CPython from 3.10 on, and systems from glibc 2.34 on: docs/packaging.md says why.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 dist=${DIST:-build/dist}
@@ -72,7 +73,7 @@ unpack_sysroot() {
   local packages
   packages=$(scripts/install_dependencies.sh --list-libraries | paste -sd,)
   mmdebstrap --variant=extract --architectures=arm64 --include="$packages" \
-    bookworm "$sysroot.new" "$(scripts/debian_mirror.sh)"
+    bookworm "$sysroot.new" "$(scripts/install_dependencies.sh --mirror)"
   mv "$sysroot.new" "$sysroot"
 }
 
@@ -82,7 +83,7 @@ libccd() {  # COMPILER... -> $ccd/libccd.so.2
   ccd=$PWD/build/libccd-aarch64
   [ ! -e "$ccd/libccd.so.2" ] || return 0
   local mirror name=libccd_2.1.orig.tar.gz
-  mirror=$(scripts/debian_mirror.sh)
+  mirror=$(scripts/install_dependencies.sh --mirror)
   rm -rf "$ccd"
   mkdir -p "$ccd/config/ccd"
   python -c 'import sys, urllib.request; urllib.request.urlretrieve(*sys.argv[1:])' \

@@ -1,7 +1,8 @@
-"""Programs of tools/: changelog fragments, and subjects of commits."""
+"""Programs of scripts/ and tools/: --help, changelog fragments, and subjects of commits."""
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -124,3 +125,33 @@ def test_other_subjects_are_refused(tmp_path: Path, message: str, problem: str) 
     (tmp_path / "message").write_text(message)
     with pytest.raises(SystemExit, match=problem):
         commit_subject.main([str(tmp_path / "message")])
+
+
+SCRIPTS = [f for f in sorted((ROOT / "scripts").glob("*.sh")) if f.read_text().startswith("#!")]
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
+def test_help_of_scripts_prints_their_comment_alone(script: Path, tmp_path: Path) -> None:
+    """It needs nothing but bash, dirname and sed, so it neither installs nor builds."""
+    for tool in ("bash", "dirname", "sed"):
+        (tmp_path / tool).symlink_to(f"/usr/bin/{tool}")
+    for option in ("--help", "-h"):
+        done = subprocess.run(
+            [tmp_path / "bash", script, option],
+            env={"PATH": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+        comment = script.read_text().split("\n\n")[0].split("\nset ")[0].splitlines()[1:]
+        assert done.stdout.splitlines() == [line.removeprefix("#")[1:] for line in comment]
+
+
+@pytest.mark.parametrize("tool", sorted((ROOT / "tools").glob("*.py")), ids=lambda tool: tool.name)
+def test_help_of_tools(tool: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, tool, "--help"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("usage: ")
