@@ -42,7 +42,6 @@ for name in "$@"; do
   if [ -n "${without_dependencies[$name]:-}" ]; then
     $uv pip install --quiet --python "$folder/bin/python" --no-deps "${without_dependencies[$name]}"
   fi
-  $uv pip uninstall --quiet --python "$folder/bin/python" engram  # its name before 0.5.0
   $uv pip install --quiet --python "$folder/bin/python" --reinstall-package engram-sim \
     build/wheels/engram_sim-*.whl
   "$folder/bin/python" -m pytest -rs --may-skip nothing "python/tests/clients/apart/test_$name.py" ||

@@ -16,7 +16,6 @@ pip() { "$env/bin/python" -m pip --quiet --disable-pip-version-check "$@"; }
 pip install --requirement docs/site/requirements.txt
 
 # The package's compiled part comes out of a wheel, its docstrings from this tree.
-pip --quiet uninstall --yes engram  # its name before 0.5.0
 wheel_in() { pip install --no-index --find-links "$1" --no-deps --force-reinstall engram-sim; }
 if ! wheel_in build/wheels 2>/dev/null; then
   CC=${CC:-cc} CXX=${CXX:-c++} pip wheel --no-deps --wheel-dir build/wheels .

@@ -97,8 +97,6 @@ CC=${CC:-cc} CXX=${CXX:-c++} "$env/bin/python" -m pip wheel --quiet --disable-pi
   --config-settings=cmake.define.ENGRAM_WARNINGS_AS_ERRORS=ON \
   --config-settings=cmake.define.ENGRAM_PCH="${ENGRAM_PCH:-ON}" .
 for folder in "$env" "$old" "$data"; do
-  # Its name before 0.5.0. Removed first, because both have the same files.
-  "$env/bin/uv" pip uninstall --quiet --python "$folder/bin/python" engram
   install "$folder" --no-deps --reinstall-package engram-sim "$wheels"/engram_sim-*.whl
 done
 install "$env" --no-deps --editable python/learners

@@ -9,8 +9,9 @@
     relative, leaning         comment blocks that open with a relative clause ("How ..."), or that
                               lean on another comment ("The same", "As those", "Of")
 
---list names the findings. --commits A..B prints how many files a change touched, and by hand; used
-with an addition of one query or one option. Nothing is run or imported.
+--list names the findings. --commits A..B prints how many files a change touched, and by hand, for
+an addition of one query or option; --naming WORD lists the files that name one. Nothing is run or
+imported.
 """
 
 import argparse
@@ -282,6 +283,13 @@ def touched(root: Path, commits: str) -> tuple[list[str], list[str]]:
     return files, [file for file in files if own(before, file) != own(after, file)]
 
 
+def naming(root: Path, word: str) -> list[str]:
+    """Files of code whose lines by hand have a word; those of tests are left out."""
+    pattern = re.compile(rf"\b{word}\b")
+    files = [f for f in sources(root, (*CODE, ".toml")) if not is_test(f)]
+    return [str(f) for f in files if any(map(pattern.search, by_hand(read(root / f).splitlines())))]
+
+
 class Measures:
     """Rows of the table: name, value, findings."""
 
@@ -411,7 +419,11 @@ def main() -> None:
     parser.add_argument("--root", type=Path, default=Path(__file__).resolve().parent.parent)
     parser.add_argument("--list", action="store_true", help="names the findings, too")
     parser.add_argument("--commits", metavar="A..B", help="counts the files of this change")
+    parser.add_argument("--naming", metavar="WORD", help="lists the files of code with a word")
     options = parser.parse_args()
+    if options.naming:
+        print_list(options.naming, naming(options.root, options.naming))
+        return
     if options.commits:
         files, own = touched(options.root, options.commits)
         print(f"{len(files)} files, {len(own)} of them by hand")
