@@ -2,12 +2,9 @@
 #include <vector>
 
 #include "api/c_batch.h"
-#include "api/c_text.h"
 #include "engram/engram_c.h"
 #include "protocol/eval/policies/episode_question.h"
-#include "protocol/io/document.h"
 
-using engram::c::give_text;
 using engram::c::refuse_null;
 using engram::c::with_env;
 
@@ -15,15 +12,6 @@ engram_status engram_ask(engram_env* env, int32_t index) {
   return with_env(env, [&](engram_env& of) {
     const auto [batch, own_index] = of.queries.batch_of(index);
     engram::ask_questions(batch, own_index);
-  });
-}
-
-engram_status engram_question(engram_env* env, int32_t index, char* text, size_t capacity,
-                              size_t* length) {
-  if (text == nullptr && capacity > 0) return refuse_null("text");
-  return with_env(env, [&](engram_env& of) {
-    const auto [batch, own_index] = of.queries.batch_of(index);
-    give_text(engram::to_text(engram::describe_question(batch, own_index)), text, capacity, length);
   });
 }
 

@@ -12,7 +12,6 @@
 #include "api/c_text.h"
 #include "core/base/join.h"
 #include "protocol/make/environment_files.h"
-#include "protocol/make/episode_words.h"
 #include "protocol/make/group_description.h"
 #include "protocol/make/task_description.h"
 #include "protocol/make/variants.h"
@@ -326,15 +325,6 @@ engram_status engram_instruction(engram_env* env, int32_t index, char* text, siz
   });
 }
 
-engram_status engram_words(engram_env* env, int32_t index, char* text, size_t capacity,
-                           size_t* length) {
-  if (text == nullptr && capacity > 0) return refuse_null("text");
-  return with_env(env, [&](engram_env& of) {
-    const auto [batch, own_index] = of.queries.batch_of(index);
-    give_text(engram::to_text(engram::describe_words(batch, own_index)), text, capacity, length);
-  });
-}
-
 engram_status engram_render(engram_env* env, int32_t index, const char* camera, int32_t width,
                             int32_t height, uint8_t* rgb, size_t size) {
   if (camera == nullptr) return refuse_null("camera");
@@ -345,34 +335,6 @@ engram_status engram_render(engram_env* env, int32_t index, const char* camera, 
 }
 
 // ---- queries ----
-
-namespace {
-
-// A caller's array of `width` floats for each environment; empty if there is none.
-std::span<float> rows(const engram_env& env, float* values, size_t width) {
-  if (values == nullptr) return {};
-  return {values, static_cast<size_t>(env.batch->num_envs()) * width};
-}
-
-}  // namespace
-
-engram_status engram_robot_state(engram_env* env, float* qpos, float* qvel, float* tcp_pose) {
-  return with_env(env, [&](engram_env& of) {
-    of.queries.robot_state(rows(of, qpos, 9), rows(of, qvel, 9), rows(of, tcp_pose, 7));
-  });
-}
-
-engram_status engram_camera_params(engram_env* env, const char* camera, int32_t width,
-                                   int32_t height, float* extrinsic_cv, float* cam2world_gl,
-                                   float* intrinsic_cv) {
-  if (camera == nullptr) return refuse_null("camera");
-  return with_env(env, [&](engram_env& of) {
-    of.queries.camera_params(camera, width, height,
-                             {.extrinsic_cv = rows(of, extrinsic_cv, 12),
-                              .cam2world_gl = rows(of, cam2world_gl, 16),
-                              .intrinsic_cv = rows(of, intrinsic_cv, 9)});
-  });
-}
 
 int32_t engram_drawn_dim(const engram_env* env) {
   return constant(env, 0, [](const engram_env& of) { return of.queries.sampled_dim(); });

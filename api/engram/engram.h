@@ -238,17 +238,20 @@ class VectorEnv {
 
   /// The language instruction of one environment's episode.
   std::string instruction(int env) const;
+  // begin generated: text_queries (scripts/surface, from api/surface.toml)
   /// One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the
   /// present one), subtasks_done, memory (what has been shown and has to be remembered), object
-  /// (that is meant, or null), and paraphrases of the instruction. Privileged, but for these.
+  /// (that is meant, or null), and paraphrases of the instruction, which alone are not privileged.
   std::string words(int env) const;
+  /// The question of one environment's episode (docs/choices.md), as JSON: due (the policy cannot
+  /// go on without an answer), question, choices (in an order that means nothing), least and most
+  /// (of an answer), repeats (one may be named twice).
+  std::string question(int env) const;
+  // end generated
   /// Questions (docs/choices.md) while an episode runs. ask: from now on Policy::kBlind of act
   /// waits in one environment's episode until the question is answered; to be called after each
   /// reset.
   void ask(int env);
-  /// The question as JSON: due (the policy cannot go on without an answer), question, choices,
-  /// least and most (of an answer), repeats (one may be named twice).
-  std::string question(int env) const;
   /// Answers it by indices of its choices. Throws Error (kBadState) if none is due.
   void answer(int env, std::span<const std::int32_t> choices);
   /// Draws one environment as it is now. camera: one of the scene's (docs/robot.md);
@@ -257,13 +260,20 @@ class VectorEnv {
                int height = 512) const;
 
   // --- queries: no part of observations ---
-  /// The robot in every observation mode: qpos (N, 9) and qvel (N, 9), arm joints and fingers, rad
-  /// and m; tcp_pose (N, 7), position in m and quaternion (w, x, y, z) in the world. Empty spans
-  /// are left out. Throws Error for other lengths, and before the first reset; so do the next two.
+  // begin generated: array_queries
+  /// The robot in all environments, in every observation mode: qpos (N, 9) and qvel (N, 9), arm
+  /// joints and fingers, rad and m; tcp_pose (N, 7), position in m and quaternion (w, x, y, z) in
+  /// the world. Empty spans are left out. Throws Error for other lengths, and before the first
+  /// reset.
   void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
-  /// A camera of the scene, for pictures of that size.
+  /// A camera of the scene in all environments, for pictures of that size: extrinsic_cv (N, 3, 4),
+  /// from the world to the camera (x right, y down, z forward); cam2world_gl (N, 4, 4), from the
+  /// camera (x right, y up, z backward) to the world; intrinsic_cv (N, 3, 3), in pixels, where
+  /// pixel (0, 0) covers 0 to 1. Empty spans are left out. Throws Error for other lengths, and
+  /// before the first reset.
   void camera_params(const std::string& camera, int width, int height,
                      const CameraParams& out) const;
+  // end generated
   /// Values that episodes have drawn, (N, drawn_dim): "drawn" of describe() names them, in order.
   /// They reveal what policies must not know.
   void drawn(std::span<float> values) const;

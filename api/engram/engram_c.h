@@ -240,23 +240,25 @@ ENGRAM_API int32_t engram_output_turn(const engram_env* env);
 ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char* text,
                                             size_t capacity, size_t* length);
 
+/* begin generated: text_queries (scripts/surface, from api/surface.toml) */
 /** One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the present
  * one), subtasks_done, memory (what has been shown and has to be remembered), object (that is
- * meant, or null), and paraphrases of the instruction. Privileged, but for these: not for policies.
- * Copies as engram_instruction does. */
+ * meant, or null), and paraphrases of the instruction, which alone are not privileged. Copies as
+ * engram_instruction does. */
 ENGRAM_API engram_status engram_words(engram_env* env, int32_t index, char* text, size_t capacity,
                                       size_t* length);
+/** The question of one environment's episode (docs/choices.md), as JSON: due (the policy cannot go
+ * on without an answer), question, choices (in an order that means nothing), least and most (of an
+ * answer), repeats (one may be named twice). Copies as engram_instruction does. */
+ENGRAM_API engram_status engram_question(engram_env* env, int32_t index, char* text,
+                                         size_t capacity, size_t* length);
+/* end generated */
 
 /** Questions (docs/choices.md) while an episode runs: somebody names the answer, and
  * ENGRAM_POLICY_BLIND of engram_act carries it out. engram_ask: from now on that policy waits in
  * one environment's episode until the question is answered, instead of guessing; to be called after
  * each reset. Refused for tasks without choices ("choices" of engram_describe_json is null). */
 ENGRAM_API engram_status engram_ask(engram_env* env, int32_t index);
-/** The question as JSON: due (the policy cannot go on without an answer), question, choices (in an
- * order that means nothing), least and most (of an answer), repeats (one may be named twice).
- * Copies as engram_instruction does. */
-ENGRAM_API engram_status engram_question(engram_env* env, int32_t index, char* text,
-                                         size_t capacity, size_t* length);
 /** Answers the question by `count` indices of its choices, in order. Refused with ENGRAM_BAD_STATE
  * if none is due. */
 ENGRAM_API engram_status engram_answer(engram_env* env, int32_t index, const int32_t* choices,
@@ -269,6 +271,7 @@ ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const cha
 
 /* ---- queries: no part of observations ---- */
 
+/* begin generated: array_queries */
 /** The robot in all environments, in every observation mode: qpos (N, 9) and qvel (N, 9), arm
  * joints and fingers, rad and m; tcp_pose (N, 7), position in m and quaternion (w, x, y, z) in the
  * world. NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset. */
@@ -277,10 +280,11 @@ ENGRAM_API engram_status engram_robot_state(engram_env* env, float* qpos, float*
 /** A camera of the scene in all environments, for pictures of that size: extrinsic_cv (N, 3, 4),
  * from the world to the camera (x right, y down, z forward); cam2world_gl (N, 4, 4), from the
  * camera (x right, y up, z backward) to the world; intrinsic_cv (N, 3, 3), in pixels, where pixel
- * (0, 0) covers 0 to 1. NULL: not wanted. */
+ * (0, 0) covers 0 to 1. NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset. */
 ENGRAM_API engram_status engram_camera_params(engram_env* env, const char* camera, int32_t width,
                                               int32_t height, float* extrinsic_cv,
                                               float* cam2world_gl, float* intrinsic_cv);
+/* end generated */
 /** Values that an episode has drawn, such as the lengths of its phases: how many of them there are
  * (0 in a batch of several tasks; "drawn" of engram_describe_json names them, in order), and those
  * of all environments, row by row; count: N * engram_drawn_dim. They reveal what policies must not

@@ -385,15 +385,7 @@ inline std::string VectorEnv::instruction(int env) const {
   return detail::copied(handle(), env, engram_instruction);
 }
 
-inline std::string VectorEnv::words(int env) const {
-  return detail::copied(handle(), env, engram_words);
-}
-
 inline void VectorEnv::ask(int env) { detail::check(engram_ask(handle(), env)); }
-
-inline std::string VectorEnv::question(int env) const {
-  return detail::copied(handle(), env, engram_question);
-}
 
 inline void VectorEnv::answer(int env, std::span<const std::int32_t> choices) {
   detail::check(engram_answer(handle(), env, choices.data(), choices.size()));
@@ -420,6 +412,15 @@ inline float* VectorEnv::rows(const char* what, std::span<float> out, std::size_
   return out.empty() ? nullptr : out.data();
 }
 
+// begin generated: queries (scripts/surface, from api/surface.toml)
+inline std::string VectorEnv::words(int env) const {
+  return detail::copied(handle(), env, engram_words);
+}
+
+inline std::string VectorEnv::question(int env) const {
+  return detail::copied(handle(), env, engram_question);
+}
+
 inline void VectorEnv::robot_state(std::span<float> qpos, std::span<float> qvel,
                                    std::span<float> tcp_pose) const {
   detail::check(engram_robot_state(handle(), rows("qpos", qpos, 9), rows("qvel", qvel, 9),
@@ -432,6 +433,7 @@ inline void VectorEnv::camera_params(const std::string& camera, int width, int h
       handle(), detail::c_text(camera), width, height, rows("extrinsic_cv", out.extrinsic_cv, 12),
       rows("cam2world_gl", out.cam2world_gl, 16), rows("intrinsic_cv", out.intrinsic_cv, 9)));
 }
+// end generated
 
 inline void VectorEnv::drawn(std::span<float> values) const {
   detail::check(engram_drawn(handle(), values.data(), values.size()));

@@ -358,16 +358,10 @@ std::string Batch::copied(int index, decltype(&engram_instruction) function) con
   return text;
 }
 
-std::string Batch::instruction(int index) const { return copied(index, engram_instruction); }
-
-std::string Batch::words(int index) const { return copied(index, engram_words); }
-
 void Batch::ask(int index) {
   const std::shared_ptr<Handle> handle = open();
   check(engram_ask(handle->env(), index));
 }
-
-std::string Batch::question(int index) const { return copied(index, engram_question); }
 
 void Batch::answer(int index, const std::vector<std::int32_t>& choices) {
   const std::shared_ptr<Handle> handle = open();
@@ -397,7 +391,7 @@ namespace {
 
 // A new array of floats, of a size that may be none.
 struct Floats {
-  explicit Floats(std::initializer_list<std::size_t> sides) : shape(sides) {
+  explicit Floats(std::vector<std::size_t> sides) : shape(std::move(sides)) {
     for (const std::size_t side : shape) size *= side;
     values = std::make_unique<float[]>(std::max<std::size_t>(size, 1));
   }
@@ -416,30 +410,21 @@ struct Floats {
 
 }  // namespace
 
-nb::tuple Batch::robot_state() const {
+nb::tuple Batch::arrays(
+    std::initializer_list<std::vector<std::size_t>> shapes,
+    const std::function<engram_status(engram_env*, float* const*)>& query) const {
   const std::shared_ptr<Handle> handle = open();
   engram_env* env = handle->env();
-  const auto count = static_cast<std::size_t>(engram_num_envs(env));
-  Floats qpos({count, 9});
-  Floats qvel({count, 9});
-  Floats tcp_pose({count, 7});
-  run([&] { return engram_robot_state(env, qpos.data(), qvel.data(), tcp_pose.data()); });
-  return nb::make_tuple(qpos.array(), qvel.array(), tcp_pose.array());
-}
-
-nb::tuple Batch::camera_params(const std::string& camera, int width, int height) const {
-  const std::shared_ptr<Handle> handle = open();
-  engram_env* env = handle->env();
-  const auto count = static_cast<std::size_t>(engram_num_envs(env));
-  Floats extrinsic({count, 3, 4});
-  Floats pose({count, 4, 4});
-  Floats intrinsic({count, 3, 3});
-  const char* name = c_text(camera);
-  run([&] {
-    return engram_camera_params(env, name, width, height, extrinsic.data(), pose.data(),
-                                intrinsic.data());
-  });
-  return nb::make_tuple(extrinsic.array(), pose.array(), intrinsic.array());
+  std::vector<Floats> made;
+  std::vector<float*> out;
+  for (std::vector<std::size_t> shape : shapes) {
+    shape.insert(shape.begin(), static_cast<std::size_t>(engram_num_envs(env)));
+    out.push_back(made.emplace_back(std::move(shape)).data());
+  }
+  run([&] { return query(env, out.data()); });
+  nb::list result;
+  for (Floats& floats : made) result.append(floats.array());
+  return nb::tuple(result);
 }
 
 nb::object Batch::drawn() const {

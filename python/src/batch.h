@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -101,15 +103,16 @@ class Batch {
   std::vector<std::string> output_names() const;
   nb::object output(const std::string& name) const;
   nb::object final_output(const std::string& name) const;
-  std::string instruction(int index) const;
-  std::string words(int index) const;  // JSON
+  // A text of an environment that the function of the C API copies.
+  template <decltype(&engram_instruction) function>
+  std::string text_query(int index) const {
+    return copied(index, function);
+  }
+  // New arrays of these shapes behind (N), filled by query(env, out), a function of the C API.
+  nb::tuple arrays(std::initializer_list<std::vector<std::size_t>> shapes,
+                   const std::function<engram_status(engram_env*, float* const*)>& query) const;
   void ask(int index);
-  std::string question(int index) const;  // JSON
   void answer(int index, const std::vector<std::int32_t>& choices);
-  // qpos (N, 9), qvel (N, 9), tcp_pose (N, 7).
-  nb::tuple robot_state() const;
-  // extrinsic_cv (N, 3, 4), cam2world_gl (N, 4, 4), intrinsic_cv (N, 3, 3).
-  nb::tuple camera_params(const std::string& camera, int width, int height) const;
   // (N, width of all values).
   nb::object drawn() const;
   nb::object render(int index, const std::string& camera, int width, int height) const;
@@ -121,7 +124,6 @@ class Batch {
   // The handle, held for as long as the caller needs it. Raises BadStateError if closed.
   std::shared_ptr<Handle> open() const;
   nb::object view(const engram_array& array) const;
-  // A text of an environment that the function copies.
   std::string copied(int index, decltype(&engram_instruction) function) const;
 
   std::shared_ptr<Handle> handle_;

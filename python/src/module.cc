@@ -99,6 +99,21 @@ void bind_options(nb::module_& module) {
       .def_rw("constants", &Options::constants);
 }
 
+// begin generated: array_queries
+nb::tuple robot_state(const Batch& batch) {
+  return batch.arrays({{9}, {9}, {7}}, [](engram_env* env, float* const* out) {
+    return engram_robot_state(env, out[0], out[1], out[2]);
+  });
+}
+
+nb::tuple camera_params(const Batch& batch, const std::string& camera, int width, int height) {
+  const char* const camera_text = c_text(camera);
+  return batch.arrays({{3, 4}, {4, 4}, {3, 3}}, [&](engram_env* env, float* const* out) {
+    return engram_camera_params(env, camera_text, width, height, out[0], out[1], out[2]);
+  });
+}
+// end generated
+
 void bind_batch(nb::module_& module) {
   nb::class_<Batch>(module, "Batch", "A batch of environments: engram_env.")
       .def(nb::init<const std::string&, const Options&>(), "id"_a, "options"_a)
@@ -126,13 +141,15 @@ void bind_batch(nb::module_& module) {
       .def_prop_ro("output_names", &Batch::output_names)
       .def("output", &Batch::output, "name"_a)
       .def("final_output", &Batch::final_output, "name"_a)
-      .def("instruction", &Batch::instruction, "index"_a)
-      .def("words", &Batch::words, "index"_a)
+      .def("instruction", &Batch::text_query<&engram_instruction>, "index"_a)
+      // begin generated: queries
+      .def("words", &Batch::text_query<&engram_words>, "index"_a)
+      .def("question", &Batch::text_query<&engram_question>, "index"_a)
+      .def("robot_state", &robot_state)
+      .def("camera_params", &camera_params, "camera"_a, "width"_a, "height"_a)
+      // end generated
       .def("ask", &Batch::ask, "index"_a)
-      .def("question", &Batch::question, "index"_a)
       .def("answer", &Batch::answer, "index"_a, "choices"_a)
-      .def("robot_state", &Batch::robot_state)
-      .def("camera_params", &Batch::camera_params, "camera"_a, "width"_a, "height"_a)
       .def("drawn", &Batch::drawn)
       .def("render", &Batch::render, "index"_a, "camera"_a, "width"_a, "height"_a)
       .def("save", &Batch::save, "index"_a)

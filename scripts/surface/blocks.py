@@ -32,3 +32,8 @@ def rewritten(file, text, blocks):
             if not found:
                 raise SystemExit(f"{file}: no text like {pattern.pattern}")
     return text
+
+
+def squeezed(text):
+    """The text without what clang-format adds: white space, and breaks in texts between quotes."""
+    return re.sub(r'\s+|"\s*"', "", text)

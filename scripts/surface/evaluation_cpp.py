@@ -1,7 +1,6 @@
 """Code that follows from the options of an evaluation, in C, C++ and for the command."""
 
-from layout import call, text_lines
-from options_cpp import default_in_c, default_in_cpp
+from options_cpp import call, default_in_c, default_in_cpp
 from table import (
     EVALUATION,
     LIST,
@@ -72,7 +71,7 @@ def conversions(indent):
         if "low" in option:
             high = f"engram::{camel_limit(option)}" if "high" in option else "kNoLimit"
             arguments += [str(option["low"]), high]
-        result += call(indent, "convert(", [*arguments, target])
+        result.append(call(f"{indent}convert(", [*arguments, target]))
     return result
 
 
@@ -84,7 +83,8 @@ def reads(indent):
         if option["type"] in ("int", "latency"):
             limits = [str(option.get("low", 0)), camel_limit(option)]
         target = f"settings.{option['core']}"
-        result += call(indent, "read(", ["document", f'"{option["key"]}"', *limits, target])
+        arguments = ["document", f'"{option["key"]}"', *limits, target]
+        result.append(call(f"{indent}read(", arguments))
     return result
 
 
@@ -96,7 +96,7 @@ def document(indent):
 
 def keys(indent):
     names = [f'"{option["key"]}"' for option in WRITTEN]
-    return call(indent, "", names, tail=",")
+    return [indent + ", ".join(names) + ","]
 
 
 def own_keys(first):
@@ -108,7 +108,7 @@ def own_keys(first):
         for option in ordered(chosen, FIRST_KEYS):
             field = f"settings.{option['core']}"
             when = option.get("when", f"{field} != usual.{option['core']}")
-            result += call(indent, "add(", [f'"{option["key"]}"', when, field])
+            result.append(call(f"{indent}add(", [f'"{option["key"]}"', when, field]))
         return result
 
     return lines
@@ -145,18 +145,14 @@ def flags(indent):
         limits = [str(option["low"]), camel_limit(option)] if option["type"] == "int" else []
         arguments = ["command", f'"{option["flag"]}"', *limits, f"run.{option['core']}"]
         result.append(f"{indent}if (in({{{names}}})) {{")
-        result += call(indent, "  add(", arguments, tail=",")
-        result += text_lines(indent + " " * len("  add("), option["cli"], ");")
+        result.append(call(f"{indent}  add(", [*arguments, f'"{option["cli"]}"']))
         result.append(indent + "}")
     return result
 
 
 def bindings(indent):
-    typed = [o for o in EVALUATION if o["type"] and o.get("c") != []]
+    typed = [o["name"] for o in OF_C if o["type"]]
     return [
-        line
-        for o in [*typed, {"name": "constants"}]
-        for line in call(
-            indent, "field(", [f'"{o["name"]}"', f"&engram_evaluation_options::{o['name']}"]
-        )
+        f'{indent}field("{name}", &engram_evaluation_options::{name});'
+        for name in [*typed, "constants"]
     ]

@@ -6,6 +6,8 @@ import evaluation_cpp as evaluation
 import evaluation_python
 import options_cpp as cpp
 import options_python as python
+import queries_cpp as queries
+import queries_python
 from table import ENUMS, LIST, OPTIONS, ordered
 
 # Arguments in a docstring, from the first one to where its errors begin.
@@ -38,7 +40,16 @@ FILES = {
         "rules": cpp.enum_in_c("rules"),
         "fields": cpp.c_fields(ordered(OPTIONS, LIST["order"]["c"])),
     },
-    "api/engram/engram_c.h": {"policy": cpp.enum_in_c("policy")},
+    "api/engram/engram_c.h": {
+        "policy": cpp.enum_in_c("policy"),
+        "text_queries": queries.c_declarations("text"),
+        "array_queries": queries.c_declarations("arrays"),
+    },
+    "api/engram/engram.h": {
+        "text_queries": queries.cpp_declarations("text"),
+        "array_queries": queries.cpp_declarations("arrays"),
+    },
+    "api/queries_c.cc": {"includes": queries.includes, "definitions": queries.c_definitions},
     "api/engram/engram_options.h": {
         "enums": cpp.public_enums,
         "images": cpp.cpp_fields("cpp", "images"),
@@ -47,6 +58,7 @@ FILES = {
     "api/engram/engram_impl.h": {
         "names": lambda indent: cpp.names_in_cpp(ENUMS["control_mode"], function=False),
         "copies": cpp.copies,
+        "queries": queries.cpp_definitions,
     },
     "api/c_options.cc": {
         "defaults": cpp.c_defaults,
@@ -54,7 +66,15 @@ FILES = {
         "asserts": cpp.asserts,
     },
     "apps/options.cc": {"switches": cpp.switches},
-    "python/src/module.cc": {"bindings": cpp.bindings},
+    "python/src/module.cc": {
+        "bindings": cpp.bindings,
+        "array_queries": queries.extension,
+        "queries": queries.bindings,
+    },
+    "python/engram/envs/queries.py": {"queries": queries_python.mixin},
+    "python/engram/envs/env.py": {"queries": queries_python.single},
+    "docs/evaluation.md": {"queries": queries.page},
+    "docs/reference/c.rst": {"queries": queries.reference},
     "python/engram/_args/option_list.py": {
         "lists": python.python_lists,
         "evaluation": evaluation_python.fields,

@@ -18,6 +18,12 @@ from table import (
     sentence,
 )
 
+
+def call(head, arguments, tail=");"):
+    """A call or a signature in one line; head ends with "("."""
+    return head + ", ".join(arguments) + tail
+
+
 # --- defaults ---
 
 
@@ -92,9 +98,7 @@ def names_in_cpp(enum, function=True):
     array = f"inline constexpr std::array k{kind}Names = {{"
     result = [f"{array}{', '.join(quoted)}}};"]
     if len(result[0]) > WIDTH:
-        row = f"    {', '.join(quoted)},"
-        rows = [row] if len(row) <= WIDTH else [f"    {name}," for name in quoted]
-        result = [array, *rows, "};"]
+        result = [array, f"    {', '.join(quoted)},", "};"]
     if function:
         result.append(f"constexpr const auto& names_of({kind}) {{ return k{kind}Names; }}")
     return result
@@ -124,10 +128,7 @@ def asserts(indent):
         for value in [] if enum.get("text") else enum["values"]:
             core = f"{camel(enum['name'])}::{enumerator(value['name'])}"
             c = constant(enum, value["name"])
-            line = f"static_assert(static_cast<int>({core}) == {c});"
-            if len(line) > WIDTH:
-                line = line.replace(" == ", " ==\n              ")
-            result += line.split("\n")
+            result.append(f"static_assert(static_cast<int>({core}) == {c});")
     return result
 
 
@@ -244,14 +245,8 @@ def switches(indent):
     for option in ordered([o for o in OPTIONS if "cli" in o], LIST["order"]["cli"]):
         cli = option["cli"]
         for switch in cli if isinstance(cli, list) else [cli]:
-            result += switch_lines(indent, option, switch)
+            sets = str(switch["sets"]).lower()
+            arguments = [f'"{switch["name"]}"', f"options.{option['core']}", sets]
+            help_ = f'"{switch["help"]}"'
+            result.append(call(f"{indent}add_switch(", ["command", *arguments, help_]))
     return result
-
-
-def switch_lines(indent, option, switch):
-    sets = str(switch["sets"]).lower()
-    call = f'{indent}add_switch(command, "{switch["name"]}", options.{option["core"]}, {sets},'
-    help_ = f'"{switch["help"]}");'
-    if len(call) + 1 + len(help_) <= WIDTH:
-        return [f"{call} {help_}"]
-    return [call, " " * len(f"{indent}add_switch(") + help_]

@@ -95,9 +95,15 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         """An action for the next step, (action_dim,). See ``VectorEnv.act``."""
         return self.batch.act(policy)[0]
 
+    # begin generated: queries (scripts/surface, from api/surface.toml)
+    def words(self) -> dict[str, Any]:
+        """The episode in words: plan, subtask, memory, ... See ``VectorEnv.words``."""
+        return self.batch.words()[0]
+
     def robot_state(self) -> dict[str, np.ndarray]:
         """The robot: qpos (9,), qvel (9,) and tcp_pose (7,). See ``VectorEnv.robot_state``."""
         return _first(self.batch.robot_state())
+    # end generated
 
     def camera_params(
         self, size: int | tuple[int, int] | None = None
@@ -108,10 +114,6 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
     def drawn(self) -> dict[str, Any]:
         """Values drawn for the episode, numbers or arrays by name. See ``VectorEnv.drawn``."""
         return _first(self.batch.drawn())
-
-    def words(self) -> dict[str, Any]:
-        """The episode in words: plan, subtask, memory, ... See ``VectorEnv.words``."""
-        return self.batch.words()[0]
 
     def render(self) -> Any:
         """A picture, uint8 (height, width, 3), in mode "rgb_array"; None otherwise."""

@@ -27,6 +27,21 @@ class QueryMixin:
     description: TaskDescription
     num_envs: int
 
+    # begin generated: queries (scripts/surface, from api/surface.toml)
+    def words(self) -> list[dict[str, Any]]:
+        """The running episodes in words, for teachers and annotated data; not for policies.
+
+        Returns:
+            A dictionary per environment: "plan", the subtasks; "subtask", the index of the present
+            one; "subtasks_done"; "memory", what has been shown and has to be remembered; "object",
+            the name of what is meant, or None; and "paraphrases" of the instruction, which alone
+            are not privileged.
+
+        Raises:
+            BadStateError: Nothing was reset.
+        """
+        return [json.loads(self._batch.words(i)) for i in range(self.num_envs)]
+
     def robot_state(self) -> dict[str, np.ndarray]:
         """The robot, in every observation mode, as new float32 arrays.
 
@@ -38,6 +53,7 @@ class QueryMixin:
             BadStateError: Nothing was reset.
         """
         return dict(zip(("qpos", "qvel", "tcp_pose"), self._batch.robot_state()))
+    # end generated
 
     def camera_params(
         self, size: int | tuple[int, int] | None = None
@@ -91,20 +107,6 @@ class QueryMixin:
             result[field["name"]] = part.astype(np.int64 if field["integer"] else np.float32)
             at += width
         return result
-
-    def words(self) -> list[dict[str, Any]]:
-        """The running episodes in words, for teachers and annotated data; not for policies.
-
-        Returns:
-            A dictionary per environment: "plan", the subtasks; "subtask", the index of the present
-            one; "subtasks_done"; "memory", what has been shown and has to be remembered; "object",
-            the name of what is meant, or None; and "paraphrases" of the instruction, which alone
-            are not privileged.
-
-        Raises:
-            BadStateError: Nothing was reset.
-        """
-        return [json.loads(self._batch.words(i)) for i in range(self.num_envs)]
 
     def ask(self, index: int = 0) -> None:
         """Lets an environment's episode wait for an answer by name (docs/choices.md).
