@@ -369,6 +369,9 @@ class Measures:
         behind = Counter(example_modules(self.root))
         listed = [f"{n} {name}" for name, n in behind.most_common(8)]
         self.add("modules behind the largest example", max(behind.values(), default=0), listed)
+        options = {word: len(naming(self.root, word)) for word in ("latency", "policy_seed")}
+        counts = ", ".join(map(str, options.values()))
+        self.add(f"files that name an option of evaluations: {', '.join(options)}", counts)
         pages = [read(self.root / f) for f in sources(self.root, (".md",))]
         self.add("pages, words", f"{len(pages)}, {sum(len(page.split()) for page in pages):,}")
         programs = [str(f) for f in sources(self.root, (".sh", ".py")) if is_program(self.root, f)]

@@ -1,9 +1,11 @@
 """Checks that the files of docs/data agree with one another and with the engram command."""
 
+import re
 import sys
 
 from measurements import summary, variants
-from measurements.common import PAGE, read_csv, run_json
+from measurements.common import PAGE, rate, read_csv, run_json
+from measurements.memory import FIGURES, POLICIES
 
 TASK = "RememberColor3-VLA-v0"  # played again for its fingerprints
 
@@ -18,20 +20,20 @@ def stale_summary(_):
         yield "README.md: its figures are stale; renew them with: tools/measure.py summary"
 
 
-def stale_rates(engram):
+def stale_rates(_):
     """Ids whose rates are not those that the command goes by."""
-    rows = {row["id"]: row for row in read_csv("memory.csv")}
-    ids = [task["id"] for task in run_json([engram, "list"])]
-    if sorted(ids) != sorted(rows):
-        yield "memory.csv: its ids are not those of `engram list`"
-    for task in set(ids) & set(rows):
-        for policy, known in run_json([engram, "info", task])["ceilings"].items():
-            columns = {policy: "success_once", f"{policy}_answer": "first_answer_correct"}
-            for column, field in columns.items():
-                value, expected = rows[task][column], known[field]
-                text = "" if expected is None else f"{expected:.3f}"
-                if value != text:
-                    yield f"memory.csv: {task} {column}: {expected} in `engram info`"
+    columns = [*POLICIES, *(f"{policy}_answer" for policy in POLICIES)]
+    rows = {row["id"]: [row[column] for column in columns] for row in read_csv("memory.csv")}
+    known = {}
+    for task, values in re.findall(
+        r'^    \{"([\w-]+)", (.*)\},$', FIGURES.read_text(), re.MULTILINE
+    ):
+        known[task] = [
+            rate(None if value == "-1" else float(value)) for value in values.split(", ")
+        ]
+    for task in rows.keys() | known.keys():
+        if rows.get(task) != known.get(task):
+            yield f"memory.csv: {task}: {rows.get(task)}; {known.get(task)} in {FIGURES.name}"
 
 
 def stale_constants(engram):
