@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures engram and writes the results: tools/measure.py SUITE [OPTION...].
 
-Results are CSV files in docs/data, whose README.md explains them, and bench/RESULTS.md.
+Results are CSV files in docs/data, whose README.md explains them.
 """
 
 import argparse
@@ -16,11 +16,11 @@ SUITES = {
     "variants": "constants and values that were tried: constants.csv, tried_values.csv",
     "determinism": "equal bits in 19 configurations: determinism.csv (25 minutes)",
     "evaluation": "equal results of `engram eval` for threads, batches and ranks; writes nothing",
-    "bench": "speed: bench/RESULTS.md",
+    "bench": "speed: speed.csv, speed_budget.csv",
     "summary": "the figures in docs/data/README.md, from the CSV files",
     "check": "agreement of docs/data with the program; writes nothing",
 }
-WRITERS = ("memory", "perturbations", "variants", "determinism")  # of CSV files
+WRITERS = ("memory", "perturbations", "variants", "determinism", "bench")  # of CSV files
 
 
 def main(given=None):

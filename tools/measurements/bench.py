@@ -1,9 +1,7 @@
-"""All benchmarks of `engram bench`: bench/RESULTS.md."""
+"""All benchmarks of `engram bench`: speed.csv and speed_budget.csv."""
 
-from measurements.common import ROOT, run_json
-from measurements.common import run as output_of
+from measurements import common
 
-PAGE = ROOT / "bench" / "RESULTS.md"
 SUITES = (
     "overhead",
     "overhead --num-envs 1",
@@ -16,53 +14,48 @@ SUITES = (
     "create",
     "render",
 )
+COLUMNS = ["name", "value", "unit", "baseline", "baseline_value", "ratio"]
 
 
 def add_options(parser):
     parser.add_argument("--rounds", type=int, default=20, help="of each suite; default: 20")
 
 
-def block(text):
-    return ["```", text.rstrip(), "```"]
+def rounded(value):
+    """Four digits of a number, at least all before the point."""
+    if not isinstance(value, float):
+        return value
+    return f"{value:.4g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
-def budget_table(rows):
-    """A line per task and observation, from rows budget.ID.OBS.PART."""
+def speed_rows(engram, rounds):
+    for suite in SUITES:
+        for row in common.run_json([engram, "bench", *suite.split(), *rounds]):
+            yield [suite, *(rounded(row[column]) for column in COLUMNS)]
+
+
+def budget_rows(policy, rows):
+    """A row per task and observation, from rows budget.ID.OBS.PART; the first has the names."""
     whole, shares = {}, {}
     for row in rows:
         _, task, obs, part = row["name"].split(".")
         whole.setdefault((task, obs), row["baseline_value"])
         shares.setdefault((task, obs), {})[part] = row["ratio"]
     parts = list(next(iter(shares.values())))
-    lines = ["| task | observation | us |" + "".join(f" {part} |" for part in parts)]
-    lines.append("| --- | --- | ---: |" + " ---: |" * len(parts))
-    for (task, obs), own in shares.items():
-        cells = "".join(f" {100 * own[part]:.1f} |" for part in parts)
-        lines.append(f"| {task} | {obs} | {whole[task, obs]:.4g} |{cells}")
-    return lines
+    yield ["policy", "id", "obs", "us", *parts]
+    for key, own in shares.items():
+        yield [policy, *key, f"{whole[key]:.4g}", *(f"{100 * own[part]:.1f}" for part in parts)]
 
 
 def run(options):
     rounds = ["--rounds", options.rounds]
-    lines = [
-        "# Results",
-        "",
-        f"Written by `tools/measure.py bench --rounds {options.rounds}`. Each suite runs",
-        "interleaved with its baseline in one process; values are medians over the rounds, ratios",
-        "are medians of the rounds' ratios.",
-        "",
-        *block(output_of([options.engram, "doctor"])),
-    ]
-    for suite in SUITES:
-        table = output_of([options.engram, "bench", *suite.split(), *rounds])
-        lines += ["", f"`engram bench {suite}`", "", *block(table)]
+    common.write_csv("speed.csv", ["suite", *COLUMNS], list(speed_rows(options.engram, rounds)))
+    budget = []
     for policy in ("random", "oracle"):
         words = [options.engram, "bench", "budget", "--policy", policy, *rounds]
-        lines += [
-            "",
-            f"`engram bench budget --policy {policy}`: us per environment step and thread, and",
-            "which percentage of it goes where. `outside` is everything but dynamics and render.",
-            "",
-            *budget_table(run_json(words)),
-        ]
-    PAGE.write_text("\n".join(lines) + "\n")
+        head, *rows = budget_rows(policy, common.run_json(words))
+        budget += rows
+    common.write_csv("speed_budget.csv", head, budget)
+    machine = common.run([options.engram, "doctor"]).rstrip()
+    text = f"Medians over {options.rounds} rounds, on this machine:"
+    common.write_section("speed", [text, "", "```", machine, "```"])

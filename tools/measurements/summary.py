@@ -7,6 +7,8 @@ from measurements.common import PAGE, read_csv, section
 from measurements.memory import POLICIES
 
 SCORES = ("success_once", "first_answer_correct", "wiped.success_once")
+SPEED = ("overhead", "memory", "reset", "create", "render.cpu.128", "render.rollout")
+TASK = "RememberColor9-VLA-v0"  # whose physics is shown
 MEMORIES = ("none", "stack4", "gru", "lstm", "mingru", "lru", "mamba", "gtrxl", "xlstm")
 
 
@@ -94,6 +96,15 @@ def perturbations():
     return table(["", *columns], [["mean over families", *(mean(rows, c) for c in columns)]])
 
 
+def speed():
+    """The whole engine, and one task of the suites that have several."""
+    rows = read_csv("speed.csv")
+    shown = [r for r in rows if r["name"] in SPEED or r["name"].startswith(f"physics.{TASK}.")]
+    columns = ("value", "unit", "baseline", "baseline_value", "ratio")
+    lines = [[f"`{r['suite']}`", r["name"], *(r[column] for column in columns)] for r in shown]
+    return table(["suite", "name", *columns], lines)
+
+
 SECTIONS = {
     "scores summary": scores,
     "memories summary": memories,
@@ -101,6 +112,7 @@ SECTIONS = {
     "draws summary": draws,
     "leaks summary": lambda: steps("leak_tests.csv", "steps"),
     "perturbations summary": perturbations,
+    "speed summary": speed,
     "determinism summary": lambda: steps("determinism.csv", "env_steps"),
 }
 
