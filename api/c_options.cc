@@ -37,7 +37,7 @@ void check_struct_size(const engram_options& options) {
 engram_options default_options() noexcept {
   engram_options options{};
   options.struct_size = sizeof options;
-  // begin generated: defaults (scripts/surface, from api/surface.toml)
+  // begin generated: defaults (tools/surface, from api/surface.toml)
   options.num_envs = 1;
   options.threads = 0;
   options.chunk = 0;

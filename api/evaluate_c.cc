@@ -196,7 +196,7 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options,
   settings.tasks = chosen_ids(options);
   convert("num_envs", options.num_envs, 1, kNoLimit, num_envs);
   environment.obs_mode = to_obs_mode(options.obs_mode);
-  // begin generated: conversions (scripts/surface, from api/surface.toml)
+  // begin generated: conversions (tools/surface, from api/surface.toml)
   convert("episodes", options.episodes, 1, kNoLimit, settings.episodes);
   convert("seed", options.seed, settings.start_seed);
   convert("rules", options.rules, environment.rules);

@@ -5,7 +5,7 @@
 #include "api/c_text.h"
 #include "engram/engram_c.h"
 #include "protocol/io/document.h"
-// begin generated: includes (scripts/surface, from api/surface.toml)
+// begin generated: includes (tools/surface, from api/surface.toml)
 #include "protocol/eval/policies/episode_question.h"
 #include "protocol/make/episode_words.h"
 // end generated

@@ -32,7 +32,7 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--policy-command", "choices"},
     {"--policy-choices", "policy_config"},
     {"--policy-choices", "choices"},
-    // begin generated: keys_of_flags (scripts/surface, from api/surface.toml)
+    // begin generated: keys_of_flags (tools/surface, from api/surface.toml)
     {"--episodes", "n_episodes"},
     {"--obs", "obs_mode"},
     {"--seed", "start_seed"},

@@ -339,7 +339,7 @@ void add_env_options(const Command& command, MakeOptions& options) {
                   "-1: rotations with upstream's sign; 1: with the action's sign")
       .type_name("SIGN")
       .default_str(std::to_string(options.rotation_sign));
-  // begin generated: switches (scripts/surface, from api/surface.toml)
+  // begin generated: switches (tools/surface, from api/surface.toml)
   add_switch(command, "--no-sleep", options.sleep, false,
              "Every shortcut of the physics off: slower, for comparison");
   add_switch(command, "--no-freeze-cue", options.freeze_cue, false,

@@ -38,7 +38,7 @@ void add_run_flags(const Command& command, std::string_view name, RunOptions& ru
   const auto in = [name](std::initializer_list<std::string_view> commands) {
     return std::find(commands.begin(), commands.end(), name) != commands.end();
   };
-  // begin generated: flags (scripts/surface, from api/surface.toml)
+  // begin generated: flags (tools/surface, from api/surface.toml)
   if (in({"eval", "record", "probe"})) {
     add(command, "--policy-seed", run.policy_seed,
         "Of the policy's own random numbers: random and blind draw others, external policies are "

@@ -56,10 +56,10 @@ set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/build_paths.cc" APPEND PROPERTY
   ENGRAM_CLI="$<$<TARGET_EXISTS:engram_cli>:$<TARGET_FILE:engram_cli>>"
   ENGRAM_NONDETERMINISTIC_CONTACTS="$<$<TARGET_EXISTS:engram_nondeterministic_contacts>:$<TARGET_FILE:engram_nondeterministic_contacts>>")
 
-# What scripts/surface writes from the tables of the public surface.
+# What tools/surface writes from the tables of the public surface.
 find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
 add_test(NAME surface_up_to_date
-  COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/surface" --check)
+  COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/tools/surface" --check)
 
 # A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons
 # in names of test cases make such names, because CMake reads them as lists.

@@ -238,7 +238,7 @@ class VectorEnv {
 
   /// The language instruction of one environment's episode.
   std::string instruction(int env) const;
-  // begin generated: text_queries (scripts/surface, from api/surface.toml)
+  // begin generated: text_queries (tools/surface, from api/surface.toml)
   /// One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the
   /// present one), subtasks_done, memory (what has been shown and has to be remembered), object
   /// (that is meant, or null), and paraphrases of the instruction, which alone are not privileged.

@@ -158,7 +158,7 @@ ENGRAM_API engram_status engram_step_wait(engram_env* env);
  * and has to be waited for again. */
 ENGRAM_API engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* done);
 
-/* begin generated: policy (scripts/surface, from api/surface.toml) */
+/* begin generated: policy (tools/surface, from api/surface.toml) */
 /** Source of the actions that the batch itself chooses. */
 typedef enum engram_policy {
   ENGRAM_POLICY_ZERO = 0,
@@ -240,7 +240,7 @@ ENGRAM_API int32_t engram_output_turn(const engram_env* env);
 ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char* text,
                                             size_t capacity, size_t* length);
 
-/* begin generated: text_queries (scripts/surface, from api/surface.toml) */
+/* begin generated: text_queries (tools/surface, from api/surface.toml) */
 /** One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the present
  * one), subtasks_done, memory (what has been shown and has to be remembered), object (that is
  * meant, or null), and paraphrases of the instruction, which alone are not privileged. Copies as

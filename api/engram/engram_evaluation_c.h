@@ -118,7 +118,7 @@ typedef int (*engram_progress_callback)(void* user, int32_t episodes, int32_t al
 
 typedef struct engram_evaluation_options {
   size_t struct_size; /**< set by engram_evaluation_options_init */
-  /* begin generated: fields (scripts/surface, from api/surface.toml) */
+  /* begin generated: fields (tools/surface, from api/surface.toml) */
   /** Tasks, `num_ids` of them. */
   const char* const* ids;
   size_t num_ids;

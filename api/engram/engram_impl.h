@@ -40,7 +40,7 @@ inline const char* c_text(const std::string& text) {
   refuse("'" + text.substr(0, end) + "' and a character 0 given, texts without one allowed");
 }
 
-// begin generated: names (scripts/surface, from api/surface.toml)
+// begin generated: names (tools/surface, from api/surface.toml)
 inline constexpr std::array kControlModeNames = {
     "pd_joint_delta_pos",
     "pd_joint_pos",
@@ -412,7 +412,7 @@ inline float* VectorEnv::rows(const char* what, std::span<float> out, std::size_
   return out.empty() ? nullptr : out.data();
 }
 
-// begin generated: queries (scripts/surface, from api/surface.toml)
+// begin generated: queries (tools/surface, from api/surface.toml)
 inline std::string VectorEnv::words(int env) const {
   return detail::copied(handle(), env, engram_words);
 }

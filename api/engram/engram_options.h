@@ -13,7 +13,7 @@
 namespace engram {
 inline namespace v0 {
 
-// begin generated: enums (scripts/surface, from api/surface.toml)
+// begin generated: enums (tools/surface, from api/surface.toml)
 /// Contents of observations.
 enum class ObsMode {
   kNone = ENGRAM_OBS_NONE,

@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-/* begin generated: obs_mode (scripts/surface, from api/surface.toml) */
+/* begin generated: obs_mode (tools/surface, from api/surface.toml) */
 /** Contents of observations. */
 typedef enum engram_obs_mode {
   ENGRAM_OBS_NONE = 0,

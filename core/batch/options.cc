@@ -31,7 +31,7 @@ void require(const char* what, double given, std::initializer_list<double> value
 }  // namespace
 
 void check_ranges(const BatchOptions& options) {
-  // begin generated: ranges (scripts/surface, from api/surface.toml)
+  // begin generated: ranges (tools/surface, from api/surface.toml)
   require("num_envs", options.num_envs, 1, 1'000'000, "1 to 1000000");
   require("threads", options.threads, 0, 1024, "0 (one per core) to 1024");
   require("chunk", options.chunk, 0, kNoLimit, "0 (chosen) or more");

@@ -1,4 +1,4 @@
-// Options of a batch, and of the task that it runs. scripts/surface writes most of this from
+// Options of a batch, and of the task that it runs. tools/surface writes most of this from
 // api/surface.toml, where all options and names are listed.
 #pragma once
 

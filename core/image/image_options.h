@@ -9,7 +9,7 @@ namespace engram {
 
 // Size and cameras of image observations.
 struct ImageShape {
-  // begin generated: shape (scripts/surface, from api/surface.toml)
+  // begin generated: shape (tools/surface, from api/surface.toml)
   // Width of rgb observations. 1 to 4096 pixels.
   int width = 128;
   // Height of rgb observations. 1 to 4096 pixels.

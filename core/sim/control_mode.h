@@ -7,7 +7,7 @@
 
 namespace engram {
 
-// begin generated: enum (scripts/surface, from api/surface.toml)
+// begin generated: enum (tools/surface, from api/surface.toml)
 // Meaning of actions; in brackets their dimension.
 enum class ControlMode {
   kPdJointDeltaPos,        // (8)

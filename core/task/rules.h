@@ -1,4 +1,4 @@
-// Rule sets of tasks. scripts/surface writes the enum from api/surface.toml.
+// Rule sets of tasks. tools/surface writes the enum from api/surface.toml.
 #pragma once
 
 #include <array>

@@ -57,7 +57,7 @@ def evaluate(
     policy: Policy | str | None = None,
     ids: str | Iterable[str] | None = None,
     *,
-    # begin generated: evaluate (scripts/surface, and the options below)
+    # begin generated: evaluate (tools/surface, and the options below)
     suite: str | None = None,
     episodes: int | None = None,
     seed: int = 4242424242,

@@ -40,7 +40,7 @@ __all__ = [
     "TaskSummary",
 ]
 
-# begin generated: types (scripts/surface, from api/surface.toml)
+# begin generated: types (tools/surface, from api/surface.toml)
 ObsMode = Literal[
     "none",
     "state",

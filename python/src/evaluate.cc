@@ -262,7 +262,7 @@ void bind_evaluate(nb::module_& module) {
                                         "What is evaluated, and how: engram_evaluation_options.");
   options.def(nb::init<>());
   const auto field = field_binder(options);
-  // begin generated: bindings (scripts/surface, from api/surface.toml)
+  // begin generated: bindings (tools/surface, from api/surface.toml)
   field("episodes", &engram_evaluation_options::episodes);
   field("num_envs", &engram_evaluation_options::num_envs);
   field("threads", &engram_evaluation_options::threads);

@@ -63,7 +63,7 @@ void bind_options(nb::module_& module) {
     engram_options_init(&self->plain);
   });
   const auto field = field_binder(options);
-  // begin generated: bindings (scripts/surface, from api/surface.toml)
+  // begin generated: bindings (tools/surface, from api/surface.toml)
   field("num_envs", &engram_options::num_envs);
   field("threads", &engram_options::threads);
   field("chunk", &engram_options::chunk);

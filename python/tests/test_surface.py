@@ -1,4 +1,4 @@
-"""The generator of the public surface, scripts/surface."""
+"""The generator of the public surface, tools/surface."""
 
 import importlib
 import subprocess
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[2] / "scripts/surface"
+FOLDER = Path(__file__).resolve().parents[2] / "tools/surface"
 
 
 @pytest.fixture

@@ -67,7 +67,7 @@ std::string local_time() {
 constexpr const char* kProtocolKeys[] = {
     "start_seed", "n_episodes", "control_mode", "obs_mode", "version", "rules", "model", kSealed,
     kPerturbations,
-    // begin generated: keys (scripts/surface, from api/surface.toml)
+    // begin generated: keys (tools/surface, from api/surface.toml)
     "tell_episodes", "repeat", "policy_seed", "latency_steps", "joint_proprio", "choices",
     "choices_stride",
     // end generated

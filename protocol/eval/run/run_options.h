@@ -5,7 +5,7 @@
 
 namespace engram {
 
-// begin generated: constants (scripts/surface, from api/surface.toml)
+// begin generated: constants (tools/surface, from api/surface.toml)
 inline constexpr int kBenchmarkEpisodes = 50;
 inline constexpr int kEvaluationEnvs = 8;
 inline constexpr std::uint64_t kBenchmarkSeed = 4242424242;

@@ -91,7 +91,7 @@ EvaluationSettings read(const Document& document) {
   }
   settings.constants = table(part(document, "constants"));
   settings.perturbations = read_perturbations(document);
-  // begin generated: reads (scripts/surface, from api/surface.toml)
+  // begin generated: reads (tools/surface, from api/surface.toml)
   read(document, "tell_episodes", settings.tell_episodes);
   read(document, "repeat", 1, kMaxRepeat, settings.repeat);
   read(document, "policy_seed", settings.policy_seed);

@@ -20,7 +20,7 @@ struct EvaluationSettings : RunOptions {
   std::string renderer = "none";  // of rgb observations
   ControlMode control_mode = ControlMode::kPdEeDeltaPose;
   std::map<std::string, double> task_options;
-  // begin generated: environment (scripts/surface, from api/surface.toml)
+  // begin generated: environment (tools/surface, from api/surface.toml)
   // Rule set of the tasks.
   Rules rules = Rules::kReference;
   // Constants of all tasks.

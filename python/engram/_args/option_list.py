@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# begin generated: lists (scripts/surface, from api/surface.toml)
+# begin generated: lists (tools/surface, from api/surface.toml)
 OBS_MODE = {
     "none": 0,
     "state": 1,

@@ -95,7 +95,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         """An action for the next step, (action_dim,). See ``VectorEnv.act``."""
         return self.batch.act(policy)[0]
 
-    # begin generated: queries (scripts/surface, from api/surface.toml)
+    # begin generated: queries (tools/surface, from api/surface.toml)
     def words(self) -> dict[str, Any]:
         """The episode in words: plan, subtask, memory, ... See ``VectorEnv.words``."""
         return self.batch.words()[0]

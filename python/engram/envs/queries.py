@@ -27,7 +27,7 @@ class QueryMixin:
     description: TaskDescription
     num_envs: int
 
-    # begin generated: queries (scripts/surface, from api/surface.toml)
+    # begin generated: queries (tools/surface, from api/surface.toml)
     def words(self) -> list[dict[str, Any]]:
         """The running episodes in words, for teachers and annotated data; not for policies.
 

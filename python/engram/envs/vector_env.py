@@ -168,7 +168,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         id: str | Sequence[str] | Mapping[str, Any],
         num_envs: int = 1,
         *,
-        # begin generated: signature (scripts/surface writes it, and "Args" above)
+        # begin generated: signature (tools/surface writes it, and "Args" above)
         obs_mode: ObsMode = "state",
         seed: int | None = 0,
         threads: int = 0,

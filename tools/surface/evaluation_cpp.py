@@ -134,7 +134,11 @@ def environment_fields(indent):
 
 
 def keys_of_flags(indent):
-    return [f'{indent}{{"{o["flag"]}", "{o["key"]}"}},' for o in EVALUATION if "flag" in o]
+    return [
+        f'{indent}{{"{o["flag"]}", "{o["key"]}"}},'
+        for o in EVALUATION
+        if {"flag", "key"} <= o.keys()
+    ]
 
 
 def flags(indent):

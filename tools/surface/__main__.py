@@ -1,7 +1,7 @@
 """Writes the public surface out of api/surface.toml: all blocks between "begin generated" marks.
 
-python3 scripts/surface          brings all blocks up to date
-python3 scripts/surface --check  exits with 1, naming the files, if one is stale
+python3 tools/surface          brings all blocks up to date
+python3 tools/surface --check  exits with 1, naming the files, if one is stale
 """
 
 import subprocess
@@ -25,7 +25,7 @@ def main():
         if not sys.argv[1:]:
             write(ROOT / file, new)
     if stale and sys.argv[1:]:
-        sys.exit("stale, run python3 scripts/surface: " + ", ".join(stale))
+        sys.exit("stale, run python3 tools/surface: " + ", ".join(stale))
 
 
 def write(path, text):

@@ -73,7 +73,10 @@ FILES = {
     },
     "python/engram/envs/queries.py": {"queries": queries_python.mixin},
     "python/engram/envs/env.py": {"queries": queries_python.single},
-    "docs/evaluation.md": {"queries": queries.page},
+    "docs/evaluation.md": {
+        "queries": queries.page,
+        "options": evaluation_python.table,
+    },
     "docs/reference/c.rst": {"queries": queries.reference},
     "python/engram/_args/option_list.py": {
         "lists": python.python_lists,

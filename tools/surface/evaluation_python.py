@@ -1,7 +1,16 @@
 """Code and texts that follow from the options of an evaluation, in Python."""
 
 from options_python import typed
-from table import ENUMS, EVALUATION, LIST, ordered, wrapped
+from table import (
+    ENUMS,
+    EVALUATION,
+    LIST,
+    allowed,
+    default_in_words,
+    ordered,
+    sentence,
+    wrapped,
+)
 
 BY_HAND = ("config", "constants", "task_options", "perturb")  # conversions
 KINDS = {"seed": "seed_value", "text": "text", "path": "path", "latency": "latency"}
@@ -55,3 +64,20 @@ def fields(indent):
         shown = kind if kind.isupper() else f'"{kind}"'
         result.append(f'{indent}    "{option["python"]}": ("{option["name"]}", {shown}),')
     return [*result, indent + "}"]
+
+
+def table(indent):
+    """The table of docs/evaluation.md."""
+    result = ["| C, Python | command | key of results | meaning |", "| --- | --- | --- | --- |"]
+    for option in EVALUATION:
+        names = dict.fromkeys([option["name"], option["python"] or option["name"]])
+        shown = ", ".join(f"`{name}`" for name in names)
+        flag, key = (f"`{option[k]}`" if k in option else "-" for k in ("flag", "key"))
+        about = sentence(option["meaning"], allowed(option), default(option))
+        result.append(f"| {shown} | {flag} | {key} | {about} |")
+    return result
+
+
+def default(option):
+    words = default_in_words(option)
+    return "" if words == "none" else f"default: {words}"
