@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
-# Installs the wheels of scripts/wheel.sh with pip where there is no compiler, plays and records there,
-# and prints a table: check_wheels.sh [ROW...], default all.
+# Installs what scripts/wheel.sh and scripts/package.sh have built on clean systems, plays there, and
+# prints a table: check_install.sh [ROW...], default the wheels. Wheels are installed with pip where
+# there is no compiler, and record, too.
 #   debian:SUITE[:PYTHON]   a bare Debian (bookworm, trixie, sid), with its Python or one of its others
 #   python:PREFIX           a Python that lies in a folder of this machine, moved into bare bookworm
 #   aarch64                 the wheel for 64-bit ARM, on an emulated processor; after wheel.sh aarch64
 #   sdist                   the sources, built by pip in a bookworm with nothing but what they need
 #   older:SUITE             a Debian whose C library is too old (bullseye), where pip has to say no
-# What all of them show has to be the same to the bit. Needs root, debootstrap and a Debian mirror.
+#   packages                the Debian packages, on a bare bookworm; builds and runs the programs and
+#                           the task library of another project there, and removes the packages
+# What all wheels show has to be the same to the bit. Needs root, debootstrap and a Debian mirror.
 # ROOTS names a folder that holds the clean roots afterwards.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
@@ -22,7 +25,7 @@ most_seconds_emulated=60
 emulated_tests=({env,vector_env,spaces,errors,options_refused,queries,objects,variants,gym_registration}.py
   tasks.py copies.py)
 if [ "$(id -u)" -ne 0 ]; then
-  echo "check_wheels.sh needs root for chroot" >&2
+  echo "check_install.sh needs root for chroot" >&2
   exit 1
 fi
 scripts/install_dependencies.sh debootstrap
@@ -59,7 +62,7 @@ copy_root() {  # BARE ROOT
   mount -t proc proc "$2/proc"  # programs find their own libraries by it
   cp /etc/ssl/certs/ca-certificates.crt "$2/certificates.crt"  # those that this machine trusts
   cp -r tests/packaging "$2/packaging"
-  cp -r "$dist" "$2/dist"
+  [ ! -d "$dist" ] || cp -r "$dist" "$2/dist"
 }
 
 # Files, not names, are installed: pip would look for a name on its index, too.
@@ -67,7 +70,7 @@ newest() {  # PATTERN -> the name of the newest file of $dist
   local name
   name=$(find "$dist" -maxdepth 1 -name "$1" -printf '%T@ %f\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-)
   if [ -z "$name" ]; then
-    echo "check_wheels.sh: no $1 in $dist" >&2
+    echo "check_install.sh: no $1 in $dist" >&2
     exit 1
   fi
   echo "$name"
@@ -207,6 +210,47 @@ try_sdist() {
     "$(inside "$root" python /packaging/first_rollout.py)"
 }
 
+try_packages() {
+  local root left
+  new_root bookworm packages
+  mkdir -p "$root/packages"
+  cp "${BUILD_DIR:-build/package}"/packages/*.deb "$root/packages"
+  cmake -DPAGE=docs/embedding.md -DPROJECT=tests/packaging/project -DFOLDER="$root/outside" \
+    -P tests/packaging/page_project.cmake
+  cmake -DPAGE=docs/cpp_tasks.md -DFOLDER="$root/outside/tasks" -P tests/packaging/page_tasks.cmake
+  add() { inside "$root" sh -c "apt-get install -y -q --no-install-recommends $*"; }
+
+  add '/packages/libengram0_*.deb' '/packages/engram_*.deb'  # alone
+  inside "$root" engram rollout RememberColor3-VLA-v0 --num-envs 16 --steps 25 --policy oracle
+  add '/packages/libengram-dev_*.deb' cmake make gcc g++ libc6-dev pkg-config libeigen3-dev libtinyxml2-dev
+  inside "$root" sh -ec '
+    cmake -S /outside -B /outside/build
+    cmake --build /outside/build
+    /outside/build/outside_c
+    /outside/build/outside_cpp
+    gcc -std=c11 -Wall -Wextra -Wpedantic -Werror /outside/outside.c -o /outside/plain_c $(pkg-config --cflags --libs engram)
+    g++ -std=c++20 -Wall -Wextra -Wpedantic -Werror /outside/outside.cc -o /outside/plain_cpp $(pkg-config --cflags --libs engram)
+    /outside/plain_c
+    /outside/plain_cpp
+    cmake -S /outside/tasks -B /outside/tasks/build
+    cmake --build /outside/tasks/build
+    /outside/build/outside_tasks /outside/tasks/build/libtouch_spot.so TouchSpot-VLA-v0
+    engram --tasks /outside/tasks/build/libtouch_spot.so eval TouchSpot-VLA-v0 --policy oracle --episodes 32 --out /outside/results
+    dpkg-query -W -f "\${Package} \${Version}: \${Depends}\n" libengram0 libengram-dev engram'
+  add '/packages/python3-engram_*.deb' python3-venv ca-certificates
+  inside "$root" sh -ec '
+    python3 -m venv --system-site-packages /env
+    pip install -q gymnasium
+    python /packaging/outside.py'
+  inside "$root" apt-get purge -y -q libengram0 libengram-dev engram python3-engram
+  left=$(inside "$root" find / -xdev \( -path /packages -o -path /packaging -o -path /dist -o -path /outside \
+    -o -path /env -o -path /proc \) -prune -o -name '*engram*' -print)
+  if [ -n "$left" ]; then
+    printf 'files of engram are left:\n%s\n' "$left"
+    exit 1
+  fi
+}
+
 echo "| where | Python | pip install | installed | first rollout | bits |"
 echo "| --- | --- | ---: | ---: | ---: | --- |"
 for row in "${rows[@]}"; do
@@ -220,9 +264,13 @@ for row in "${rows[@]}"; do
     aarch64) try_aarch64 ;;
     sdist) try_sdist ;;
     older:*) try_older "$row" "${row#older:}" ;;
+    packages)
+      try_packages >&2
+      echo "| packages | | installed, removed | | | |"
+      ;;
     *)
-      echo "check_wheels.sh: '$row' given; debian:SUITE[:PYTHON], python:PREFIX, aarch64, sdist and" \
-        "older:SUITE allowed" >&2
+      echo "check_install.sh: '$row' given; debian:SUITE[:PYTHON], python:PREFIX, aarch64, sdist," \
+        "older:SUITE and packages allowed" >&2
       exit 2
       ;;
   esac
@@ -232,4 +280,4 @@ if [ "$(printf '%s\n' "${fingerprints[@]}" | sort -u | wc -l)" -gt 1 ]; then
   echo "rows show different bits" >&2
   exit 1
 fi
-echo "wheels are good"
+echo "all of them work"
