@@ -145,14 +145,14 @@ typedef struct engram_evaluation_options {
   /** Folder of an interrupted run with these options, instead of output. Default NULL: none. */
   const char* resume;
   /** Variants of the tasks' rules, by name. Default none. */
-  const engram_task_option* task_options; /**< `num_task_options` of them */
+  const engram_task_option* task_options; /**< num_task_options of them */
   size_t num_task_options;
   /** Callback, which gets the `user` of engram_evaluate. */
   engram_progress_callback progress;
   /** Rule set of the tasks. An engram_rules; default ENGRAM_RULES_REFERENCE. */
   int32_t rules;
-  /** Constants of all tasks. */
-  const char* constants; /**< a JSON object as in engram_options; NULL: none */
+  /** Constants of all tasks. Default none. */
+  const char* constants; /**< a JSON object: {"COLORS": 7, "CUE_PHASE_STEPS": [3, 5]}; NULL: none */
   /** Requests have numbers and seeds of episodes. Default 0. */
   int32_t tell_episodes;
   /** Sealed evaluation: seeds follow from the secret line in this file, not from `seed`. Default
@@ -167,10 +167,11 @@ typedef struct engram_evaluation_options {
   const char* latency;
   /** Meaning of actions. Default NULL: the tasks' own. */
   const char* control_mode;
-  /** Proprio has the arm's seven joint angles and the gripper's opening. Default 0. */
+  /** Proprio has the arm's seven joint angles and the gripper's opening, instead of the TCP's pose
+   * and the opening. Default 0. */
   int32_t joint_proprio;
   /** Departures from the tasks' usual scenes, robot and words. Default none. */
-  const engram_perturbation* perturbations; /**< `num_perturbations` of them */
+  const engram_perturbation* perturbations; /**< num_perturbations of them */
   size_t num_perturbations;
   /** Interval of the frames of questions, for engram_evaluate_choices. 1 to 1,000,000 control
    * steps; default 1. */

@@ -1,6 +1,6 @@
 """Code that follows from the options of an evaluation, in C, C++ and for the command."""
 
-from options_cpp import call, default_in_c, default_in_cpp
+from cpp import call, default_in_c, default_in_cpp
 from table import (
     EVALUATION,
     LIST,

@@ -2,7 +2,7 @@
 
 from math import prod
 
-from options_cpp import call
+from cpp import call
 from table import LIST, comment
 
 GENERATED = [query for query in LIST["query"] if query["form"] != "hand"]

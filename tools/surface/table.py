@@ -47,7 +47,18 @@ def ordered(items, order, key="name"):
 
 OPTIONS = [completed(option) for option in LIST["option"]]
 CONVERTED = [option for option in OPTIONS if option["type"]]  # by their types
-EVALUATION = [completed(option) for option in LIST["evaluation_option"]]
+
+
+def of_batch(option):
+    """What an option of an evaluation has in common with the option of its batches."""
+    if option.get("of") != "environment":
+        return {}
+    batch = next(one for one in LIST["option"] if one["name"] == option["name"])
+    shared = ("type", "default", "meaning", "c", "python", "signature")
+    return {key: batch[key] for key in shared if key in batch}
+
+
+EVALUATION = [completed({**of_batch(o), **o}) for o in LIST["evaluation_option"]]
 
 # --- words ---
 

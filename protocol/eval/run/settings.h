@@ -25,7 +25,8 @@ struct EvaluationSettings : RunOptions {
   Rules rules = Rules::kReference;
   // Constants of all tasks.
   ConstantTable constants;
-  // Proprio has the arm's seven joint angles and the gripper's opening.
+  // Proprio has the arm's seven joint angles and the gripper's opening, instead of the TCP's pose
+  // and the opening.
   bool joint_proprio = false;
   // Departures from the tasks' usual scenes, robot and words.
   std::vector<PerturbationLevel> perturbations;
