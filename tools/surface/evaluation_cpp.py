@@ -114,6 +114,11 @@ def own_keys(first):
     return lines
 
 
+def report_rows(indent):
+    shown = [option for option in OF_RUN if "report" in option]
+    return [f'{indent}{{"{o["report"]}", std::to_string(settings.{o["core"]})}},' for o in shown]
+
+
 def copies(target, source):
     """Settings of environments, from one struct to another."""
     return lambda indent: [

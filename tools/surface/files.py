@@ -111,6 +111,7 @@ FILES = {
         "first_keys": evaluation.own_keys(first=True),
         "further_keys": evaluation.own_keys(first=False),
     },
+    "protocol/eval/results/evaluation_report.cc": {"rows": evaluation.report_rows},
     "apps/eval_options.cc": {"keys_of_flags": evaluation.keys_of_flags},
     "apps/run_flags.cc": {"flags": evaluation.flags},
     "python/src/evaluate.cc": {"bindings": evaluation.bindings},

@@ -85,9 +85,11 @@ void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
                 {"renderer", settings.renderer},
                 {"episodes per task", std::to_string(settings.episodes)},
                 {"first seed", seed_text(settings)},
+                // begin generated: rows (tools/surface, from api/surface.toml)
                 {"rounds of the same episodes", std::to_string(settings.repeat)},
                 {"policy seed", std::to_string(settings.policy_seed)},
                 {"latency, control steps", std::to_string(settings.latency)},
+                // end generated
                 {"action chunk size", std::to_string(largest_chunk(tasks))},
                 {"engram", version()},
                 {"compute", context.compute},
