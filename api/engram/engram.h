@@ -241,7 +241,8 @@ class VectorEnv {
   // begin generated: text_queries (tools/surface, from api/surface.toml)
   /// One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the
   /// present one), subtasks_done, memory (what has been shown and has to be remembered), object
-  /// (that is meant, or null), and paraphrases of the instruction, which alone are not privileged.
+  /// (that is meant, or null), and paraphrases of the instruction (these for policies too).
+  /// Privileged: not for policies.
   std::string words(int env) const;
   /// The question of one environment's episode (docs/choices.md), as JSON: due (the policy cannot
   /// go on without an answer), question, choices (in an order that means nothing), least and most

@@ -243,8 +243,8 @@ ENGRAM_API engram_status engram_instruction(engram_env* env, int32_t index, char
 /* begin generated: text_queries (tools/surface, from api/surface.toml) */
 /** One environment's episode in words, as JSON: plan (the subtasks), subtask (index of the present
  * one), subtasks_done, memory (what has been shown and has to be remembered), object (that is
- * meant, or null), and paraphrases of the instruction, which alone are not privileged. Copies as
- * engram_instruction does. */
+ * meant, or null), and paraphrases of the instruction (these for policies too). Privileged: not for
+ * policies. Copies as engram_instruction does. */
 ENGRAM_API engram_status engram_words(engram_env* env, int32_t index, char* text, size_t capacity,
                                       size_t* length);
 /** The question of one environment's episode (docs/choices.md), as JSON: due (the policy cannot go

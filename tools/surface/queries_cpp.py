@@ -10,10 +10,17 @@ GENERATED = [query for query in LIST["query"] if query["form"] != "hand"]
 TYPES = {"text": ("const char*", "const std::string&"), "int": ("int32_t", "int")}
 COPIES = "Copies as engram_instruction does"
 NULLS = "NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset"
+EMPTY = "Empty spans are left out. Throws Error for other lengths, and before the first reset"
 
 
 def of_form(form):
     return [query for query in GENERATED if query["form"] == form]
+
+
+def meaning(query):
+    return (
+        query["meaning"] + "." + " Privileged: not for policies." * query.get("privileged", False)
+    )
 
 
 def parameters(query, language):
@@ -37,7 +44,7 @@ def c_declarations(form):
     def lines(indent):
         result = []
         for query in of_form(form):
-            about = f"{query['meaning']}. {COPIES if form == 'text' else NULLS}."
+            about = f"{meaning(query)} {COPIES if form == 'text' else NULLS}."
             result += comment(indent, about, "/** ")
             result.append(c_function(query, indent, prefix="ENGRAM_API "))
         return result
@@ -79,9 +86,8 @@ def cpp_declarations(form):
     def lines(indent):
         result = []
         for query in of_form(form):
-            empty = ". Empty spans are left out" * (form == "arrays")
-            throws = ". Throws Error for other lengths, and before the first reset" * bool(empty)
-            result += comment(indent, query["meaning"] + empty + throws + ".", "/// ")
+            about = meaning(query) + (f" {EMPTY}." if form == "arrays" else "")
+            result += comment(indent, about, "/// ")
             kind = "std::string" if form == "text" else "void"
             head = f"{indent}{kind} {query['name']}("
             result.append(call(head, parameters(query, 1), ") const;"))
@@ -155,5 +161,9 @@ def reference(indent):
 
 def page(indent):
     """The table of docs/evaluation.md."""
-    rows = [f"| `{q['name']}` | {q['page']} |" for q in LIST["query"] if "page" in q]
-    return ["| query | value |", "| --- | --- |", *rows]
+    rows = []
+    for query in LIST["query"]:
+        privileged = "yes" if query.get("privileged") else "no"
+        if "page" in query:
+            rows.append(f"| `{query['name']}` | {privileged} | {query['page']} |")
+    return ["| query | privileged | value |", "| --- | --- | --- |", *rows]
