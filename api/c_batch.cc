@@ -43,8 +43,8 @@ engram_status refuse_null(const char* what) noexcept {
   });
 }
 
-engram_status refuse_busy(Use found) noexcept {
-  return fail(ENGRAM_BAD_STATE, found == Use::kStepping
+engram_status refuse_busy(CallState found) noexcept {
+  return fail(ENGRAM_BAD_STATE, found == CallState::kStepping
                                     ? "a step is under way; wait for it first"
                                     : "this batch is at work in another thread; use it from one "
                                       "thread at a time");

@@ -19,7 +19,7 @@
 namespace engram::c {
 
 // State of a handle. Calls are refused unless it is kIdle.
-enum class Use : int {
+enum class CallState : int {
   kIdle,
   kBusy,      // a call is at work
   kStepping,  // between step_async and step_wait
@@ -42,7 +42,7 @@ struct engram_env {
   std::vector<float> actions;                     // of the step under way
   std::string description;                        // from the first call for it on
   std::unique_ptr<engram::c::StepDriver> driver;  // from the first step_async on
-  std::atomic<engram::c::Use> use = engram::c::Use::kIdle;
+  std::atomic<engram::c::CallState> use = engram::c::CallState::kIdle;
   const pid_t owner = ::getpid();
 
   // A copy of the caller's actions, which other threads may write to while a step checks and uses
@@ -56,47 +56,49 @@ struct engram_env {
 namespace engram::c {
 
 // Claims a handle for one call.
-class Claim {
+class CallGuard {
  public:
   // `from`: the use that the call expects.
-  explicit Claim(engram_env& env, Use from = Use::kIdle) noexcept
-      : env_(env), found_(from), claimed_(env.use.compare_exchange_strong(found_, Use::kBusy)) {}
-  ~Claim() {
-    if (claimed_) env_.use.store(leave_);
+  explicit CallGuard(engram_env& env, CallState from = CallState::kIdle) noexcept
+      : env_(env),
+        found_(from),
+        acquired_(env.use.compare_exchange_strong(found_, CallState::kBusy)) {}
+  ~CallGuard() {
+    if (acquired_) env_.use.store(leave_);
   }
-  Claim(const Claim&) = delete;
-  Claim& operator=(const Claim&) = delete;
+  CallGuard(const CallGuard&) = delete;
+  CallGuard& operator=(const CallGuard&) = delete;
 
-  bool claimed() const noexcept { return claimed_; }
-  Use found() const noexcept { return found_; }
+  bool acquired() const noexcept { return acquired_; }
+  CallState found() const noexcept { return found_; }
   // The use that this call leaves behind; kIdle unless said otherwise.
-  void leave(Use use) noexcept { leave_ = use; }
+  void leave(CallState use) noexcept { leave_ = use; }
 
  private:
   engram_env& env_;
-  Use found_;
-  Use leave_ = Use::kIdle;
-  bool claimed_;
+  CallState found_;
+  CallState leave_ = CallState::kIdle;
+  bool acquired_;
 };
 
 engram_status refuse_null(const char* what) noexcept;
-engram_status refuse_busy(Use found) noexcept;
+engram_status refuse_busy(CallState found) noexcept;
 engram_status refuse_forked(const engram_env& env) noexcept;
 
 // Runs f(claim) while no other call can use the handle.
 template <class F>
-engram_status with_claim(engram_env* env, F&& f) noexcept {
+engram_status with_call(engram_env* env, F&& f) noexcept {
   if (env == nullptr) return refuse_null("env");
   if (env->forked()) return refuse_forked(*env);
-  Claim claim(*env);
-  if (!claim.claimed()) return refuse_busy(claim.found());
-  return guarded([&] { f(claim); });
+  CallGuard call(*env);
+  if (!call.acquired()) return refuse_busy(call.found());
+  return guarded([&] { f(call); });
 }
 
 // The same for calls that leave the handle idle.
 template <class F>
 engram_status with_env(engram_env* env, F&& f) noexcept {
-  return with_claim(env, [&](Claim&) { f(*env); });
+  return with_call(env, [&](CallGuard&) { f(*env); });
 }
 
 }  // namespace engram::c

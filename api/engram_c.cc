@@ -21,15 +21,15 @@ namespace {
 using engram::BatchGroup;
 using engram::Error;
 using engram::OutputArray;
-using engram::c::Claim;
+using engram::c::CallGuard;
+using engram::c::CallState;
 using engram::c::fail;
 using engram::c::give_text;
 using engram::c::guarded;
 using engram::c::refuse_busy;
 using engram::c::refuse_forked;
 using engram::c::refuse_null;
-using engram::c::Use;
-using engram::c::with_claim;
+using engram::c::with_call;
 using engram::c::with_env;
 
 // A constant of a batch, or `otherwise` for NULL. Constants can be read at any time, even while
@@ -108,9 +108,9 @@ void engram_close(engram_env* env) {
   // A forked process cannot end the threads of another one.
   if (env == nullptr || env->forked()) return;
   // Waits for a call in another thread. A step_async that nobody waited for ends with its driver.
-  Use found = env->use.load();
-  while (found == Use::kBusy || !env->use.compare_exchange_weak(found, Use::kBusy)) {
-    if (found == Use::kBusy) std::this_thread::sleep_for(std::chrono::microseconds(100));
+  CallState found = env->use.load();
+  while (found == CallState::kBusy || !env->use.compare_exchange_weak(found, CallState::kBusy)) {
+    if (found == CallState::kBusy) std::this_thread::sleep_for(std::chrono::microseconds(100));
     found = env->use.load();
   }
   env->driver.reset();
@@ -153,7 +153,7 @@ const float* engram_action_high(const engram_env* env) {
 
 const char* engram_describe_json(engram_env* env) {
   const char* text = nullptr;
-  with_claim(env, [env, &text](Claim&) {
+  with_call(env, [env, &text](CallGuard&) {
     if (env->description.empty()) {
       env->description = engram::to_text(engram::describe_group(*env->batch));
     }
@@ -218,10 +218,10 @@ engram_status engram_step_no_action(engram_env* env) {
 
 engram_status engram_step_async(engram_env* env, const float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
-  return with_claim(env, [&](Claim& claim) {
+  return with_call(env, [&](CallGuard& call) {
     if (!env->driver) env->driver = std::make_unique<engram::c::StepDriver>(*env->batch);
     env->driver->start({actions, count});
-    claim.leave(Use::kStepping);
+    call.leave(CallState::kStepping);
   });
 }
 
@@ -232,16 +232,16 @@ template <class F>
 engram_status with_step(engram_env* env, F&& f) noexcept {
   if (env == nullptr) return refuse_null("env");
   if (env->forked()) return refuse_forked(*env);
-  Claim claim(*env, Use::kStepping);
-  if (claim.claimed()) return guarded([&] { f(claim); });
-  if (claim.found() == Use::kBusy) return refuse_busy(Use::kBusy);
+  CallGuard call(*env, CallState::kStepping);
+  if (call.acquired()) return guarded([&] { f(call); });
+  if (call.found() == CallState::kBusy) return refuse_busy(CallState::kBusy);
   return fail(ENGRAM_BAD_STATE, "no step is under way; start one with step_async first");
 }
 
 }  // namespace
 
 engram_status engram_step_wait(engram_env* env) {
-  return with_step(env, [env](Claim&) { env->driver->wait(); });
+  return with_step(env, [env](CallGuard&) { env->driver->wait(); });
 }
 
 engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* done) {
@@ -251,11 +251,11 @@ engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* don
   if (!(seconds >= 0 && seconds <= kLongest)) {
     return fail(ENGRAM_INVALID_ARGUMENT, "seconds: 0 to 1e9 allowed");
   }
-  return with_step(env, [&](Claim& claim) {
+  return with_step(env, [&](CallGuard& call) {
     const std::chrono::duration<double> most(seconds);
     const bool ended =
         env->driver->wait_for(std::chrono::duration_cast<std::chrono::nanoseconds>(most));
-    if (!ended) claim.leave(Use::kStepping);
+    if (!ended) call.leave(CallState::kStepping);
     *done = ended ? 1 : 0;
   });
 }
@@ -272,13 +272,13 @@ engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t
 engram_status engram_output(engram_env* env, const char* name, engram_array* array) {
   if (name == nullptr) return refuse_null("name");
   if (array == nullptr) return refuse_null("array");
-  return with_claim(env, [&](Claim&) { *array = named(env->batch->outputs(), name); });
+  return with_call(env, [&](CallGuard&) { *array = named(env->batch->outputs(), name); });
 }
 
 engram_status engram_final_output(engram_env* env, const char* name, engram_array* array) {
   if (name == nullptr) return refuse_null("name");
   if (array == nullptr) return refuse_null("array");
-  return with_claim(env, [&](Claim&) {
+  return with_call(env, [&](CallGuard&) {
     if (env->batch->final_outputs().empty()) {
       throw Error(Error::kBadState, "final outputs are kept with auto-reset same-step only");
     }
@@ -294,7 +294,7 @@ size_t engram_num_outputs(const engram_env* env) {
 
 engram_status engram_output_at(engram_env* env, size_t index, engram_array* array) {
   if (array == nullptr) return refuse_null("array");
-  return with_claim(env, [&](Claim&) {
+  return with_call(env, [&](CallGuard&) {
     const std::vector<OutputArray>& outputs = env->batch->outputs();
     if (index >= outputs.size()) {
       throw Error(Error::kInvalidArgument, "output " + std::to_string(index) + " given, 0 to " +
@@ -313,8 +313,8 @@ engram_status engram_write_outputs(engram_env* env, const engram_output_target* 
   });
 }
 
-int32_t engram_output_turn(const engram_env* env) {
-  return constant(env, 0, [](const engram_env& of) { return of.batch->turn(); });
+int32_t engram_output_buffer(const engram_env* env) {
+  return constant(env, 0, [](const engram_env& of) { return of.batch->output_buffer(); });
 }
 
 engram_status engram_instruction(engram_env* env, int32_t index, char* text, size_t capacity,

@@ -169,9 +169,9 @@ std::vector<std::string> chosen_ids(const engram_evaluation_options& options) {
   return engram::ids_in_order({tasks.begin(), tasks.end()});
 }
 
-engram::Document config_of(const engram_evaluation_options& options) {
-  if (options.config_json == nullptr) return engram::DocumentTable();
-  std::optional<engram::Document> config = engram::parse_document(options.config_json);
+engram::Json config_of(const engram_evaluation_options& options) {
+  if (options.config_json == nullptr) return engram::JsonTable();
+  std::optional<engram::Json> config = engram::parse_json(options.config_json);
   if (!config || !engram::is_table(*config)) refuse("config_json: a JSON object needed");
   return std::move(*config);
 }
@@ -209,12 +209,12 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options,
           settings.choices_stride);
   // end generated
   engram::check_rounds(settings.episodes, settings.repeat);
-  if (options.name != nullptr) engram::require_external_name("name", options.name);
+  if (options.name != nullptr) engram::require_custom_name("name", options.name);
   settings.policy = options.name == nullptr ? "external" : options.name;
   settings.policy_config = config_of(options);
   if (options.seed_file != nullptr) {
     if (settings.tell_episodes) refuse("seed_file, tell_episodes: one of them allowed");
-    settings.set_seal(engram::SeedSeal::read(options.seed_file));
+    settings.set_commitment(engram::SeedCommitment::read(options.seed_file));
   }
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
   convert("control_mode", options.control_mode, environment.control_mode);
@@ -254,7 +254,7 @@ engram::EvaluationRun begin(const engram_evaluation_options& options, bool choic
   if (options.resume != nullptr) {
     folder = engram::ResultFolder::open(options.resume);
     const auto before = folder->settings();
-    settings.opened = before && before->opened;
+    settings.revealed = before && before->revealed;
     if (before && before->document() != settings.document()) {
       refuse("resume: '" + folder->path().string() + "' was begun with other options");
     }
@@ -296,7 +296,7 @@ std::string probe(const engram_evaluation_options& options, const char* probes, 
   if (other != nullptr) chosen.other = other;
   if (options.output != nullptr) chosen.output = options.output;
   std::mutex mutex;
-  const engram::Document document = engram::run_probes(
+  const engram::Json document = engram::run_probes(
       settings, protocol_of<CallbackPolicy>(settings, options, policy, user, mutex), chosen,
       [&](int episodes, int all, std::uint64_t env_steps) {
         report_progress(options, user, episodes, all, env_steps);
@@ -365,12 +365,12 @@ engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const f
       refuse("engram_policy_set: " + std::to_string(ndim) + " dimensions given, 1 to 3 allowed");
     }
     // Larger sizes are mistakes, and their product could overflow.
-    constexpr std::int64_t kMost = 1 << 24;
+    constexpr std::int64_t kMax = 1 << 24;
     std::int64_t count = 1;
     for (int i = 0; i < ndim; ++i) {
-      if (shape[i] < 0 || shape[i] > kMost) refuse("engram_policy_set: a size out of range");
+      if (shape[i] < 0 || shape[i] > kMax) refuse("engram_policy_set: a size out of range");
       count *= shape[i];
-      if (count > kMost) refuse("engram_policy_set: too many numbers");
+      if (count > kMax) refuse("engram_policy_set: too many numbers");
     }
     reply->reply->set(row, {actions, static_cast<std::size_t>(count)},
                       {shape, static_cast<std::size_t>(ndim)});

@@ -1,4 +1,4 @@
-// engram: pictures and videos, for tools. Needs the library engram_media besides engram.
+// engram: images and videos, for tools. Needs the library engram_media besides engram.
 #pragma once
 
 #include "media/canvas.h"

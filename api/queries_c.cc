@@ -4,7 +4,7 @@
 #include "api/c_batch.h"
 #include "api/c_text.h"
 #include "engram/engram_c.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 // begin generated: includes (tools/surface, from api/surface.toml)
 #include "protocol/eval/policies/episode_question.h"
 #include "protocol/make/episode_words.h"

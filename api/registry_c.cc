@@ -24,7 +24,7 @@ using engram::c::refuse_null;
 // tasks are registered. Describing a task makes it, which may run a user's code: without the lock.
 const char* list_of_tasks() {
   using Entries = std::vector<const engram::RegistryEntry*>;
-  using Descriptions = std::map<const engram::RegistryEntry*, engram::Document>;
+  using Descriptions = std::map<const engram::RegistryEntry*, engram::Json>;
   static Descriptions described;
   static std::map<Entries, std::string> lists;
   std::mutex& mutex = engram::process_mutex(engram::ProcessLock::kTaskTexts);

@@ -7,9 +7,9 @@
 #include "api/c_error.h"
 #include "core/base/error.h"
 #include "engram/engram_task.h"
-#include "protocol/tasks/task_documents.h"
-#include "tasks/external/array_functions.h"
-#include "tasks/external/external_family.h"
+#include "protocol/custom_tasks/task_documents.h"
+#include "tasks/custom/array_functions.h"
+#include "tasks/custom/custom_family.h"
 
 struct engram_task_reply {
   std::string text;
@@ -28,8 +28,8 @@ using engram::ConstantTable;
 using engram::Error;
 using engram::c::dtype_of;
 using engram::c::guarded;
-using engram::tasks::ExternalArray;
-using engram::tasks::ExternalMethod;
+using engram::tasks::CustomArray;
+using engram::tasks::CustomMethod;
 using engram::tasks::RobotRows;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
@@ -41,13 +41,13 @@ using engram::tasks::RobotRows;
 }
 
 // One instance of a task that consists of callbacks.
-class CallbackInstance final : public engram::tasks::ExternalInstance {
+class CallbackInstance final : public engram::tasks::CustomInstance {
  public:
   CallbackInstance(const engram_task_callbacks& callbacks, void* user, const std::string& id,
                    const ConstantTable& constants)
       : callbacks_(callbacks), id_(id) {
     engram_task_reply reply;
-    const std::string json = to_line(engram::Document(constants));
+    const std::string json = to_line(engram::Json(constants));
     if (callbacks_.create(user, id.c_str(), json.c_str(), &instance_, &reply) != 0) {
       fail(id_, reply);
     }
@@ -65,15 +65,15 @@ class CallbackInstance final : public engram::tasks::ExternalInstance {
   CallbackInstance(const CallbackInstance&) = delete;
   CallbackInstance& operator=(const CallbackInstance&) = delete;
 
-  const engram::tasks::ExternalDescription& description() const override { return description_; }
+  const engram::tasks::CustomDescription& description() const override { return description_; }
 
-  void bind(std::span<const ExternalArray> arrays, int num_envs) override {
+  void bind(std::span<const CustomArray> arrays, int num_envs) override {
     std::vector<engram_task_array> plain;
-    for (const ExternalArray& array : arrays) {
+    for (const CustomArray& array : arrays) {
       memories_.push_back(new engram_task_memory{array.memory_of_all, array.memory_of_some});
       const std::string& name = names_.emplace_back(array.field.name);
       plain.push_back({name.c_str(), dtype_of(array.field.dtype), array.field.width,
-                       array.is_written ? 1 : 0, array.all, array.some, memories_.back()});
+                       array.is_written ? 1 : 0, array.all, array.subset_rows, memories_.back()});
     }
     engram_task_reply reply;
     if (callbacks_.bind(instance_, plain.data(), plain.size(), num_envs, &reply) != 0) {
@@ -81,7 +81,7 @@ class CallbackInstance final : public engram::tasks::ExternalInstance {
     }
   }
 
-  void call(ExternalMethod method, int rows, bool of_all) override {
+  void call(CustomMethod method, int rows, bool of_all) override {
     engram_task_reply reply;
     if (callbacks_.call(instance_, static_cast<int32_t>(method), rows, of_all ? 1 : 0, &reply) !=
         0) {
@@ -93,17 +93,17 @@ class CallbackInstance final : public engram::tasks::ExternalInstance {
   engram_task_callbacks callbacks_;
   std::string id_;
   void* instance_ = nullptr;
-  engram::tasks::ExternalDescription description_;
+  engram::tasks::CustomDescription description_;
   std::vector<engram_task_memory*> memories_;
   std::deque<std::string> names_;
 };
 
-class CallbackFactory final : public engram::tasks::ExternalFactory {
+class CallbackFactory final : public engram::tasks::CustomFactory {
  public:
   CallbackFactory(const engram_task_callbacks& callbacks, void* user)
       : callbacks_(callbacks), user_(user) {}
 
-  std::unique_ptr<engram::tasks::ExternalInstance> make(
+  std::unique_ptr<engram::tasks::CustomInstance> make(
       const std::string& id, const ConstantTable& constants) const override {
     return std::make_unique<CallbackInstance>(callbacks_, user_, id, constants);
   }
@@ -148,8 +148,8 @@ engram_status engram_register_task(const char* definition, const engram_task_cal
         callbacks->destroy == nullptr) {
       refuse("callbacks: NULL given, create, bind, call and destroy needed");
     }
-    engram::tasks::register_external(engram::parse_definition(definition),
-                                     std::make_shared<CallbackFactory>(*callbacks, user));
+    engram::tasks::register_custom(engram::parse_definition(definition),
+                                   std::make_shared<CallbackFactory>(*callbacks, user));
   });
 }
 
@@ -194,9 +194,9 @@ engram_status engram_tour(int32_t count, const double* tcp_pos, const double* qv
                           double* goals, uint8_t* rests) {
   return guarded([&] {
     require_rows(count, {tcp_pos, qvel, elapsed, stops, goals, rests});
-    constexpr int kMost = engram::tasks::Tour::kMaxStops;
-    if (num_stops < 1 || num_stops > kMost) {
-      refuse("num_stops: " + std::to_string(num_stops) + " given, 1 to " + std::to_string(kMost) +
+    constexpr int kMax = engram::tasks::Tour::kMaxStops;
+    if (num_stops < 1 || num_stops > kMax) {
+      refuse("num_stops: " + std::to_string(num_stops) + " given, 1 to " + std::to_string(kMax) +
              " allowed");
     }
     tour_rows(count, RobotRows{.qvel = qvel, .tcp_pos = tcp_pos, .elapsed = elapsed}, stops,

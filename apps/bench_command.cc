@@ -9,7 +9,7 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/suites.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 namespace {
@@ -44,9 +44,9 @@ std::vector<bench::Measurement> run_suites(const BenchOptions& options) {
 }
 
 // Rows that are compared with nothing have null where the comparison would be.
-DocumentTable describe(const bench::Measurement& row) {
+JsonTable describe(const bench::Measurement& row) {
   const bool compared = !row.baseline.empty();
-  const auto or_null = [compared](auto value) { return compared ? Document(value) : Document(); };
+  const auto or_null = [compared](auto value) { return compared ? Json(value) : Json(); };
   return {{"name", row.name},
           {"value", row.value},
           {"unit", row.unit},
@@ -83,7 +83,7 @@ void run(const BenchOptions& options) {
     print(to_plain_text(rows));
     return;
   }
-  DocumentList document;
+  JsonList document;
   document.reserve(rows.size());
   for (const bench::Measurement& row : rows) document.emplace_back(describe(row));
   print(to_text(document));

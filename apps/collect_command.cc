@@ -20,8 +20,8 @@
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/collection_report.h"
 #include "protocol/datasets/rl_collection.h"
-#include "protocol/io/document.h"
 #include "protocol/io/files.h"
+#include "protocol/io/json.h"
 #include "protocol/make/control_mode_choice.h"
 
 namespace engram::apps {
@@ -53,13 +53,13 @@ struct CollectOptions {
   bool json = false;
 };
 
-DocumentTable task_document(const DemonstrationFolder& folder) {
+JsonTable task_document(const DemonstrationFolder& folder) {
   return {{"env_id", folder.entry().id},   {"out", folder.path().string()},
           {"episodes", folder.episodes()}, {"steps", folder.steps()},
           {"attempts", folder.attempts()}, {"keep_rate", keep_rate(folder)}};
 }
 
-DocumentTable task_document(const RlFolder& folder) {
+JsonTable task_document(const RlFolder& folder) {
   return {{"env_id", folder.entry().id},
           {"out", folder.path().string()},
           {"episodes", folder.episodes()},
@@ -69,10 +69,10 @@ DocumentTable task_document(const RlFolder& folder) {
 
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
-DocumentTable document(const Folders& folders, const CollectOptions& options) {
+JsonTable document(const Folders& folders, const CollectOptions& options) {
   int episodes = 0;
   std::int64_t steps = 0;
-  DocumentList tasks;
+  JsonList tasks;
   for (const auto& folder : folders) {
     episodes += folder->episodes();
     steps += folder->steps();
@@ -174,7 +174,7 @@ void collect_rl_data(Ranks& ranks, const std::vector<const RegistryEntry*>& task
     print(to_plain_text(folders));
     return;
   }
-  DocumentList documents;
+  JsonList documents;
   int episodes = 0;
   std::int64_t steps = 0;
   for (const auto& folder : folders) {
@@ -182,11 +182,11 @@ void collect_rl_data(Ranks& ranks, const std::vector<const RegistryEntry*>& task
     episodes += folder->episodes();
     steps += folder->steps();
   }
-  print(to_text(DocumentTable{{"out", options.collection.out.string()},
-                              {"format", kRl},
-                              {"episodes", episodes},
-                              {"steps", steps},
-                              {"tasks", documents}}));
+  print(to_text(JsonTable{{"out", options.collection.out.string()},
+                          {"format", kRl},
+                          {"episodes", episodes},
+                          {"steps", steps},
+                          {"tasks", documents}}));
 }
 
 // A block of a stream: its length, 8 bytes, little-endian, and the bytes.
@@ -345,9 +345,9 @@ void add_collect_command(const Command& program,
       "--labels", plan.additions.labels,
       "Also subtasks, plan and memory in words, keyframes, progress, and where cameras "
       "see the object that is meant: privileged");
-  command.add_flag("--depth", plan.additions.depth, "Also both cameras' depth pictures, in mm");
+  command.add_flag("--depth", plan.additions.depth, "Also both cameras' depth images, in mm");
   command.add_flag("--segmentation", plan.additions.segmentation,
-                   "Also both cameras' pictures of which thing is where");
+                   "Also both cameras' images of which thing is where");
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
   add_perturbations(command, plan.perturbations);

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMebibyte = 1 << 20;
-constexpr int kMostAttempts = 20;
+constexpr int kMaxAttempts = 20;
 
 class ScratchFolder {
  public:
@@ -46,7 +46,7 @@ CollectEstimate::Task estimate_task(const RegistryEntry& task, const CollectionO
   CollectionOptions first = options;
   first.out = scratch.path();
   first.threads = 1;
-  first.plan.max_attempts = std::min(options.plan.max_attempts, kMostAttempts);
+  first.plan.max_attempts = std::min(options.plan.max_attempts, kMaxAttempts);
   // One attempt can keep as many.
   first.plan.episodes =
       std::min(options.plan.episodes,
@@ -92,16 +92,16 @@ double CollectEstimate::seconds() const {
   return sum / threads;
 }
 
-Document CollectEstimate::document() const {
-  DocumentList list;
+Json CollectEstimate::document() const {
+  JsonList list;
   for (const Task& task : tasks) {
-    list.emplace_back(DocumentTable{{"env_id", task.id},
-                                    {"episodes", episodes},
-                                    {"steps", task.steps},
-                                    {"bytes", task.bytes},
-                                    {"thread_seconds", task.thread_seconds}});
+    list.emplace_back(JsonTable{{"env_id", task.id},
+                                {"episodes", episodes},
+                                {"steps", task.steps},
+                                {"bytes", task.bytes},
+                                {"thread_seconds", task.thread_seconds}});
   }
-  return DocumentTable{
+  return JsonTable{
       {"bytes", bytes()}, {"seconds", seconds()}, {"threads", threads}, {"tasks", std::move(list)}};
 }
 

@@ -6,7 +6,7 @@
 
 #include "apps/interruption.h"
 #include "protocol/datasets/collection.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 
@@ -23,7 +23,7 @@ struct CollectEstimate {
 
   double bytes() const;
   double seconds() const;  // with all threads busy to the end
-  Document document() const;
+  Json document() const;
   std::string text() const;
 };
 

@@ -22,27 +22,27 @@ struct CompareOptions {
 
 // --- text ---
 
-std::string rate(const Document& row, const char* key) {
+std::string rate(const Json& row, const char* key) {
   return fmt::format("{:.3f}", number(part(row, key)));
 }
 
-std::string probability(const Document& row, const char* key) {
-  const Document* value = find(row, key);
+std::string probability(const Json& row, const char* key) {
+  const Json* value = find(row, key);
   if (value == nullptr) return "";
   const double p = number(*value);
   return p < 0.0001 ? fmt::format("{:.1e}", p) : fmt::format("{:.4f}", p);
 }
 
-std::string interval(const Document& row) {
-  const DocumentList& bounds = list(part(row, "difference_interval"));
+std::string interval(const Json& row) {
+  const JsonList& bounds = list(part(row, "difference_interval"));
   return fmt::format("{:+.3f} to {:+.3f}", number(bounds.at(0)), number(bounds.at(1)));
 }
 
-std::string count(const Document& row, const char* key) {
+std::string count(const Json& row, const char* key) {
   return std::to_string(whole_number(part(row, key)));
 }
 
-void add_row(const std::string& name, const Document& row, Table& table) {
+void add_row(const std::string& name, const Json& row, Table& table) {
   table.add({name, count(row, "pairs"), rate(row, "sr_a"), rate(row, "sr_b"),
              fmt::format("{:+.3f}", number(part(row, "difference"))), interval(row),
              count(row, "only_a"), count(row, "only_b"), probability(row, "p_value"),
@@ -50,8 +50,8 @@ void add_row(const std::string& name, const Document& row, Table& table) {
 }
 
 // Numbers of episodes with equal digests.
-std::string digest_text(const Document& total) {
-  const Document& same = part(total, "same_digests");
+std::string digest_text(const Json& total) {
+  const Json& same = part(total, "same_digests");
   if (is_null(same)) return "digests: not in both results\n";
   const std::string pairs = count(total, "pairs");
   return fmt::format(
@@ -61,9 +61,9 @@ std::string digest_text(const Document& total) {
       count(same, "observations"), count(same, "answers"));
 }
 
-std::string resolution_text(const Document& total) {
+std::string resolution_text(const Json& total) {
   const auto share = [&total](const char* key) {
-    const Document& value = part(total, key);
+    const Json& value = part(total, key);
     return is_null(value) ? std::string("none") : fmt::format("{:.3f}", number(value));
   };
   std::string text = fmt::format("smallest difference that can be significant with {} pairs: {}",
@@ -75,7 +75,7 @@ std::string resolution_text(const Document& total) {
   return text + "\n";
 }
 
-std::string source_text(const char* name, const Document& source) {
+std::string source_text(const char* name, const Json& source) {
   std::string line = fmt::format("{}: {} in {} ({}, rules {}", name, text(part(source, "model")),
                                  text(part(source, "source")), text(part(source, "obs_mode")),
                                  text(part(source, "rules")));
@@ -84,7 +84,7 @@ std::string source_text(const char* name, const Document& source) {
   return line + ")\n";
 }
 
-std::string to_plain_text(const Document& comparison) {
+std::string to_plain_text(const Json& comparison) {
   Table rows({{"task"},
               {"pairs", true},
               {"A", true},
@@ -95,12 +95,12 @@ std::string to_plain_text(const Document& comparison) {
               {"only B", true},
               {"p", true},
               {"p (Holm)", true}});
-  for (const Document& task : list(part(comparison, "tasks"))) {
+  for (const Json& task : list(part(comparison, "tasks"))) {
     add_row(text(part(task, "env_id")), task, rows);
   }
-  const DocumentTable& splits = table(part(comparison, "splits"));
+  const JsonTable& splits = table(part(comparison, "splits"));
   for (const auto& [split, group] : splits) add_row("split " + split, group, rows);
-  const Document& total = part(comparison, "total");
+  const Json& total = part(comparison, "total");
   add_row("total", total, rows);
   return source_text("A", part(comparison, "a")) + source_text("B", part(comparison, "b")) +
          rows.text() + "p: " + text(part(total, "test")) + ", two-sided\n" +
@@ -133,7 +133,7 @@ void add_compare_command(const Command& program) {
       "the number of tasks. The interval is Newcombe's for paired data. docs/evaluation.md has the "
       "JSON keys.");
   command.on_run([options] {
-    const Document comparison =
+    const Json comparison =
         compare_results(read_results(options->a), read_results(options->b), options->allowed);
     print(options->json ? to_text(comparison) : to_plain_text(comparison));
   });

@@ -21,17 +21,17 @@ class Digest {
   explicit Digest(int num_envs) : hashes_(static_cast<std::size_t>(num_envs)) {}
 
   // Takes in the outputs of the last reset or step. env: a batch of that many environments.
-  void update(const Batch& env) {
+  void update(const Batch& batch) {
     const std::size_t count = hashes_.size();
     for (std::size_t i = 0; i < count; ++i) {
       std::uint64_t& hash = hashes_[i];
-      hash = bench::chain_row(hash, env.observation(), count, i);
-      hash = bench::chain_row(hash, env.images().rgb, count, i);
-      if (!env.images().rgb.empty()) hash = bench::chain_row(hash, env.proprio(), count, i);
+      hash = bench::chain_row(hash, batch.observation(), count, i);
+      hash = bench::chain_row(hash, batch.images().rgb, count, i);
+      if (!batch.images().rgb.empty()) hash = bench::chain_row(hash, batch.proprio(), count, i);
       std::array<unsigned char, sizeof(float) + 2> rest{};
-      std::memcpy(rest.data(), &env.reward()[i], sizeof(float));
-      rest[sizeof(float)] = env.terminated()[i];
-      rest[sizeof(float) + 1] = env.truncated()[i];
+      std::memcpy(rest.data(), &batch.reward()[i], sizeof(float));
+      rest[sizeof(float)] = batch.terminated()[i];
+      rest[sizeof(float) + 1] = batch.truncated()[i];
       hash = bench::chain_row(hash, std::span<const unsigned char>(rest), 1, 0);
     }
   }

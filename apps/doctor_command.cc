@@ -12,7 +12,7 @@
 #include "apps/options.h"
 #include "apps/output.h"
 #include "core/batch/queries.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 namespace {
@@ -41,8 +41,8 @@ const char* build_kind() {
 }
 
 // Instruction sets of this machine that matter for speed, the plain one left out.
-DocumentList instruction_sets() {
-  DocumentList sets;
+JsonList instruction_sets() {
+  JsonList sets;
 #if defined(__x86_64__)
   __builtin_cpu_init();
   if (__builtin_cpu_supports("sse4.2")) sets.emplace_back("sse4.2");
@@ -68,12 +68,12 @@ std::int64_t resident_bytes() {
 
 // A batch whose memory is all in use: it has been reset and stepped.
 std::unique_ptr<Batch> touched_batch(int num_envs) {
-  auto env = make(kMeasuredTask, batch_options(num_envs, 1));
-  env->reset();
+  auto batch = make(kMeasuredTask, batch_options(num_envs, 1));
+  batch->reset();
   const std::vector<float> actions(
-      static_cast<std::size_t>(num_envs) * static_cast<std::size_t>(env->action_dim()), 0.0F);
-  env->step(actions);
-  return env;
+      static_cast<std::size_t>(num_envs) * static_cast<std::size_t>(batch->action_dim()), 0.0F);
+  batch->step(actions);
+  return batch;
 }
 
 // Memory of one more environment in a batch. Two batches are compared, so that shared parts cancel
@@ -96,30 +96,30 @@ std::string describe(const EglInfo& egl) {
   return fmt::format("{} on {}", egl.software ? "software" : "hardware", egl.platform);
 }
 
-Document examine() {
+Json examine() {
   const EglInfo egl = query_egl();
-  const auto env = make(kMeasuredTask, batch_options(kMaxThreads, 0));
-  return DocumentTable{{"version", version()},
-                       {"mujoco_compiled", compiled_mujoco()},
-                       {"mujoco_runtime", mj_versionString()},
-                       {"compiler", compiler()},
-                       {"build", build_kind()},
-                       {"instruction_sets", instruction_sets()},
-                       {"cores", std::thread::hardware_concurrency()},
-                       {"threads", env->options().threads},
-                       {"memory_bytes", ::sysconf(_SC_PHYS_PAGES) * page_size()},
-                       {"memory_task", kMeasuredTask},
-                       {"bytes_per_env", Queries(*env).bytes_per_env()},
-                       {"resident_bytes_per_env", measured_bytes_per_env()},
-                       {"egl", describe(egl)},
-                       {"egl_available", egl.available},
-                       {"egl_vendor", egl.vendor},
-                       {"egl_renderer", egl.renderer}};
+  const auto batch = make(kMeasuredTask, batch_options(kMaxThreads, 0));
+  return JsonTable{{"version", version()},
+                   {"mujoco_compiled", compiled_mujoco()},
+                   {"mujoco_runtime", mj_versionString()},
+                   {"compiler", compiler()},
+                   {"build", build_kind()},
+                   {"instruction_sets", instruction_sets()},
+                   {"cores", std::thread::hardware_concurrency()},
+                   {"threads", batch->options().threads},
+                   {"memory_bytes", ::sysconf(_SC_PHYS_PAGES) * page_size()},
+                   {"memory_task", kMeasuredTask},
+                   {"bytes_per_env", Queries(*batch).bytes_per_env()},
+                   {"resident_bytes_per_env", measured_bytes_per_env()},
+                   {"egl", describe(egl)},
+                   {"egl_available", egl.available},
+                   {"egl_vendor", egl.vendor},
+                   {"egl_renderer", egl.renderer}};
 }
 
-std::string to_plain_text(const Document& facts) {
+std::string to_plain_text(const Json& facts) {
   std::vector<std::string> sets;
-  for (const Document& set : list(part(facts, "instruction_sets"))) sets.push_back(text(set));
+  for (const Json& set : list(part(facts, "instruction_sets"))) sets.push_back(text(set));
   const auto fact = [&facts](const char* key) { return text(part(facts, key)); };
   const auto count = [&facts](const char* key) { return with_thousands(number(part(facts, key))); };
   return fmt::format(
@@ -137,7 +137,7 @@ std::string to_plain_text(const Document& facts) {
 }
 
 void run(bool json) {
-  const Document facts = examine();
+  const Json facts = examine();
   print(json ? to_text(facts) : to_plain_text(facts));
 }
 

@@ -4,21 +4,21 @@
 
 namespace engram::apps {
 
-EpisodeLog::EpisodeLog(const Batch& env, int episodes)
+EpisodeLog::EpisodeLog(const Batch& batch, int episodes)
     : wanted_(episodes),
-      finished_(static_cast<std::size_t>(env.num_envs()), 0),
-      quota_(static_cast<std::size_t>(env.num_envs()), std::numeric_limits<std::int32_t>::max()),
-      moving_(env.num_envs()) {
+      finished_(static_cast<std::size_t>(batch.num_envs()), 0),
+      quota_(static_cast<std::size_t>(batch.num_envs()), std::numeric_limits<std::int32_t>::max()),
+      moving_(batch.num_envs()) {
   if (episodes == 0) return;
-  for (int i = 0; i < env.num_envs(); ++i) {
-    const int extra = i < episodes % env.num_envs() ? 1 : 0;
-    quota_[static_cast<std::size_t>(i)] = episodes / env.num_envs() + extra;
+  for (int i = 0; i < batch.num_envs(); ++i) {
+    const int extra = i < episodes % batch.num_envs() ? 1 : 0;
+    quota_[static_cast<std::size_t>(i)] = episodes / batch.num_envs() + extra;
   }
 }
 
-void EpisodeLog::update(const Batch& env) {
-  const AutoReset mode = env.options().auto_reset;
-  for (int i = 0; i < env.num_envs(); ++i) {
+void EpisodeLog::update(const Batch& batch) {
+  const AutoReset mode = batch.options().auto_reset;
+  for (int i = 0; i < batch.num_envs(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (finished_[at] != 0) {
       // This step began the next episode, or did nothing.
@@ -26,20 +26,20 @@ void EpisodeLog::update(const Batch& env) {
       continue;
     }
     ++env_steps_;
-    if ((env.terminated()[at] | env.truncated()[at]) == 0) continue;
-    finish_episode(env, i);
+    if ((batch.terminated()[at] | batch.truncated()[at]) == 0) continue;
+    finish_episode(batch, i);
     finished_[at] = mode == AutoReset::kSameStep ? 0 : 1;
     if (mode == AutoReset::kOff) --moving_;
   }
 }
 
-void EpisodeLog::finish_episode(const Batch& env, int index) {
+void EpisodeLog::finish_episode(const Batch& batch, int index) {
   std::int32_t& quota = quota_[static_cast<std::size_t>(index)];
   if (quota == 0) return;
   --quota;
-  const auto ended = [&env](const char* name) {
-    return env.options().auto_reset == AutoReset::kSameStep ? env.final_output(name)
-                                                            : env.output(name);
+  const auto ended = [&batch](const char* name) {
+    return batch.options().auto_reset == AutoReset::kSameStep ? batch.final_output(name)
+                                                              : batch.output(name);
   };
   ++episodes_;
   if (value_of<std::uint8_t>(ended("success_once"), index) != 0) ++successes_;

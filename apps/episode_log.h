@@ -13,10 +13,10 @@ class EpisodeLog {
  public:
   // episodes: how many to count; 0: all. Every environment contributes the same number of its first
   // ones, give or take one, so that quick episodes do not outnumber slow ones.
-  EpisodeLog(const Batch& env, int episodes);
+  EpisodeLog(const Batch& batch, int episodes);
 
   // Takes in the outputs of the last step; to be called after every step.
-  void update(const Batch& env);
+  void update(const Batch& batch);
 
   // True if all requested episodes are counted, or no environment is active any more.
   bool complete() const { return moving_ == 0 || (wanted_ > 0 && episodes_ == wanted_); }
@@ -33,7 +33,7 @@ class EpisodeLog {
   double mean_return() const { return mean(return_sum_); }
 
  private:
-  void finish_episode(const Batch& env, int index);
+  void finish_episode(const Batch& batch, int index);
   double mean(double sum) const {
     return episodes_ > 0 ? sum / static_cast<double>(episodes_)
                          : std::numeric_limits<double>::quiet_NaN();

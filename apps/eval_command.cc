@@ -24,7 +24,7 @@ std::string with_interval(const SuccessRate& rate) {
   return fmt::format("{:.3f} ({})", rate.rate, to_text(rate.interval));
 }
 
-std::string to_plain_text(const DocumentList& tasks) {
+std::string to_plain_text(const JsonList& tasks) {
   Table rows({{"task"},
               {"split"},
               {"memory type"},
@@ -35,15 +35,15 @@ std::string to_plain_text(const DocumentList& tasks) {
               {"first answer", true},
               {"mean return", true},
               {"mean steps", true}});
-  for (const Document& task : tasks) {
-    const DocumentList& lengths = list(part(task, "episode_lengths"));
+  for (const Json& task : tasks) {
+    const JsonList& lengths = list(part(task, "episode_lengths"));
     double steps = 0;
-    for (const Document& length : lengths) {
+    for (const Json& length : lengths) {
       steps += number(length) / static_cast<double>(lengths.size());
     }
     const SuccessRate rate = success_rate(task);
     const auto share = [&task](const char* key) {
-      const Document& value = part(task, key);
+      const Json& value = part(task, key);
       return is_null(value) ? std::string("-") : fmt::format("{:.3f}", number(value));
     };
     rows.add(
@@ -103,9 +103,9 @@ void conceal_memory() { (void)::prctl(PR_SET_DUMPABLE, 0); }
 
 void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   EvaluationRun run = begin(options);
-  if (run.settings().seal && ranks.is_single()) conceal_memory();
+  if (run.settings().commitment && ranks.is_single()) conceal_memory();
   EvaluationSettings shared = run.settings();
-  shared.opened = true;  // to the other ranks
+  shared.revealed = true;  // to the other ranks
   const std::string settings = to_text(shared.document());
   const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
   broadcast(ranks, {bytes.begin(), bytes.end()});
@@ -146,7 +146,7 @@ void run_worker(Ranks& ranks, const EvalOptions& options) {
   const Bytes bytes = broadcast(ranks, {});
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const EvaluationSettings settings =
-      EvaluationSettings::of(parse_document(text).value_or(Document()), "settings");
+      EvaluationSettings::of(parse_json(text).value_or(Json()), "settings");
   evaluate(ranks, {}, protocol_of(options, settings), {});
 }
 

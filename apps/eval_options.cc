@@ -52,20 +52,21 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
 };
 
 // Takes over the secret of a sealed run, which its folder does not have before the end.
-void resume_seal(const EvaluationSettings& now, const ResultFolder& folder,
-                 EvaluationSettings& before) {
+void resume_commitment(const EvaluationSettings& now, const ResultFolder& folder,
+                       EvaluationSettings& before) {
   const auto refuse = [&folder](const std::string& what) {
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of {}", folder.path().string(), what));
   };
-  if (now.seal && !before.seal) refuse("a run without --seed-file; --seed-file given now");
-  if (now.seal && now.seal->hash() != before.seal->hash()) {
-    refuse(fmt::format("a secret with the SHA-256 {}; one with {} given now", before.seal->hash(),
-                       now.seal->hash()));
+  if (now.commitment && !before.commitment)
+    refuse("a run without --seed-file; --seed-file given now");
+  if (now.commitment && now.commitment->hash() != before.commitment->hash()) {
+    refuse(fmt::format("a secret with the SHA-256 {}; one with {} given now",
+                       before.commitment->hash(), now.commitment->hash()));
   }
-  if (!before.seal || before.seal->knows_secret()) return;
-  if (!now.seal) refuse("a sealed run; its --seed-file needed");
-  before.set_seal(*now.seal);
+  if (!before.commitment || before.commitment->has_secret()) return;
+  if (!now.commitment) refuse("a sealed run; its --seed-file needed");
+  before.set_commitment(*now.commitment);
 }
 
 // The tasks of ids and filters, or of a suite, which may have its own number of episodes.
@@ -99,7 +100,7 @@ EvaluationSettings settings_of(const EvalOptions& options) {
                   "--seed-file, --tell-episodes: one of them allowed; a sealed run tells nobody "
                   "its seeds");
     }
-    settings.set_seal(SeedSeal::read(options.seed_file));
+    settings.set_commitment(SeedCommitment::read(options.seed_file));
   }
   MakeOptions environment = protocol.environment;
   name_policy(options.policy, protocol.policy, settings);
@@ -120,12 +121,12 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
   EvalOptions filled = options;
   if (!options.given.contains("tasks")) filled.ids = before->tasks;
   const EvaluationSettings given_now = settings_of(filled);
-  resume_seal(given_now, folder, *before);
-  const Document now = given_now.document();
-  const Document then = before->document();
+  resume_commitment(given_now, folder, *before);
+  const Json now = given_now.document();
+  const Json then = before->document();
   for (const std::string& key : options.given) {
-    const Document& given = part(now, key);
-    const Document& used = part(then, key);
+    const Json& given = part(now, key);
+    const Json& used = part(then, key);
     if (given == used) continue;
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of {} {}; {} given now",
@@ -169,7 +170,7 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
       return std::make_unique<PolicyProcess>(process, context);
     };
   }
-  // Pictures cost time, little with images at hand; reports are written with files only.
+  // Images cost time, little with images at hand; reports are written with files only.
   protocol.samples = !options.out.empty() || !options.resume.empty();
   return protocol;
 }

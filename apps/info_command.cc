@@ -28,14 +28,14 @@ void run(const InfoOptions& options) {
                 "--mjcf: '-' given with --json; standard output takes one of them, so a file name "
                 "is needed");
   }
-  const auto env = make(options.id, options.env);
+  const auto batch = make(options.id, options.env);
   warn_of_unused_constants(options.id, options.env);
   if (options.mjcf == "-") {
-    print(Queries(*env).document());
+    print(Queries(*batch).document());
     return;
   }
-  if (!options.mjcf.empty()) write_output(options.mjcf, Queries(*env).document());
-  const ConstantTable description = describe_task(*env);
+  if (!options.mjcf.empty()) write_output(options.mjcf, Queries(*batch).document());
+  const ConstantTable description = describe_task(*batch);
   print(options.json ? to_text(description) : task_text(description));
 }
 

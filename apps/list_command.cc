@@ -45,14 +45,14 @@ void run(const ListOptions& options) {
                {"horizon", true},
                {"state", true},
                {"candidates", true}});
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     const auto cell = [&task](const char* key) { return text(part(task, key)); };
     const auto count = [&task](const char* key) { return to_line(part(task, key)); };
     table.add({cell("id"), cell("split"), cell("memory_type"), count("horizon"), count("state_dim"),
                count("candidates")});
   }
   const auto rl = std::ranges::count_if(
-      tasks, [](const Document& task) { return text(part(task, "split")) == "rl"; });
+      tasks, [](const Json& task) { return text(part(task, "split")) == "rl"; });
   const auto count_of = [](auto number, const char* half) {
     return number == 0 ? std::string() : fmt::format(" ({} {})", number, half);
   };

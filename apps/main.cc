@@ -56,7 +56,8 @@ std::shared_ptr<const std::vector<std::string>> add_task_options(const Command& 
     program.add_repeatable(name, take, help).type_name("FILE");
   };
   add("--tasks", load_task_file,
-      "Loads the tasks of a Python file (docs/custom_tasks.md; FILE.py:ID for an id does the same) or "
+      "Loads the tasks of a Python file (docs/custom_tasks.md; FILE.py:ID for an id does the same) "
+      "or "
       "of a library (docs/cpp_tasks.md), as the environment variable ENGRAM_TASKS does "
       "(repeatable)");
   add("--variants", load_variants,

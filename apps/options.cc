@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "protocol/eval/run/settings.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 namespace {
@@ -163,7 +163,7 @@ PerturbationLevel parse_perturbation(const std::string& text) {
 std::pair<std::string, Constant> parse_constant(const std::string& text) {
   Setting setting = split_setting("--set", text, kConstantForm);
   if (setting.text.starts_with('[') || setting.text.starts_with('{')) {
-    std::optional<Document> value = parse_document(setting.text);
+    std::optional<Json> value = parse_json(setting.text);
     if (!value) refuse("--set", text, kConstantForm);
     return {std::move(setting.name), std::move(*value)};
   }
@@ -304,7 +304,7 @@ void add_renderer(const Command& command, ImageSourceOptions& options) {
 }
 
 std::string renderer_name(const BatchOptions& options) {
-  return observes_pictures(options.obs_mode) ? options.image_options.renderer : "none";
+  return observes_images(options.obs_mode) ? options.image_options.renderer : "none";
 }
 
 void add_env_options(const Command& command, MakeOptions& options) {

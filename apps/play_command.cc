@@ -26,8 +26,7 @@ void add_play_command(const Command& program,
                       const std::shared_ptr<const std::vector<std::string>>& task_options) {
   const auto options = std::make_shared<PlayOptions>();
   const Command command = program.add_command(
-      "play",
-      "Opens a page in the browser to choose, play and watch episodes (docs/play.md)");
+      "play", "Opens a page in the browser to choose, play and watch episodes (docs/play.md)");
   const auto pass_on = [options](const std::string& name) {
     return [options, name](const std::string& value) {
       if (value.empty()) throw Error(Error::kInvalidArgument, name + ": '' given, a text needed");

@@ -53,9 +53,9 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
                      });
 }
 
-Document config_of(const PolicyCommand& policy) {
+Json config_of(const PolicyCommand& policy) {
   if (policy.server.given()) return server_config(policy.server);
-  return policy.given() ? Document(DocumentTable{{"command", policy.command}}) : Document();
+  return policy.given() ? Json(JsonTable{{"command", policy.command}}) : Json();
 }
 
 void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings) {
@@ -63,7 +63,7 @@ void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& se
     settings.policy = name_of(own);
     return;
   }
-  require_external_name("--policy-name", policy.name);
+  require_custom_name("--policy-name", policy.name);
   settings.policy = policy.name.empty() ? "external" : policy.name;
   settings.policy_config = config_of(policy);
   settings.tell_episodes = policy.tell_episodes;

@@ -27,7 +27,7 @@ struct PolicyCommand {
 void add_policy_command(const Command& command, const Option& own, PolicyCommand& policy);
 
 // Its description in results and settings; null if there is none.
-Document config_of(const PolicyCommand& policy);
+Json config_of(const PolicyCommand& policy);
 
 // Names the policy in the settings, and says what it does: the command, or else one of engram's own
 // policies.

@@ -17,14 +17,14 @@ struct ServerOption {
 // Values are checked in Python (python/engram/servers/options.py).
 constexpr std::array<ServerOption, 8> kOptions = {{
     {"--server-keys", "NAME|FILE.json",
-     "Names of pictures, state and instruction: mikasa (default), libero, droid, openvla, oft"},
+     "Names of images, state and instruction: mikasa (default), libero, droid, openvla, oft"},
     {"--server-state", "LAYOUT",
      "Numbers of the state: tcp7, tcp7_continuous, libero8, libero_rpy8, oxe8 or joints8; default: "
      "the keys' own"},
     {"--server-actions", "NAME",
      "What its actions mean: mikasa, libero or oxe; default: the keys' own"},
     {"--server-image", "N|HxW|native",
-     "Size of the pictures that it gets; default: the server's or the keys' own"},
+     "Size of the images that it gets; default: the server's or the keys' own"},
     {"--replan", "N", "Actions of a chunk that are used before it is asked again; default: all"},
     {"--history", "last|since-last|N,STRIDE",
      "Frames that it gets: the last (default), all since the last question, or N at a stride"},
@@ -62,8 +62,8 @@ void add_server_options(const Command& command, const Option& server,
   }
 }
 
-Document server_config(const PolicyServer& server) {
-  DocumentTable config{{"server", server.url}};
+Json server_config(const PolicyServer& server) {
+  JsonTable config{{"server", server.url}};
   for (const auto& [name, value] : server.options) {
     const bool prefixed = name.starts_with("--server-");
     config.emplace_back(name.substr(prefixed ? 9 : 2), value);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/command_line.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 
@@ -26,7 +26,7 @@ void add_server_options(const Command& command, const Option& server,
                         const std::function<void(const std::string&, const std::string&)>& take);
 
 // Its description in results and settings.
-Document server_config(const PolicyServer& server);
+Json server_config(const PolicyServer& server);
 
 // A command that implements the protocol of docs/evaluation.md by asking the server; seconds: for
 // every answer.

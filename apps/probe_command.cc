@@ -25,13 +25,13 @@ struct ProbeCommandOptions {
 };
 
 // The rows of one probe's points; a task's twins are one point.
-void add_points(const std::string& id, Probe probe, const Document& section, Table& table) {
-  if (const Document* reason = find(section, "skipped")) {
+void add_points(const std::string& id, Probe probe, const Json& section, Table& table) {
+  if (const Json* reason = find(section, "skipped")) {
     table.add({id, name_of(probe), "", "", "-", "-", text(*reason)});
     return;
   }
   if (probe == Probe::kTwins) {
-    const Document& presents = part(section, "presents");
+    const Json& presents = part(section, "presents");
     table.add({id, name_of(probe), "pairs", fmt::format("{:.0f}", number(part(section, "pairs"))),
                "-", share_text(part(section, "follow")),
                fmt::format("wiped {}, swapped by past {}, stay {}; {:.0f} of {:.0f} presents equal",
@@ -44,14 +44,14 @@ void add_points(const std::string& id, Probe probe, const Document& section, Tab
   const char* const key = probe == Probe::kForgetting     ? "delay"
                           : probe == Probe::kInterference ? "others"
                                                           : "items";
-  for (const Document& point : list(part(section, "points"))) {
+  for (const Json& point : list(part(section, "points"))) {
     const std::string at = fmt::format("{:.0f}", number(part(point, key)));
-    if (const Document* reason = find(point, "skipped")) {
+    if (const Json* reason = find(point, "skipped")) {
       table.add({id, name_of(probe), key, at, "-", "-", text(*reason)});
       continue;
     }
-    const Document* kind = find(point, "kind");
-    const Document* oracle = find(point, "oracle");
+    const Json* kind = find(point, "kind");
+    const Json* oracle = find(point, "oracle");
     std::string note = kind != nullptr ? text(*kind) : std::string();
     if (oracle != nullptr) note = "oracle's success " + share_text(part(*oracle, "success"));
     table.add({id, name_of(probe), key, at, share_text(part(point, "success")),
@@ -59,7 +59,7 @@ void add_points(const std::string& id, Probe probe, const Document& section, Tab
   }
 }
 
-std::string to_plain_text(const Document& document, const ProbeOptions& options) {
+std::string to_plain_text(const Json& document, const ProbeOptions& options) {
   Table table({{"task"},
                {"probe"},
                {"over"},
@@ -67,7 +67,7 @@ std::string to_plain_text(const Document& document, const ProbeOptions& options)
                {"success", true},
                {"first answer", true},
                {"beside it"}});
-  for (const Document& task : list(part(document, "tasks"))) {
+  for (const Json& task : list(part(document, "tasks"))) {
     for (const Probe probe : options.probes) {
       add_points(text(part(task, "env_id")), probe, part(task, name_of(probe)), table);
     }
@@ -97,7 +97,7 @@ void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
   ProbeRun run(settings, protocol_of(options.eval, settings), probe);
   // The others wait until all is checked, so that mistakes are reported once.
   broadcast(ranks, {});
-  Document document;
+  Json document;
   {
     Progress view("probe", "steps");
     const Interruption interruption;

@@ -23,7 +23,7 @@ namespace engram::apps {
 namespace {
 
 constexpr int kSize = 512;
-constexpr int kSheetSize = 320;  // of a picture in a sheet, as in the published previews
+constexpr int kSheetSize = 320;  // of an image in a sheet, as in the published previews
 constexpr int kMaxSize = 4096;   // of Batch::render
 constexpr int kMaxSheet = 60;
 constexpr int kSheetColumns = 3;
@@ -35,8 +35,8 @@ struct RecordOptions {
   ViewOptions view;
   int size = 0;  // 0: not given, as below
   int frames_per_second = 0;
-  int sheet = 0;        // pictures of a sheet that is spread over the episode
-  std::vector<int> at;  // steps to take pictures of
+  int sheet = 0;        // images of a sheet that is spread over the episode
+  std::vector<int> at;  // steps to take images of
   bool json = false;
 
   bool is_sheet() const { return sheet > 0 || at.size() > 1; }
@@ -62,7 +62,7 @@ struct RecordReport {
 // --- videos ---
 
 RecordReport record_video(const RecordOptions& options, RecordedEpisode& episode) {
-  RecordView view(episode.env(), options.view);
+  RecordView view(episode.batch(), options.view);
   VideoWriter video(options.out, view.width(), view.height(), options.frames_per_second);
   Progress progress("record", "frames");
   RecordReport report{.width = view.width(), .height = view.height()};
@@ -77,7 +77,7 @@ RecordReport record_video(const RecordOptions& options, RecordedEpisode& episode
   return report;
 }
 
-// --- pictures ---
+// --- images ---
 
 // The steps to show: those that were asked for, or some from the first to the last.
 std::vector<int> moments_of(const RecordOptions& options, RecordedEpisode& episode) {
@@ -99,9 +99,9 @@ bool step_until(int step, RecordedEpisode& episode) {
   return episode.steps() == step;
 }
 
-RecordReport record_pictures(const RecordOptions& options, RecordedEpisode& episode) {
+RecordReport record_images(const RecordOptions& options, RecordedEpisode& episode) {
   const std::vector<int> moments = moments_of(options, episode);
-  RecordView view(episode.env(), options.view);
+  RecordView view(episode.batch(), options.view);
   const auto count = static_cast<int>(moments.size());
   const int columns = std::min(count, kSheetColumns);
   const int rows = (count + columns - 1) / columns;
@@ -158,16 +158,16 @@ EvaluationSettings settings_of(const EpisodeOptions& episode) {
 // Fills in the options that were not given.
 RecordOptions completed(RecordOptions options) {
   const std::string extension = extension_of(options.out);
-  const bool picture = extension == ".png";
-  if (!picture && extension != ".gif" && extension != ".mp4") {
+  const bool image = extension == ".png";
+  if (!image && extension != ".gif" && extension != ".mp4") {
     refuse(fmt::format("--out: '{}' given, a name that ends in .png, .gif or .mp4 allowed",
                        options.out));
   }
-  if (!picture && (options.sheet > 0 || !options.at.empty())) {
-    refuse(fmt::format("--at, --sheet: pictures of single steps; --out: '{}' given, .png allowed",
+  if (!image && (options.sheet > 0 || !options.at.empty())) {
+    refuse(fmt::format("--at, --sheet: images of single steps; --out: '{}' given, .png allowed",
                        options.out));
   }
-  if (picture && options.frames_per_second > 0) refuse("--fps: videos only; a .png stands still");
+  if (image && options.frames_per_second > 0) refuse("--fps: videos only; a .png stands still");
   if (options.view.overlays && (options.view.camera == "base" || options.view.camera == "hand")) {
     refuse(fmt::format("--overlays: human views only; --camera: '{}' given, render|all allowed",
                        options.view.camera));
@@ -196,13 +196,12 @@ RecordOptions completed(RecordOptions options) {
 // --- the command ---
 
 RecordReport record(const RecordOptions& options) {
-  const bool picture = extension_of(options.out) == ".png";
+  const bool image = extension_of(options.out) == ".png";
   const Interruption interruption;
   try {
     RecordedEpisode episode(options.episode, interruption);
     warn_of_unused_constants(options.episode.id, options.episode.env);
-    RecordReport report =
-        picture ? record_pictures(options, episode) : record_video(options, episode);
+    RecordReport report = image ? record_images(options, episode) : record_video(options, episode);
     report.success_once = episode.success_once();
     report.chunk_size = episode.chunk_size();
     return report;
@@ -214,15 +213,15 @@ RecordReport record(const RecordOptions& options) {
 }
 
 // The policy is described as in results of an evaluation.
-Document to_document(const RecordOptions& options, const RecordReport& report) {
+Json to_document(const RecordOptions& options, const RecordReport& report) {
   const EpisodeOptions& episode = options.episode;
   const EvaluationSettings settings = settings_of(episode);
-  DocumentTable document{{"out", options.out},
-                         {"frames", report.frames},
-                         {"success_once", report.success_once},
-                         {"obs_mode", name_of(settings.obs_mode)},
-                         {"action_chunk_size", report.chunk_size},
-                         {"model", model_document(settings)}};
+  JsonTable document{{"out", options.out},
+                     {"frames", report.frames},
+                     {"success_once", report.success_once},
+                     {"obs_mode", name_of(settings.obs_mode)},
+                     {"action_chunk_size", report.chunk_size},
+                     {"model", model_document(settings)}};
   if (settings.choices) document.emplace_back("choices", true);
   return document;
 }
@@ -265,10 +264,10 @@ void add_moments(const Command& command, RecordOptions& options) {
     }
   };
   const Option at = command.add_option(
-      "--at", assign, ".png: after that many steps; of several, a sheet of pictures");
+      "--at", assign, ".png: after that many steps; of several, a sheet of images");
   at.type_name("STEP,...").default_str("0");
   add_int(command, "--sheet", options.sheet, 1, kMaxSheet,
-          ".png: a sheet of N pictures from the first step to the last")
+          ".png: a sheet of N images from the first step to the last")
       .default_str("")
       .excludes(at);
 }
@@ -298,7 +297,7 @@ void add_view(const Command& command, RecordOptions& options) {
 
 void add_record_command(const Command& program) {
   const auto options = std::make_shared<RecordOptions>();
-  const Command command = program.add_command("record", "Picture or video of an episode");
+  const Command command = program.add_command("record", "Image or video of an episode");
   EpisodeOptions& episode = options->episode;
   episode.env = batch_options(1, 1);
   command.add_option("id", episode.id, "The task, such as RememberColor9-VLA-v0")
@@ -326,7 +325,7 @@ void add_record_command(const Command& program) {
   add_json(command, options->json);
   command.footer(
       "Videos have a frame of the beginning and one after every step. success_once is that of the "
-      "steps taken: a single picture ends with its own, sheets and videos with the episode.");
+      "steps taken: a single image ends with its own, sheets and videos with the episode.");
   command.on_run([options] { run(*options); });
 }
 

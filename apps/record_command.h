@@ -1,4 +1,4 @@
-// `engram record`: an episode as a picture or a video.
+// `engram record`: an episode as an image or a video.
 #pragma once
 
 #include "apps/command_line.h"

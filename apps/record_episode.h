@@ -38,13 +38,13 @@ class CommandPolicy {
   // The next action, or none so far. The batch of the command is stepped with it.
   void act(std::span<float> actions, std::span<std::uint8_t> commanded);
   // Throws Error if the policy has sent more than it was asked for.
-  void require_drained() { process_.require_drained(); }
+  void check_no_pending_reply() { process_.check_no_pending_reply(); }
   int longest_chunk() const { return actor_->longest_chunk(); }
 
  private:
   std::atomic<std::uint64_t> env_steps_ = 0;
   WorkContext context_;
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
   PolicyProcess process_;
   std::unique_ptr<EpisodeActor> actor_;
 };
@@ -54,11 +54,11 @@ class RecordedEpisode {
   // Steps end with an Error once there is an interruption.
   RecordedEpisode(const EpisodeOptions& options, const Interruption& interruption);
 
-  Batch& env() { return *env_; }
-  int steps() const { return env_->state().elapsed[0]; }
+  Batch& batch() { return *batch_; }
+  int steps() const { return batch_->state().elapsed[0]; }
   int max_steps() const { return max_steps_; }
   bool over() const;
-  bool success_once() const { return *env_->output("success_once").row(0) != std::byte{0}; }
+  bool success_once() const { return *batch_->output("success_once").row(0) != std::byte{0}; }
   // Actions of the longest chunk that the policy has answered with.
   int chunk_size() const { return command_policy_ ? command_policy_->longest_chunk() : 1; }
 
@@ -75,7 +75,7 @@ class RecordedEpisode {
 
   const Interruption& interruption_;
   int max_steps_;
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
   std::optional<CommandPolicy> command_policy_;
   std::optional<ScriptedActor> own_policy_;
   std::vector<Action> actions_;  // of all steps so far

@@ -9,8 +9,8 @@ std::string camera_name(const std::string& camera) { return camera + "_camera"; 
 
 }  // namespace
 
-RecordView::RecordView(const Batch& env, const ViewOptions& options)
-    : env_(env), renderer_(env), options_(options) {}
+RecordView::RecordView(const Batch& batch, const ViewOptions& options)
+    : batch_(batch), renderer_(batch), options_(options) {}
 
 std::vector<std::uint8_t> RecordView::draw() {
   const bool all = options_.camera == "all";
@@ -36,8 +36,8 @@ void RecordView::draw_camera(const std::string& name, int width, int height) {
 void RecordView::draw_overlays(int width, int height, Canvas& canvas) const {
   Overlay overlay = make_overlay(width, height);
   renderer_.overlay(0, overlay);
-  add_step(overlay, env_.state().elapsed[0]);
-  add_reward(overlay, env_.reward()[0]);
+  add_step(overlay, batch_.state().elapsed[0]);
+  add_reward(overlay, batch_.reward()[0]);
   draw_overlay(overlay, {0, 0}, std::min(width, height), canvas);
 }
 

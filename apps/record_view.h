@@ -24,7 +24,7 @@ struct ViewOptions {
 class RecordView {
  public:
   // The batch outlives the view.
-  RecordView(const Batch& env, const ViewOptions& options);
+  RecordView(const Batch& batch, const ViewOptions& options);
 
   int width() const { return options_.width; }
   int height() const { return options_.height; }
@@ -41,7 +41,7 @@ class RecordView {
   void draw_panel(const std::string& camera, const std::string& label, const Panel& panel,
                   Canvas& canvas);
 
-  const Batch& env_;
+  const Batch& batch_;
   SceneRenderer renderer_;
   ViewOptions options_;
   std::vector<std::uint8_t> rgb_;  // of the last camera

@@ -17,7 +17,7 @@
 #include "apps/task_choice.h"
 #include "core/base/join.h"
 #include "core/batch/group_queries.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 namespace {
@@ -38,9 +38,9 @@ struct RolloutOptions {
 
 // One task's part of a rollout.
 struct TaskLog {
-  TaskLog(const Batch& env, const RolloutOptions& options)
-      : batch(env), episodes(env, options.episodes) {
-    if (options.hash) digest.emplace(env.num_envs());
+  TaskLog(const Batch& batch, const RolloutOptions& options)
+      : batch(batch), episodes(batch, options.episodes) {
+    if (options.hash) digest.emplace(batch.num_envs());
   }
   std::optional<std::uint64_t> hash() const {
     return digest ? std::optional(digest->value()) : std::nullopt;
@@ -161,47 +161,47 @@ std::uint64_t unstable_steps(const BatchGroup& group) {
 }
 
 double images_per_step(const BatchOptions& options) {
-  return observes_pictures(options.obs_mode) ? static_cast<double>(options.images.cameras.size())
-                                             : 0.0;
+  return observes_images(options.obs_mode) ? static_cast<double>(options.images.cameras.size())
+                                           : 0.0;
 }
 
 double rate(double count, double time) { return time > 0 ? count / time : 0; }
 
-Document hash_document(std::optional<std::uint64_t> hash) {
-  return hash ? Document(fmt::format("{:016x}", *hash)) : Document();
+Json hash_document(std::optional<std::uint64_t> hash) {
+  return hash ? Json(fmt::format("{:016x}", *hash)) : Json();
 }
 
-DocumentTable to_document(const BatchGroup& group, const RolloutOptions& options,
-                          const RolloutLog& log, const RolloutReport& report) {
+JsonTable to_document(const BatchGroup& group, const RolloutOptions& options, const RolloutLog& log,
+                      const RolloutReport& report) {
   const BatchOptions& common = group.part(0).options();
   const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
-  DocumentTable document = {{"id", join(options.ids, {}, "+")},
-                            {"num_envs", group.num_envs()},
-                            {"steps", report.steps},
-                            {"threads", group.threads()},
-                            {"obs", name_of(common.obs_mode)},
-                            {"policy", name_of(options.policy)},
-                            {"renderer", renderer_name(common)},
-                            {"rules", name_of(common.rules)},
-                            {"env_steps_per_second", env_rate},
-                            {"physics_steps_per_second", env_rate * common.substeps},
-                            {"images_per_second", env_rate * images_per_step(common)},
-                            {"episodes", log.episodes()},
-                            {"success_once", log.success_rate()},
-                            {"mean_return", log.mean_return()},
-                            {"unstable", unstable_steps(group)},
-                            {"hash", hash_document(log.hash())},
-                            {"wall_seconds", report.wall_seconds}};
+  JsonTable document = {{"id", join(options.ids, {}, "+")},
+                        {"num_envs", group.num_envs()},
+                        {"steps", report.steps},
+                        {"threads", group.threads()},
+                        {"obs", name_of(common.obs_mode)},
+                        {"policy", name_of(options.policy)},
+                        {"renderer", renderer_name(common)},
+                        {"rules", name_of(common.rules)},
+                        {"env_steps_per_second", env_rate},
+                        {"physics_steps_per_second", env_rate * common.substeps},
+                        {"images_per_second", env_rate * images_per_step(common)},
+                        {"episodes", log.episodes()},
+                        {"success_once", log.success_rate()},
+                        {"mean_return", log.mean_return()},
+                        {"unstable", unstable_steps(group)},
+                        {"hash", hash_document(log.hash())},
+                        {"wall_seconds", report.wall_seconds}};
   if (!group.is_common()) return document;
-  DocumentList tasks;
+  JsonList tasks;
   for (const TaskLog& task : log.tasks()) {
-    tasks.emplace_back(DocumentTable{{"id", task.batch.info().id},
-                                     {"num_envs", task.batch.num_envs()},
-                                     {"episodes", task.episodes.episodes()},
-                                     {"success_once", task.episodes.success_rate()},
-                                     {"mean_return", task.episodes.mean_return()},
-                                     {"unstable", Queries(task.batch).unstable_count()},
-                                     {"hash", hash_document(task.hash())}});
+    tasks.emplace_back(JsonTable{{"id", task.batch.info().id},
+                                 {"num_envs", task.batch.num_envs()},
+                                 {"episodes", task.episodes.episodes()},
+                                 {"success_once", task.episodes.success_rate()},
+                                 {"mean_return", task.episodes.mean_return()},
+                                 {"unstable", Queries(task.batch).unstable_count()},
+                                 {"hash", hash_document(task.hash())}});
   }
   document.emplace_back("tasks", std::move(tasks));
   return document;

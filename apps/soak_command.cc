@@ -11,7 +11,7 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "bench/soak.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 namespace {
@@ -21,7 +21,7 @@ struct SoakCommandOptions {
   bool json = false;
 };
 
-DocumentTable describe(const bench::SoakSample& sample) {
+JsonTable describe(const bench::SoakSample& sample) {
   return {{"done", sample.done},
           {"resident_bytes", sample.usage.resident_bytes},
           {"allocated_bytes", sample.usage.allocated_bytes},
@@ -29,27 +29,27 @@ DocumentTable describe(const bench::SoakSample& sample) {
           {"descriptors", sample.usage.descriptors}};
 }
 
-DocumentTable describe(const bench::SoakVisit& visit) {
-  DocumentTable table = {{"env_steps_per_second", visit.env_steps_per_second},
-                         {"drift", visit.drift},
-                         {"digest", fmt::format("{:016x}", visit.digest)},
-                         {"grown_bytes", visit.grown_bytes}};
+JsonTable describe(const bench::SoakVisit& visit) {
+  JsonTable table = {{"env_steps_per_second", visit.env_steps_per_second},
+                     {"drift", visit.drift},
+                     {"digest", fmt::format("{:016x}", visit.digest)},
+                     {"grown_bytes", visit.grown_bytes}};
   for (std::size_t i = 0; i < bench::kSoakPolicies.size(); ++i) {
     table.emplace_back(
         name_of(bench::kSoakPolicies[i]),
-        DocumentTable{{"episodes", visit.episodes[i]}, {"success_once", visit.successes[i]}});
+        JsonTable{{"episodes", visit.episodes[i]}, {"success_once", visit.successes[i]}});
   }
   return table;
 }
 
-DocumentTable describe(const bench::SoakTask& task) {
-  DocumentList visits;
+JsonTable describe(const bench::SoakTask& task) {
+  JsonList visits;
   visits.reserve(task.visits.size());
   for (const bench::SoakVisit& visit : task.visits) visits.emplace_back(describe(visit));
   return {{"id", task.id}, {"visits", std::move(visits)}};
 }
 
-DocumentTable describe(const bench::UnstableEpisode& episode) {
+JsonTable describe(const bench::UnstableEpisode& episode) {
   return {{"id", episode.id},
           {"seed", episode.seed},
           {"episode", episode.episode},
@@ -57,7 +57,7 @@ DocumentTable describe(const bench::UnstableEpisode& episode) {
           {"elapsed", episode.elapsed}};
 }
 
-DocumentTable describe(const bench::SoakBound& bound) {
+JsonTable describe(const bench::SoakBound& bound) {
   return {{"name", bound.name},
           {"value", bound.value},
           {"allowed", bound.allowed},
@@ -66,14 +66,14 @@ DocumentTable describe(const bench::SoakBound& bound) {
 }
 
 template <class T>
-DocumentList describe_all(const std::vector<T>& items) {
-  DocumentList list;
+JsonList describe_all(const std::vector<T>& items) {
+  JsonList list;
   list.reserve(items.size());
   for (const T& item : items) list.emplace_back(describe(item));
   return list;
 }
 
-DocumentTable to_document(const bench::SoakReport& report) {
+JsonTable to_document(const bench::SoakReport& report) {
   return {{"env_steps", report.env_steps},
           {"cycles", report.cycles},
           {"threads", report.threads},

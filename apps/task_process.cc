@@ -12,26 +12,26 @@
 #include "apps/message_socket.h"
 #include "apps/python_module.h"
 #include "core/base/error.h"
+#include "protocol/custom_tasks/task_documents.h"
 #include "protocol/eval/policies/guarded_process.h"
-#include "protocol/io/document.h"
-#include "protocol/tasks/task_documents.h"
-#include "tasks/external/external_family.h"
+#include "protocol/io/json.h"
+#include "tasks/custom/custom_family.h"
 
 namespace engram::apps {
 namespace {
 
-using tasks::ExternalArray;
-using tasks::ExternalMethod;
+using tasks::CustomArray;
+using tasks::CustomMethod;
 
 [[noreturn]] void fail(const std::string& message) { throw Error(Error::kTaskFailed, message); }
 
 // Receives an answer: a table, without "error". Throws Error (kTaskFailed).
-Document answer(MessageSocket& socket, const std::string& what) {
+Json answer(MessageSocket& socket, const std::string& what) {
   const std::optional<std::string> message = socket.receive();
   if (!message) fail(what + ": its process has ended");
-  std::optional<Document> document = parse_document(*message);
+  std::optional<Json> document = parse_json(*message);
   if (!document) fail(what + ": its process has answered something else than JSON");
-  if (const Document* error = find(*document, "error")) fail(what + ": " + text(*error));
+  if (const Json* error = find(*document, "error")) fail(what + ": " + text(*error));
   return std::move(*document);
 }
 
@@ -67,14 +67,14 @@ class SharedRows {
 };
 
 // One instance, in a process of its own.
-class ProcessInstance final : public tasks::ExternalInstance {
+class ProcessInstance final : public tasks::CustomInstance {
  public:
   ProcessInstance(MessageSocket socket, const std::string& id)
       : socket_(std::move(socket)), what_("task '" + id + "'") {
     description_ = parse_task_description(to_line(part(answer(socket_, what_), "description")), id);
   }
 
-  const tasks::ExternalDescription& description() const override { return description_; }
+  const tasks::CustomDescription& description() const override { return description_; }
   bool sees_batch() const override { return false; }
 
   std::shared_ptr<std::byte> spare_memory(std::size_t bytes) override {
@@ -82,30 +82,29 @@ class ProcessInstance final : public tasks::ExternalInstance {
     return {rows_, rows_->memory()};
   }
 
-  void bind(std::span<const ExternalArray> arrays, int num_envs) override {
-    DocumentList list;
-    for (const ExternalArray& array : arrays) {
-      list.push_back(DocumentTable{{"name", array.field.name},
-                                   {"dtype", dtype_name(array.field.dtype)},
-                                   {"width", array.field.width},
-                                   {"is_written", array.is_written},
-                                   {"offset", array.some - rows_->memory()}});
+  void bind(std::span<const CustomArray> arrays, int num_envs) override {
+    JsonList list;
+    for (const CustomArray& array : arrays) {
+      list.push_back(JsonTable{{"name", array.field.name},
+                               {"dtype", dtype_name(array.field.dtype)},
+                               {"width", array.field.width},
+                               {"is_written", array.is_written},
+                               {"offset", array.subset_rows - rows_->memory()}});
     }
-    const Document message =
-        DocumentTable{{"bind", DocumentTable{{"arrays", list}, {"num_envs", num_envs}}}};
+    const Json message = JsonTable{{"bind", JsonTable{{"arrays", list}, {"num_envs", num_envs}}}};
     if (!socket_.send(to_line(message), rows_->file())) fail(what_ + ": its process has ended");
     answer(socket_, what_);
   }
 
   // The message of a call is three numbers; the answer is empty if all is well.
-  void call(ExternalMethod method, int rows, bool /*of_all*/) override {
+  void call(CustomMethod method, int rows, bool /*of_all*/) override {
     if (!socket_.send(fmt::format("call {} {}", static_cast<int>(method), rows))) {
       fail(what_ + ": its process has ended");
     }
     const std::optional<std::string> message = socket_.receive();
     if (!message) fail(what_ + ": its process has ended");
     if (message->empty()) return;
-    const std::optional<Document> document = parse_document(*message);
+    const std::optional<Json> document = parse_json(*message);
     fail(what_ + ": " + (document ? text(part(*document, "error")) : *message));
   }
 
@@ -113,7 +112,7 @@ class ProcessInstance final : public tasks::ExternalInstance {
   MessageSocket socket_;
   std::string what_;
   std::shared_ptr<SharedRows> rows_;
-  tasks::ExternalDescription description_;
+  tasks::CustomDescription description_;
 };
 
 // The process that has loaded the file. It forks one for each instance.
@@ -135,18 +134,18 @@ class TaskProcess {
       process_->wait(std::chrono::seconds(2));
       throw Error(Error::kUnavailable, what_ + ": its process has ended");
     }
-    const std::optional<Document> document = parse_document(*message);
+    const std::optional<Json> document = parse_json(*message);
     if (!document) fail(what_ + ": not loaded");
-    if (const Document* error = find(*document, "error")) fail(what_ + ": " + text(*error));
+    if (const Json* error = find(*document, "error")) fail(what_ + ": " + text(*error));
     std::vector<std::string> texts;
-    for (const Document& one : list(part(*document, "definitions"))) texts.push_back(to_line(one));
+    for (const Json& one : list(part(*document, "definitions"))) texts.push_back(to_line(one));
     return texts;
   }
 
-  std::unique_ptr<tasks::ExternalInstance> make(const std::string& id,
-                                                const ConstantTable& constants) {
+  std::unique_ptr<tasks::CustomInstance> make(const std::string& id,
+                                              const ConstantTable& constants) {
     auto [own, other] = MessageSocket::pair();
-    const Document message = DocumentTable{{"id", id}, {"constants", constants}};
+    const Json message = JsonTable{{"id", id}, {"constants", constants}};
     {
       const std::scoped_lock lock(mutex_);
       if (!socket_.send(to_line(message), other.number())) fail(what_ + ": its process has ended");
@@ -162,12 +161,12 @@ class TaskProcess {
   std::optional<GuardedProcess> process_;
 };
 
-class ProcessFactory final : public tasks::ExternalFactory {
+class ProcessFactory final : public tasks::CustomFactory {
  public:
   explicit ProcessFactory(std::shared_ptr<TaskProcess> process) : process_(std::move(process)) {}
 
-  std::unique_ptr<tasks::ExternalInstance> make(const std::string& id,
-                                                const ConstantTable& constants) const override {
+  std::unique_ptr<tasks::CustomInstance> make(const std::string& id,
+                                              const ConstantTable& constants) const override {
     return process_->make(id, constants);
   }
 
@@ -181,7 +180,7 @@ void load_python_tasks(const std::string& file) {
   auto process = std::make_shared<TaskProcess>(file);
   const auto factory = std::make_shared<ProcessFactory>(process);
   for (const std::string& definition : process->definitions()) {
-    tasks::register_external(parse_definition(definition), factory);
+    tasks::register_custom(parse_definition(definition), factory);
   }
 }
 

@@ -10,7 +10,7 @@
 namespace engram::apps {
 namespace {
 
-std::string plain(const Document& value) {
+std::string plain(const Json& value) {
   if (const auto* text = std::get_if<std::string>(&value.value)) return *text;
   if (const auto* number = std::get_if<double>(&value.value)) {
     return std::isfinite(*number) ? fmt::format("{:.6g}", *number) : "-";
@@ -18,14 +18,14 @@ std::string plain(const Document& value) {
   return is_null(value) ? "-" : to_line(value);
 }
 
-std::string plain(const Document& table, std::string_view key) { return plain(part(table, key)); }
+std::string plain(const Json& table, std::string_view key) { return plain(part(table, key)); }
 
 // A table of objects: one column per key, under a heading.
-std::string section(const std::string& title, const Document& rows,
+std::string section(const std::string& title, const Json& rows,
                     const std::vector<Table::ColumnHeader>& columns) {
   if (list(rows).empty()) return "";
   Table table(columns);
-  for (const Document& row : list(rows)) {
+  for (const Json& row : list(rows)) {
     std::vector<std::string> cells;
     cells.reserve(columns.size());
     for (const Table::ColumnHeader& column : columns) cells.push_back(plain(row, column.name));
@@ -34,7 +34,7 @@ std::string section(const std::string& title, const Document& rows,
   return fmt::format("\n{}\n{}", title, table.text("  "));
 }
 
-std::string head(const Document& task) {
+std::string head(const Json& task) {
   return fmt::format(
       "{}: \"{}\"\n"
       "  family {}, split {}, memory type {}, {}\n"
@@ -48,18 +48,18 @@ std::string head(const Document& task) {
 }
 
 // The definition of an answer, and the scores of policies.
-std::string memory_section(const Document& task) {
+std::string memory_section(const Json& task) {
   std::string text;
-  if (const Document& answer = part(task, "answer"); !is_null(answer)) {
+  if (const Json& answer = part(task, "answer"); !is_null(answer)) {
     text += fmt::format("\nAnswer\n  {}\n  a guess is right first with probability {:.3f}\n",
                         plain(answer), number(part(task, "answer_chance")));
   }
-  if (const Document& choices = part(task, "choices"); !is_null(choices)) {
-    const Document& items = part(choices, "choices");
+  if (const Json& choices = part(task, "choices"); !is_null(choices)) {
+    const Json& items = part(choices, "choices");
     text += fmt::format("\nChoices (docs/choices.md)\n  {}\n", plain(choices, "question"));
     if (!is_null(items)) text += fmt::format("  {}\n", to_line(items));
   }
-  const Document& ceilings = part(task, "ceilings");
+  const Json& ceilings = part(task, "ceilings");
   if (is_null(ceilings)) return text;
   Table rows({{"policy"}, {"success_once", true}, {"first_answer_correct", true}});
   for (const auto& [policy, rates] : table(ceilings)) {
@@ -68,12 +68,12 @@ std::string memory_section(const Document& task) {
   return text + "\nMeasured over 200 episodes (docs/memory.md)\n" + rows.text("  ");
 }
 
-std::string action_section(const Document& modes) {
+std::string action_section(const Json& modes) {
   Table rows({{"mode"}, {"dim", true}, {"low"}, {"high"}});
-  const auto shortened = [](const Document& bounds) {
-    const DocumentList& values = list(bounds);
+  const auto shortened = [](const Json& bounds) {
+    const JsonList& values = list(bounds);
     const bool same = std::all_of(values.begin(), values.end(),
-                                  [&](const Document& value) { return value == values[0]; });
+                                  [&](const Json& value) { return value == values[0]; });
     return same ? fmt::format("{} each", plain(values[0])) : to_line(bounds);
   };
   for (const auto& [mode, space] : table(modes)) {
@@ -83,7 +83,7 @@ std::string action_section(const Document& modes) {
   return "\nActions by control mode\n" + rows.text("  ");
 }
 
-std::string constant_section(const Document& constants) {
+std::string constant_section(const Json& constants) {
   std::string text = "\nConstants\n";
   for (const auto& [name, value] : table(constants)) {
     text += fmt::format("  {} = {}\n", name, plain(value));
@@ -91,7 +91,7 @@ std::string constant_section(const Document& constants) {
   return table(constants).empty() ? "" : text;
 }
 
-std::string segmentation_section(const Document& names) {
+std::string segmentation_section(const Json& names) {
   Table rows({{"value", true}, {"name"}});
   for (std::size_t i = 0; i < list(names).size(); ++i) {
     rows.add({std::to_string(i), plain(list(names)[i])});
@@ -99,13 +99,13 @@ std::string segmentation_section(const Document& names) {
   return list(names).empty() ? "" : "\nSegmentation\n" + rows.text("  ");
 }
 
-std::string reward_section(const Document& task) {
+std::string reward_section(const Json& task) {
   std::string text = fmt::format("\nReward\n  dense reward of a success step: {}\n",
                                  plain(task, "success_reward"));
-  const DocumentList& terms = list(part(task, "reward_terms"));
+  const JsonList& terms = list(part(task, "reward_terms"));
   if (!terms.empty()) {
     text += "  terms (info reward_dict):";
-    for (const Document& term : terms) text += fmt::format(" {}", plain(term));
+    for (const Json& term : terms) text += fmt::format(" {}", plain(term));
     text += "\n";
   }
   return text;
@@ -113,7 +113,7 @@ std::string reward_section(const Document& task) {
 
 }  // namespace
 
-std::string task_text(const Document& task) {
+std::string task_text(const Json& task) {
   const Table::ColumnHeader name{"name"};
   const Table::ColumnHeader width{"width", true};
   const Table::ColumnHeader unit{"unit"};

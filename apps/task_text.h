@@ -3,11 +3,11 @@
 
 #include <string>
 
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 
 // The content of describe_task, in sections.
-std::string task_text(const Document& task);
+std::string task_text(const Json& task);
 
 }  // namespace engram::apps

@@ -12,7 +12,7 @@
 #include "apps/task_choice.h"
 #include "bench/bit_identity.h"
 #include "core/batch/scripted_policy.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram::apps {
 namespace {
@@ -71,7 +71,7 @@ std::vector<TaskCheck> check_all(const VerifyOptions& options) {
 
 std::string hex(std::uint64_t number) { return fmt::format("{:016x}", number); }
 
-DocumentTable describe(const TaskCheck& row) {
+JsonTable describe(const TaskCheck& row) {
   return {{"id", row.id},
           {"obs", name_of(row.obs_mode)},
           {"plays", row.result.runs},
@@ -100,9 +100,9 @@ std::string to_plain_text(const std::vector<TaskCheck>& rows) {
 }
 
 void run(const VerifyOptions& options) {
-  if (options.env.control_mode) require_mode_of(Policy::kOracle, *options.env.control_mode);
+  if (options.env.control_mode) require_mode_of(Policy::kOracle, *options.batch.control_mode);
   const std::vector<TaskCheck> rows = check_all(options);
-  DocumentList document;
+  JsonList document;
   document.reserve(rows.size());
   std::size_t different = 0;
   for (const TaskCheck& row : rows) {

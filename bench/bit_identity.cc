@@ -64,7 +64,7 @@ struct SegmentTrace {
 
 // Lanes of the vector kernel of that instruction set; 0, the default, where the machine has none.
 int lanes_of(InstructionSet set) {
-  for (int lanes = kMostLanes; lanes > 1; lanes /= 2) {
+  for (int lanes = kMaxLanes; lanes > 1; lanes /= 2) {
     const LaneKernel* kernel = lane_kernel(lanes);
     if (kernel != nullptr && kernel->instruction_set == set) return lanes;
   }
@@ -128,29 +128,29 @@ class Checker {
   }
 
   RunRecord run_episodes(const RunConfig& config, std::vector<SegmentStart>* snapshots) {
-    const auto env = batch(config, ObsMode::kState);
-    MixedActions actions(*env);
-    const int horizon = env->info().horizon;
+    const auto batch = make_batch(config, ObsMode::kState);
+    MixedActions actions(*batch);
+    const int horizon = batch->info().horizon;
     RunRecord record;
     record.segments = order_of(kEpisodes, config.shuffled);
     record.traces.resize(kEpisodes);
-    begin(*env, record.segments);
+    begin(*batch, record.segments);
     for (int part = 1, step = 0; part <= kSnapshots; ++part) {
       // The last snapshots are near the end, so that segments pass it.
       const int last = std::max(0, horizon - options_.steps / 2);
       const int at = std::min(last, horizon * part / kSnapshots);
-      for (; step < at; ++step) advance(*env, actions, record.traces);
+      for (; step < at; ++step) advance(*batch, actions, record.traces);
       for (int i = 0; i < kEpisodes && snapshots != nullptr; ++i) {
         (*snapshots)[static_cast<std::size_t>((part - 1) * kEpisodes + i)] = {
-            env->state().seed[i], Snapshotter(*env).save(i)};
+            batch->state().seed[i], Snapshotter(*batch).save(i)};
       }
     }
     return record;
   }
 
   RunRecord run_segments(const RunConfig& config) {
-    const auto env = batch(config, options_.obs_mode);
-    MixedActions actions(*env);
+    const auto batch = make_batch(config, options_.obs_mode);
+    MixedActions actions(*batch);
     const std::vector<int> order = order_of(kSegments, config.shuffled);
     const auto size = static_cast<std::size_t>(config.num_envs);
     RunRecord record;
@@ -159,16 +159,16 @@ class Checker {
       const std::size_t first = std::min(next, order.size() - size);
       const std::span<const int> segments = std::span(order).subspan(first, size);
       std::vector<SegmentTrace> traces(size);
-      begin(*env, segments);
-      update_traces(*env, traces);
-      for (int step = 0; step < options_.steps; ++step) advance(*env, actions, traces);
+      begin(*batch, segments);
+      update_traces(*batch, traces);
+      for (int step = 0; step < options_.steps; ++step) advance(*batch, actions, traces);
       record.segments.insert(record.segments.end(), segments.begin(), segments.end());
       record.traces.insert(record.traces.end(), traces.begin(), traces.end());
     }
     return record;
   }
 
-  std::unique_ptr<Batch> batch(const RunConfig& config, ObsMode obs_mode) const {
+  std::unique_ptr<Batch> make_batch(const RunConfig& config, ObsMode obs_mode) const {
     MakeOptions options;
     options.num_envs = config.num_envs;
     options.threads = config.threads;
@@ -188,13 +188,13 @@ class Checker {
   }
 
   // Puts one segment into each slot.
-  void begin(Batch& env, std::span<const int> segments) const {
+  void begin(Batch& batch, std::span<const int> segments) const {
     std::vector<std::uint64_t> seeds;
     for (const int segment : segments) seeds.push_back(start_of(segment).seed);
-    env.reset({.mask = {}, .seeds = seeds});
-    for (int i = 0; i < env.num_envs(); ++i) {
+    batch.reset({.mask = {}, .seeds = seeds});
+    for (int i = 0; i < batch.num_envs(); ++i) {
       const auto& snapshot = start_of(segments[static_cast<std::size_t>(i)]).snapshot;
-      if (!snapshot.empty()) Snapshotter(env).restore(i, snapshot);
+      if (!snapshot.empty()) Snapshotter(batch).restore(i, snapshot);
     }
   }
 
@@ -203,31 +203,31 @@ class Checker {
   }
 
   // Random actions for even seeds, the oracle's for odd ones.
-  void advance(Batch& env, MixedActions& actions, std::vector<SegmentTrace>& traces) {
-    env.step(actions.choose(env, [&env](int i) { return env.state().seed[i] % 2 == 1; }));
-    update_traces(env, traces);
+  void advance(Batch& batch, MixedActions& actions, std::vector<SegmentTrace>& traces) {
+    batch.step(actions.choose(batch, [&batch](int i) { return batch.state().seed[i] % 2 == 1; }));
+    update_traces(batch, traces);
     for (std::size_t i = 0; i < traces.size(); ++i) {
       ++traces[i].steps;
-      traces[i].episodes += env.state().finished[static_cast<int>(i)];
+      traces[i].episodes += batch.state().finished[static_cast<int>(i)];
     }
   }
 
-  void update_traces(const Batch& env, std::vector<SegmentTrace>& traces) {
-    row_.resize(std::max(env.outputs().row_bytes(), env.memory().row_bytes()));
+  void update_traces(const Batch& batch, std::vector<SegmentTrace>& traces) {
+    row_.resize(std::max(batch.outputs().row_bytes(), batch.memory().row_bytes()));
     const auto chain = [&](std::uint64_t hash, const ColumnStore& store, std::size_t slot) {
       store.save_row(static_cast<int>(slot), row_);
       return chain_row(hash, std::span<const std::byte>(row_).first(store.row_bytes()), 1, 0);
     };
     for (std::size_t i = 0; i < traces.size(); ++i) {
       SegmentTrace& trace = traces[i];
-      trace.outputs = chain(trace.outputs, env.outputs(), i);
-      trace.outputs = chain_row(trace.outputs, env.images().rgb, traces.size(), i);
-      trace.outputs = chain_row(trace.outputs, env.images().depth, traces.size(), i);
-      trace.outputs = chain_row(trace.outputs, env.images().segmentation, traces.size(), i);
+      trace.outputs = chain(trace.outputs, batch.outputs(), i);
+      trace.outputs = chain_row(trace.outputs, batch.images().rgb, traces.size(), i);
+      trace.outputs = chain_row(trace.outputs, batch.images().depth, traces.size(), i);
+      trace.outputs = chain_row(trace.outputs, batch.images().segmentation, traces.size(), i);
       if (observes_objects(options_.obs_mode)) {
-        trace.outputs = chain_row(trace.outputs, env.observation(), traces.size(), i);
+        trace.outputs = chain_row(trace.outputs, batch.observation(), traces.size(), i);
       }
-      trace.memory = chain(trace.memory, env.memory(), i);
+      trace.memory = chain(trace.memory, batch.memory(), i);
     }
   }
 

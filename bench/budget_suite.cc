@@ -40,7 +40,7 @@ class BudgetMeter {
       : threads_(threads),
         clock_(threads),
         rollout_(id, batch_of(obs, options, threads), options.policy) {
-    rollout_.env->attach(&clock_);
+    rollout_.batch->attach(&clock_);
   }
 
   Budget measure(int steps) {
@@ -65,7 +65,7 @@ class BudgetMeter {
     const double all = ticks * threads_ - costs;
     Budget budget;
     budget.whole =
-        1e6 * spent * threads_ / (steps * rollout_.env->num_envs()) * all / (ticks * threads_);
+        1e6 * spent * threads_ / (steps * rollout_.batch->num_envs()) * all / (ticks * threads_);
     double marked = 0;
     for (std::size_t part = 0; part < kStepParts; ++part) {
       const double own = static_cast<double>(after[part] - before[part]) - cost[part];
@@ -80,7 +80,7 @@ class BudgetMeter {
 
  private:
   static MakeOptions batch_of(ObsMode obs, const SuiteOptions& options, int threads) {
-    MakeOptions result = batch(envs_or(options, 256), threads);
+    MakeOptions result = rollout_options(envs_or(options, 256), threads);
     result.obs_mode = obs;
     return result;
   }
@@ -119,14 +119,14 @@ std::vector<Measurement> run_budget(const SuiteOptions& options) {
   std::size_t done = 0;
   for (const std::string& id : ids) {
     for (const ObsMode obs : {ObsMode::kState, ObsMode::kRgb}) {
-      const bool pictures = obs == ObsMode::kRgb;
-      const int steps = pictures ? 3 : 10;
+      const bool images = obs == ObsMode::kRgb;
+      const int steps = images ? 3 : 10;
       BudgetMeter meter(id, obs, options, threads);
       meter.measure(steps);
       std::vector<Budget> rounds;
       rounds.reserve(static_cast<std::size_t>(options.rounds));
       for (int round = 0; round < options.rounds; ++round) rounds.push_back(meter.measure(steps));
-      add_rows(rows, "budget." + id + (pictures ? ".rgb." : ".state."), rounds);
+      add_rows(rows, "budget." + id + (images ? ".rgb." : ".state."), rounds);
       ++done;
       if (options.progress) {
         options.progress(static_cast<double>(done) / (2.0 * static_cast<double>(ids.size())));

@@ -18,13 +18,13 @@ constexpr const char* kCameraNames[kCameras] = {"base_camera", "hand_camera"};
 class RenderScenes {
  public:
   RenderScenes(const std::string& id, int num_envs)
-      : rollout_(id, batch(num_envs, 1), Policy::kOracle) {
+      : rollout_(id, rollout_options(num_envs, 1), Policy::kOracle) {
     constexpr int kSteps = 12;
     rollout_.rate(kSteps);
   }
 
-  Batch& env() { return *rollout_.env; }
-  const State& state() { return rollout_.env->state(); }
+  Batch& batch() { return *rollout_.batch; }
+  const State& state() { return rollout_.batch->state(); }
 
  private:
   Rollout rollout_;
@@ -34,10 +34,10 @@ class RenderScenes {
 class CpuRenderLoop {
  public:
   CpuRenderLoop(RenderScenes& scenes, int size)
-      : scenes_(scenes), views_(scenes.env().physics_model(), 1) {
+      : scenes_(scenes), views_(scenes.batch().physics_model(), 1) {
     ImageSourceOptions options;
     options.max_size = size;
-    source_ = std::make_unique<ImageSource>(Queries(scenes.env()).document(), views_.body_names(),
+    source_ = std::make_unique<ImageSource>(Queries(scenes.batch()).document(), views_.body_names(),
                                             options, 1, make_renderer);
     rgb_.resize(static_cast<std::size_t>(size * size * 3 * kCameras));
     for (int camera = 0; camera < kCameras; ++camera) {
@@ -54,7 +54,7 @@ class CpuRenderLoop {
 
   // Images per second over all environments, `rounds` times.
   double rate(int rounds) {
-    const int n = scenes_.env().num_envs();
+    const int n = scenes_.batch().num_envs();
     const double spent = seconds([&] {
       for (int round = 0; round < rounds; ++round) {
         for (int env = 0; env < n; ++env) {
@@ -78,7 +78,7 @@ class MujocoRenderLoop {
  public:
   MujocoRenderLoop(RenderScenes& scenes, int size, MujocoReferenceOptions options)
       : scenes_(scenes),
-        model_(compile_model(Queries(scenes.env()).document())),
+        model_(compile_model(Queries(scenes.batch()).document())),
         data_(make_data(*model_)),
         size_(size),
         rgb_(static_cast<std::size_t>(size * size * 3)) {
@@ -90,7 +90,7 @@ class MujocoRenderLoop {
   double rate(int count) {
     double spent = 0;
     for (int env = 0; env < count; ++env) {
-      pose(env % scenes_.env().num_envs());
+      pose(env % scenes_.batch().num_envs());
       spent += seconds([&] {
         for (const char* camera : kCameraNames) {
           reference_->render(*data_, camera, size_, size_, rgb_.data());
@@ -107,7 +107,7 @@ class MujocoRenderLoop {
     std::copy_n(state.qpos.row(env), kRobotJoints, data_->qpos);
     for (int prop = 0; prop < state.num_props; ++prop) {
       const std::string& name =
-          scenes_.env().physics_model().props()[static_cast<std::size_t>(prop)].name;
+          scenes_.batch().physics_model().props()[static_cast<std::size_t>(prop)].name;
       const int body = mj_name2id(model_.get(), mjOBJ_BODY, name.c_str());
       const bool free = model_->body_mocapid[body] < 0;
       double* pos = free ? data_->qpos + model_->jnt_qposadr[model_->body_jntadr[body]]
@@ -173,10 +173,10 @@ std::vector<Measurement> run_render(const SuiteOptions& options) {
     done += 2;
   }
 
-  MakeOptions rgb = batch(n, 1);
+  MakeOptions rgb = rollout_options(n, 1);
   rgb.obs_mode = ObsMode::kRgb;
   Rollout with_images(id, rgb, options.policy);
-  Rollout without(id, batch(n, 1), options.policy);
+  Rollout without(id, rollout_options(n, 1), options.policy);
   CpuRenderLoop alone(scenes, rgb.images.width);
   const Comparison inside = interleave(
       options, [&] { return kCameras * with_images.rate(kSteps); },

@@ -40,19 +40,19 @@ inline Measurement make_measurement(std::string name, std::string unit, std::str
 
 // A batch with actions of a policy at hand.
 struct Rollout {
-  std::unique_ptr<Batch> env;
+  std::unique_ptr<Batch> batch;
   std::vector<float> actions;
   Policy policy;
 
   Rollout(const std::string& id, const MakeOptions& options, Policy chosen)
-      : env(make(id, options)), policy(chosen) {
-    actions.resize(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
-    env->reset();
+      : batch(make(id, options)), policy(chosen) {
+    actions.resize(static_cast<std::size_t>(batch->num_envs() * batch->action_dim()));
+    batch->reset();
   }
 
-  void choose() { ScriptedPolicy(*env, policy).act(actions); }
+  void choose() { ScriptedPolicy(*batch, policy).act(actions); }
   double step_seconds() {
-    return seconds([this] { env->step(actions); });
+    return seconds([this] { batch->step(actions); });
   }
   // Environment steps per second over `steps` control steps; choosing actions is not timed.
   double rate(int steps) {
@@ -61,7 +61,7 @@ struct Rollout {
       choose();
       spent += step_seconds();
     }
-    return steps * env->num_envs() / spent;
+    return steps * batch->num_envs() / spent;
   }
 };
 
@@ -93,7 +93,7 @@ struct GroupRollout {
   }
 };
 
-inline MakeOptions batch(int num_envs, int threads) {
+inline MakeOptions rollout_options(int num_envs, int threads) {
   MakeOptions options;
   options.num_envs = num_envs;
   options.threads = threads;

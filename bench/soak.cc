@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kEnvs = 32;         // of a batch that is stepped
 constexpr int kVisitSteps = 400;  // control steps of a visit, where there are enough
-constexpr int kLeastVisits = 3;   // of every task: one warms up, two are compared
+constexpr int kMinVisits = 3;     // of every task: one warms up, two are compared
 constexpr int kProbeSteps = 20;
 constexpr int kReferenceTurns = 5'000;  // about as long as a step of a batch
 constexpr int kCycleSamples = 50;
@@ -104,24 +104,24 @@ struct ProbeResult {
 };
 
 // Environment i begins episode 0 of seed + i.
-void reset_from(Batch& env, std::uint64_t seed) {
-  std::vector<std::uint64_t> seeds(static_cast<std::size_t>(env.num_envs()));
+void reset_from(Batch& batch, std::uint64_t seed) {
+  std::vector<std::uint64_t> seeds(static_cast<std::size_t>(batch.num_envs()));
   std::iota(seeds.begin(), seeds.end(), seed);
-  env.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+  batch.reset({.mask = {}, .seeds = seeds, .pins = nullptr});
 }
 
 ProbeResult probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
-  Batch& env = *rollout.env;
-  reset_from(env, seed);
+  Batch& batch = *rollout.batch;
+  reset_from(batch, seed);
   ProbeResult result;
   for (int step = 0; step < kProbeSteps; ++step) {
-    ScriptedPolicy(env, Policy::kRandom).act(rollout.actions);
+    ScriptedPolicy(batch, Policy::kRandom).act(rollout.actions);
     const double before = seconds([&] { spin(reference, kReferenceTurns); });
     const double spent = rollout.step_seconds();
     const double after = seconds([&] { spin(reference, kReferenceTurns); });
     result.costs.push_back(2 * spent / (before + after));
-    result.digest = checksum(std::as_bytes(env.observation()), result.digest);
-    result.digest = checksum(std::as_bytes(env.reward()), result.digest);
+    result.digest = checksum(std::as_bytes(batch.observation()), result.digest);
+    result.digest = checksum(std::as_bytes(batch.reward()), result.digest);
   }
   return result;
 }
@@ -140,32 +140,32 @@ class TaskVisits {
   }
 
   void visit(int steps, ThreadPool& reference, std::vector<UnstableEpisode>& unstable) {
-    MakeOptions batch_options = batch(kEnvs, reference.threads());
+    MakeOptions batch_options = rollout_options(kEnvs, reference.threads());
     batch_options.seed = options_.seed;
     Rollout rollout(task_.id, batch_options, Policy::kRandom);
-    Batch& env = *rollout.env;
+    Batch& batch = *rollout.batch;
     SoakVisit visit;
     measure(rollout, reference, visit);
-    resume(env);
-    MixedActions actions(env);
-    const auto solved = [&env](int i) {
-      return kSoakPolicies[turn_of(i, env.state().episode[i])] == Policy::kOracle;
+    resume(batch);
+    MixedActions actions(batch);
+    const auto solved = [&batch](int i) {
+      return kSoakPolicies[turn_of(i, batch.state().episode[i])] == Policy::kOracle;
     };
-    const Queries queries(env);
+    const Queries queries(batch);
     std::uint64_t diverged = queries.unstable_count();
     const double heap = allocated_bytes();
     const double spent = seconds([&] {
       for (int step = 0; step < steps; ++step) {
-        env.step(actions.choose(env, solved));
-        count_episodes(env, visit);
+        batch.step(actions.choose(batch, solved));
+        count_episodes(batch, visit);
         if (queries.unstable_count() == diverged) continue;
         diverged = queries.unstable_count();
-        note_unstable(env, unstable);
+        note_unstable(batch, unstable);
       }
     });
     visit.grown_bytes = allocated_bytes() - heap;
     visit.env_steps_per_second = static_cast<double>(steps) * kEnvs / spent;
-    snapshot_ = Snapshotter(env).save();
+    snapshot_ = Snapshotter(batch).save();
     task_.visits.push_back(visit);
   }
 
@@ -184,31 +184,31 @@ class TaskVisits {
   }
 
   // Restores the end of the last visit; the first visit begins with episode 0 of its seeds.
-  void resume(Batch& env) const {
+  void resume(Batch& batch) const {
     if (snapshot_.empty()) {
-      reset_from(env, options_.seed);
+      reset_from(batch, options_.seed);
     } else {
-      Snapshotter(env).restore(snapshot_);
+      Snapshotter(batch).restore(snapshot_);
     }
   }
 
-  static void count_episodes(const Batch& env, SoakVisit& visit) {
-    const ColumnView succeeded = env.final_output("success_once");
+  static void count_episodes(const Batch& batch, SoakVisit& visit) {
+    const ColumnView succeeded = batch.final_output("success_once");
     for (int i = 0; i < kEnvs; ++i) {
-      if (env.final_mask()[static_cast<std::size_t>(i)] == 0) continue;
-      const std::size_t turn = turn_of(i, env.state().episode[i] - 1);
+      if (batch.final_mask()[static_cast<std::size_t>(i)] == 0) continue;
+      const std::size_t turn = turn_of(i, batch.state().episode[i] - 1);
       ++visit.episodes[turn];
       visit.successes[turn] += value_of<std::uint8_t>(succeeded, i);
     }
   }
 
   // The episode that diverged has ended; its successor has begun.
-  void note_unstable(const Batch& env, std::vector<UnstableEpisode>& unstable) const {
-    const ColumnView elapsed = env.final_output("elapsed_steps");
+  void note_unstable(const Batch& batch, std::vector<UnstableEpisode>& unstable) const {
+    const ColumnView elapsed = batch.final_output("elapsed_steps");
     for (int i = 0; i < kEnvs; ++i) {
-      if (env.unstable()[static_cast<std::size_t>(i)] == 0) continue;
-      const std::uint64_t episode = env.state().episode[i] - 1;
-      unstable.push_back({task_.id, env.state().seed[i], episode,
+      if (batch.unstable()[static_cast<std::size_t>(i)] == 0) continue;
+      const std::uint64_t episode = batch.state().episode[i] - 1;
+      unstable.push_back({task_.id, batch.state().seed[i], episode,
                           kSoakPolicies[turn_of(i, episode)], value_of<std::int32_t>(elapsed, i)});
     }
   }
@@ -227,7 +227,7 @@ struct VisitPlan {
 
 VisitPlan plan_visits(std::int64_t env_steps, std::size_t tasks) {
   const double per_env = static_cast<double>(env_steps) / static_cast<double>(tasks) / kEnvs;
-  const int visits = std::max(kLeastVisits, static_cast<int>(per_env / kVisitSteps));
+  const int visits = std::max(kMinVisits, static_cast<int>(per_env / kVisitSteps));
   return {visits, static_cast<int>(std::ceil(per_env / visits))};
 }
 
@@ -290,10 +290,10 @@ class Soak {
     }
   }
 
-  // Batches of several sizes, with and without pictures, that live for a while or not at all.
+  // Batches of several sizes, with and without images, that live for a while or not at all.
   void make_and_close(int cycle) const {
     const std::string& id = ids_[static_cast<std::size_t>(cycle) % ids_.size()];
-    MakeOptions batch_options = batch(1 + cycle % 4, 1 + cycle % 5);
+    MakeOptions batch_options = rollout_options(1 + cycle % 4, 1 + cycle % 5);
     if (cycle % 10 == 9) {
       batch_options.obs_mode = ObsMode::kRgb;
       batch_options.images.width = 32;
@@ -303,13 +303,13 @@ class Soak {
       refuse(id, batch_options);
       return;
     }
-    const auto env = make(id, batch_options);
+    const auto batch = make(id, batch_options);
     if (cycle % 3 == 0) return;
-    env->reset();
+    batch->reset();
     if (cycle % 3 == 1) return;
-    std::vector<float> actions(static_cast<std::size_t>(env->num_envs() * env->action_dim()));
-    ScriptedPolicy(*env, Policy::kOracle).act(actions);
-    env->step(actions);
+    std::vector<float> actions(static_cast<std::size_t>(batch->num_envs() * batch->action_dim()));
+    ScriptedPolicy(*batch, Policy::kOracle).act(actions);
+    batch->step(actions);
   }
 
   // A batch that fails halfway must leave nothing behind either.

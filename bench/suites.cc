@@ -23,11 +23,11 @@ namespace {
 std::vector<Measurement> run_overhead(const SuiteOptions& options) {
   constexpr int kSteps = 400;
   const int n = envs_or(options, 64);
-  MakeOptions bare = batch(n, 1);
+  MakeOptions bare = rollout_options(n, 1);
   bare.substeps = 0;
   const std::string id = ids_or(options, {kMainId}).front();
   Rollout without(id, bare, Policy::kRandom);
-  Rollout with(id, batch(n, 1), Policy::kRandom);
+  Rollout with(id, rollout_options(n, 1), Policy::kRandom);
   const Comparison result = interleave(
       options, [&] { return 1e6 / without.rate(kSteps); },
       [&] { return 1e6 / with.rate(kSteps / 10); });
@@ -39,7 +39,7 @@ std::vector<Measurement> run_overhead(const SuiteOptions& options) {
 Comparison compare_with_plain(const SuiteOptions& options, Rollout& rollout,
                               PlainLoop::SceneKind kind, int done, int total) {
   constexpr int kSteps = 25;
-  PlainLoop plain(*rollout.env, kind);
+  PlainLoop plain(*rollout.batch, kind);
   double plain_seconds = 0;
   // Both advance together; the baseline's time is kept in plain_seconds.
   const auto both = [&] {
@@ -56,13 +56,13 @@ Comparison compare_with_plain(const SuiteOptions& options, Rollout& rollout,
       if (i % 2 == 1) step_plain();
       plain.sync_scene();
     }
-    return kSteps * rollout.env->num_envs() / spent;
+    return kSteps * rollout.batch->num_envs() / spent;
   };
   Rounds rounds;
   both();
   for (int round = 0; round < options.rounds; ++round) {
     const double rate = both();
-    rounds.add(rate, kSteps * rollout.env->num_envs() / plain_seconds);
+    rounds.add(rate, kSteps * rollout.batch->num_envs() / plain_seconds);
     if (options.progress) options.progress((done + (round + 1.0) / options.rounds) / total);
   }
   return rounds.result();
@@ -86,7 +86,7 @@ std::vector<Measurement> run_physics(const SuiteOptions& options) {
   const int total = 3 * static_cast<int>(ids.size());
   for (const std::string& id : ids) {
     const int done = static_cast<int>(rows.size());
-    MakeOptions batch_options = batch(envs_or(options, 64), 1);
+    MakeOptions batch_options = rollout_options(envs_or(options, 64), 1);
     // The plain loop has no curriculum: both get the same live actions.
     batch_options.freeze_cue = false;
     batch_options.lanes = options.lanes;
@@ -120,8 +120,8 @@ void measure_batch_sizes(const SuiteOptions& options, const std::string& id, int
                          std::vector<Measurement>& rows) {
   constexpr int kStepsTimesEnvs = 25 * 256;
   for (const int n : {2, 8, 16, 32, 64, 128, 256, 1024}) {
-    Rollout several(id, batch(n, most), options.policy);
-    Rollout single(id, batch(n, 1), options.policy);
+    Rollout several(id, rollout_options(n, most), options.policy);
+    Rollout single(id, rollout_options(n, 1), options.policy);
     rows.push_back(compare_rates(options, "scaling.n" + std::to_string(n), "one thread", several,
                                  single, std::max(25, kStepsTimesEnvs / n)));
   }
@@ -130,9 +130,9 @@ void measure_batch_sizes(const SuiteOptions& options, const std::string& id, int
 // More threads than processors: rows scaling.over.<K>.
 void measure_excess_threads(const SuiteOptions& options, const std::string& id, int most, int n,
                             std::vector<Measurement>& rows) {
-  Rollout usual(id, batch(n, most), options.policy);
+  Rollout usual(id, rollout_options(n, most), options.policy);
   for (const int threads : {4 * most, 32 * most}) {
-    Rollout several(id, batch(n, threads), options.policy);
+    Rollout several(id, rollout_options(n, threads), options.policy);
     rows.push_back(compare_rates(options, "scaling.over." + std::to_string(threads),
                                  std::to_string(most) + " threads", several, usual, 25));
   }
@@ -149,10 +149,11 @@ void measure_tasks(const SuiteOptions& options, int most, std::vector<Measuremen
                                         "TakeItBack-VLA-v0",     "FindImposterColor3-VLA-v0",
                                         "ChainOfColors3-VLA-v0", "RememberShapeAndColor3x2-VLA-v0"};
   const auto count = static_cast<int>(ids.size());
-  GroupRollout together(ids, kEach, batch(kEach, most), options.policy);
+  GroupRollout together(ids, kEach, rollout_options(kEach, most), options.policy);
   std::vector<std::unique_ptr<Rollout>> alone;
   for (const std::string& id : ids) {
-    alone.push_back(std::make_unique<Rollout>(id, batch(count * kEach, most), options.policy));
+    alone.push_back(
+        std::make_unique<Rollout>(id, rollout_options(count * kEach, most), options.policy));
   }
   const auto harmonic_mean = [&] {
     double sum = 0;
@@ -170,12 +171,12 @@ std::vector<Measurement> run_scaling(const SuiteOptions& options) {
   const int most = threads_or_all(options.threads);
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
-  Rollout single(id, batch(n, 1), options.policy);
+  Rollout single(id, rollout_options(n, 1), options.policy);
   ThreadPool one(1);
   std::vector<Measurement> rows;
   for (int threads = 1; threads <= most; ++threads) {
     const int done = static_cast<int>(rows.size());
-    Rollout several(id, batch(n, threads), options.policy);
+    Rollout several(id, rollout_options(n, threads), options.policy);
     rows.push_back(compare_rates(options, "scaling." + std::to_string(threads), "one thread",
                                  several, single, kSteps, done, 2 * most));
     ThreadPool pool(threads);
@@ -197,7 +198,7 @@ std::vector<Measurement> run_objects(const SuiteOptions& options) {
       ids_or(options, {kMainId, "BatteriesCheckerHard-12-VLA-v0"});  // few tokens, and the most
   std::vector<Measurement> rows;
   for (const std::string& id : ids) {
-    MakeOptions batch_options = batch(envs_or(options, 256), 1);
+    MakeOptions batch_options = rollout_options(envs_or(options, 256), 1);
     Rollout state(id, batch_options, options.policy);
     batch_options.obs_mode = ObsMode::kObjects;
     Rollout objects(id, batch_options, options.policy);
@@ -213,7 +214,7 @@ std::vector<Measurement> run_objects(const SuiteOptions& options) {
 // Resident bytes of a running batch of that size.
 double batch_bytes(const std::string& id, int num_envs) {
   const double before = process_usage().resident_bytes;
-  Rollout rollout(id, batch(num_envs, 1), Policy::kRandom);
+  Rollout rollout(id, rollout_options(num_envs, 1), Policy::kRandom);
   rollout.rate(2);
   return process_usage().resident_bytes - before;
 }
@@ -238,8 +239,8 @@ std::vector<Measurement> run_memory(const SuiteOptions& options) {
   const std::vector<std::string> ids = ids_or(options, {kMainId});
   for (const std::string& id : ids) {
     const double per_env = (batch_bytes(id, 2 * n) - batch_bytes(id, n)) / n;
-    const Rollout some(id, batch(1, 1), Policy::kRandom);
-    const mjModel& model = some.env->physics_model().full();
+    const Rollout some(id, rollout_options(1, 1), Policy::kRandom);
+    const mjModel& model = some.batch->physics_model().full();
     const double per_data = (plain_bytes(model, 2 * kPlain) - plain_bytes(model, kPlain)) / kPlain;
     // The name of the first row is a contract; further ids bring their own.
     rows.push_back({rows.empty() ? "memory" : "memory." + id, per_env, "bytes per environment",
@@ -254,11 +255,11 @@ std::vector<Measurement> run_memory(const SuiteOptions& options) {
 std::vector<Measurement> run_reset(const SuiteOptions& options) {
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
-  Rollout rollout(id, batch(n, 1), Policy::kRandom);
-  const mjModel& model = rollout.env->physics_model().full();
+  Rollout rollout(id, rollout_options(n, 1), Policy::kRandom);
+  const mjModel& model = rollout.batch->physics_model().full();
   const DataPtr data = make_data(model);
   const Comparison result = interleave(
-      options, [&] { return 1e6 / n * seconds([&] { rollout.env->reset(); }); },
+      options, [&] { return 1e6 / n * seconds([&] { rollout.batch->reset(); }); },
       [&] {
         return 1e6 / n * seconds([&] {
                  for (int i = 0; i < n; ++i) mj_resetData(&model, data.get());
@@ -274,7 +275,8 @@ std::vector<Measurement> run_create(const SuiteOptions& options) {
   std::vector<int> all(scene.props.size());
   std::iota(all.begin(), all.end(), 0);
   const Comparison result = interleave(
-      options, [&] { return seconds([&] { Rollout rollout(id, batch(n, 1), Policy::kRandom); }); },
+      options,
+      [&] { return seconds([&] { Rollout rollout(id, rollout_options(n, 1), Policy::kRandom); }); },
       [&] {
         return seconds([&] {
           const ModelPtr model = compile_model(scene.compose(all, RobotDetail::kCollision));

@@ -39,7 +39,7 @@ set(ENGRAM_COMMON_HEADERS
   <Eigen/Dense> <mujoco/mujoco.h>
   # Ours that nearly all files see anyway: a change to one compiles everything anew as it is.
   "${PROJECT_SOURCE_DIR}/core/batch/batch.h" "${PROJECT_SOURCE_DIR}/mjcf/scene.h"
-  "${PROJECT_SOURCE_DIR}/protocol/io/document.h")
+  "${PROJECT_SOURCE_DIR}/protocol/io/json.h")
 
 # engram_precompile(<target> <header>...): compiles those headers once for the whole target. Files
 # include what they need all the same: without ENGRAM_PCH, and for clang-tidy, they stand alone.

@@ -65,14 +65,14 @@ struct Canvas::Surface {
 
 Canvas::Canvas(int width, int height, Color background) {
   if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide) {
-    throw Error(Error::kInvalidArgument, "picture of " + std::to_string(width) + " x " +
+    throw Error(Error::kInvalidArgument, "image of " + std::to_string(width) + " x " +
                                              std::to_string(height) +
                                              " pixels; sides of 1 to 32767 allowed");
   }
   surface_ = std::make_unique<Surface>(width, height);
   if (cairo_status(surface_->context) != CAIRO_STATUS_SUCCESS) {
     throw Error(Error::kUnavailable,
-                std::string("picture: ") + cairo_status_to_string(cairo_status(surface_->context)));
+                std::string("image: ") + cairo_status_to_string(cairo_status(surface_->context)));
   }
   use(surface_->context, background);
   cairo_paint(surface_->context);

@@ -6,7 +6,7 @@
 
 namespace engram {
 
-// An empty overlay for a picture of that many pixels.
+// An empty overlay for an image of that many pixels.
 Overlay make_overlay(int width, int height);
 
 // Items of all tasks: the step, and the reward unless the environment variable
@@ -14,8 +14,8 @@ Overlay make_overlay(int width, int height);
 void add_step(Overlay& overlay, int step);
 void add_reward(Overlay& overlay, double reward);
 
-// Draws over the picture that has its left top corner there; `overlay` was made for its size.
-// `side`: the picture's shorter side in pixels.
+// Draws over the image that has its left top corner there; `overlay` was made for its size.
+// `side`: the image's shorter side in pixels.
 void draw_overlay(const Overlay& overlay, Point corner, int side, Canvas& canvas);
 
 }  // namespace engram

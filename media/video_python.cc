@@ -25,7 +25,7 @@ constexpr const char* kPython = "ENGRAM_PYTHON";  // the environment variable
 constexpr const char* kEncoder =
     "from engram.command.video import main\n"
     "sys.exit(main())\n";
-constexpr char kPicture = 'p';  // its bytes follow
+constexpr char kImage = 'p';    // its bytes follow
 constexpr char kPalette = 'c';  // 256 entries follow
 constexpr char kEnd = 'e';
 // The child process inherits the video's file as descriptor 3: names of open files are valid only
@@ -62,11 +62,11 @@ class PythonStream final : public VideoStream {
   PythonStream(const PythonStream&) = delete;
   PythonStream& operator=(const PythonStream&) = delete;
 
-  void send_rgb(std::span<const std::uint8_t> rgb) override { write(kPicture, std::as_bytes(rgb)); }
+  void send_rgb(std::span<const std::uint8_t> rgb) override { write(kImage, std::as_bytes(rgb)); }
   void send_indexed(std::span<const std::uint8_t> indices,
                     std::span<const std::uint32_t, 256> palette) override {
     write(kPalette, std::as_bytes(palette));
-    write(kPicture, std::as_bytes(indices));
+    write(kImage, std::as_bytes(indices));
   }
   void finish() override {
     write(kEnd, {});

@@ -25,9 +25,9 @@ enum class VideoFormat { kMp4, kGif };
 class VideoStream {
  public:
   virtual ~VideoStream() = default;
-  // The next picture of an .mp4: rows of red, green and blue.
+  // The next image of an .mp4: rows of red, green and blue.
   virtual void send_rgb(std::span<const std::uint8_t> rgb) = 0;
-  // The next picture of a .gif: rows of entries of a palette, each 0xAARRGGBB.
+  // The next image of a .gif: rows of entries of a palette, each 0xAARRGGBB.
   virtual void send_indexed(std::span<const std::uint8_t> indices,
                             std::span<const std::uint32_t, 256> palette) = 0;
   virtual void finish() = 0;

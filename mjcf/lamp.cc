@@ -31,7 +31,7 @@ Prop lamp_body(const std::string& name) {
   return prop;
 }
 
-// Neck and globe, measured in pictures of the original, and a shoulder between them.
+// Neck and globe, measured in images of the original, and a shoulder between them.
 Prop lamp_bulb(const std::string& name) {
   Prop prop = lamp_part(name);
   prop.kind = ObjectKind::kLamp;

@@ -9,7 +9,7 @@
 
 namespace engram::mjcf {
 
-// The convex hull of points as a geom (ConvexHull::kMostCorners). Throws Error (kInvalidArgument)
+// The convex hull of points as a geom (ConvexHull::kMaxCorners). Throws Error (kInvalidArgument)
 // if they are flat.
 Geom mesh_geom(std::span<const Vec3> points);
 

@@ -29,7 +29,7 @@ constexpr double kHandleHalfWidth = 0.0087;
 constexpr int kStaves = 16;
 constexpr double kOverlap = 0.0002;
 
-// The scan's median glaze. Under our lights it is as bright as in pictures of the original.
+// The scan's median glaze. Under our lights it is as bright as in images of the original.
 constexpr Rgba kGlaze = {0.199, 0.0075, 0.0098, 1};
 constexpr Rgba kPale = {0.70, 0.58, 0.52, 1};
 

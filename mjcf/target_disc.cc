@@ -7,7 +7,7 @@ Prop target_disc(const std::string& name, double radius, const Rgba& rgba,
   constexpr int kRings = 5;
   constexpr double kHeight = 0.001;  // m: of the origin
   constexpr double kStep =
-      0.0004;  // m: each disc is that much higher, so that pictures do not flicker
+      0.0004;  // m: each disc is that much higher, so that images do not flicker
   Prop prop;
   prop.name = name;
   prop.body_type = BodyType::kKinematic;

@@ -1,4 +1,4 @@
-// MuJoCo's own renderer through EGL: what tests compare pictures with, and what benchmarks beat.
+// MuJoCo's own renderer through EGL: what tests compare images with, and what benchmarks beat.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -29,7 +29,7 @@ class MujocoReference {
   MujocoReference(const mjModel& model, const MujocoReferenceOptions& options);
   ~MujocoReference();
 
-  // The copy: colours and materials may be changed between pictures, geometry may not.
+  // The copy: colours and materials may be changed between images, geometry may not.
   mjModel& model();
 
   // Fills (height, width, 3) bytes and, unless null, (height, width) distances along the view axis

@@ -24,7 +24,7 @@ enum class Split { kShort, kMedium, kLong, kExtended, kRl };
 std::string_view split_name(Split split) noexcept;
 
 // One task of a family.
-struct TaskRow {
+struct TaskSpec {
   std::string_view id;  // "RememberColor9-VLA-v0"
   int horizon = 0;      // control steps
   Split split = Split::kShort;
@@ -38,8 +38,8 @@ struct TaskRow {
 // Facts that hold for every task of a family; tests check them.
 struct Expectations {
   // Normalised dense reward of a step without success (docs/tasks/README.md).
-  double least_reward = 0;
-  double most_reward = 0;
+  double min_reward = 0;
+  double max_reward = 0;
   bool moves_untouched = false;  // props are simulated although nobody has touched them
   // Props sink a little while they are simulated: not those that the task puts back or moves.
   bool settles = true;
@@ -48,7 +48,7 @@ struct Expectations {
 };
 
 // A change of an episode's past that changes neither its question nor its answer.
-enum class PastChange {
+enum class CounterfactualChange {
   kStart,       // the arm has started elsewhere; the question comes in the scene of the other past
   kDraw,        // another value of a draw; where it makes the cue longer, the delay gets shorter
   kOrder,       // the hidden values in reverse
@@ -67,7 +67,7 @@ enum class AnswerCut {
 // TaskInfo::hidden_variable.
 struct MemoryFacts {
   // Why no two episodes of one present differ in what their past asks for; empty: they do.
-  std::string_view no_twins = {};
+  std::string_view no_counterfactuals = {};
   std::string_view hidden = {};  // the draw that pasts differ in, where the task names none
   // The cue is what the robot works with: the hand of the task's choices works until it needs the
   // answer, and the question comes then. It ends nearly where it would have from another past, so
@@ -76,7 +76,7 @@ struct MemoryFacts {
   bool any_order = false;  // the order of the hidden values is no part of the answer
   AnswerCut answer_cut = AnswerCut::kNone;
   // kStart takes its place where the task's constants leave it nothing to change.
-  PastChange irrelevant = PastChange::kStart;
+  CounterfactualChange irrelevant = CounterfactualChange::kStart;
   std::string_view irrelevant_draw = {};  // of kDraw
   std::string_view delay = {};  // range constant of the time from cue to question; empty: none
   std::string_view items = {};  // constant or draw of how much there is to remember; empty: none
@@ -87,17 +87,17 @@ struct Family {
   std::string_view memory_type;  // "Object"
   // In English; "{angle_deg}" stands for a number of the episode. Empty where tasks have their own.
   std::string_view instruction = {};
-  std::span<const TaskRow> tasks;  // in the benchmark's order
+  std::span<const TaskSpec> tasks;  // in the benchmark's order
   // constants: all that differ from the task's own, the entry's included.
   std::unique_ptr<Task> (*make)(const RegistryEntry& entry, const ConstantTable& constants);
   Expectations expectations = {};
   MemoryFacts memory = {};
 };
 
-// The rows of a family's table of parameters, each of which has a TaskRow `task`.
+// The rows of a family's table of parameters, each of which has a TaskSpec `task`.
 template <class Params, std::size_t Count>
-constexpr std::array<TaskRow, Count> rows_of(const std::array<Params, Count>& variants) {
-  std::array<TaskRow, Count> rows;
+constexpr std::array<TaskSpec, Count> rows_of(const std::array<Params, Count>& variants) {
+  std::array<TaskSpec, Count> rows;
   for (std::size_t i = 0; i < Count; ++i) rows[i] = variants[i].task;
   return rows;
 }

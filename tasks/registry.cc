@@ -66,7 +66,7 @@ struct UserTask {
 };
 using UserTasks = std::vector<std::unique_ptr<UserTask>>;
 
-RegistryEntry entry_of(const Family& family, const TaskRow& row) noexcept {
+RegistryEntry entry_of(const Family& family, const TaskSpec& row) noexcept {
   return {
       .id = row.id,
       .family = family.name,
@@ -133,23 +133,23 @@ class TaskRegistry {
   }
 
  private:
-  static constexpr std::size_t kMostTasks = 512;
+  static constexpr std::size_t kMaxTasks = 512;
 
   void add_tasks(bool rl) {
     for (const Family* family : kFamilies) {
-      for (const TaskRow& row : family->tasks) {
+      for (const TaskSpec& row : family->tasks) {
         if (row.is_rl() == rl) add(*family, row);
       }
     }
   }
 
-  void add(const Family& family, const TaskRow& row) {
+  void add(const Family& family, const TaskSpec& row) {
     entries_.at(count_) = entry_of(family, row);
     entries_.at(count_).index = static_cast<int>(count_);
     ++count_;
   }
 
-  std::array<RegistryEntry, kMostTasks> entries_;
+  std::array<RegistryEntry, kMaxTasks> entries_;
   std::size_t count_ = 0;
   // Used under ProcessLock::kVariants. What was replaced stays, as somebody may still point to it.
   UserTasks users_;
@@ -199,7 +199,7 @@ void require_id(std::string_view id, std::string_view what) {
 }
 
 // Throws Error unless a family may bring this task. added: tasks that come with it.
-void require_registrable(const TaskRow& row, const Family& family, const UserTasks& added) {
+void require_registrable(const TaskSpec& row, const Family& family, const UserTasks& added) {
   const std::string_view id = row.id;
   require_id(id, "task");
   if (family.make == nullptr) {
@@ -320,7 +320,7 @@ void register_families(std::span<const Family* const> families) {
   const std::scoped_lock one_at_a_time(process_mutex(ProcessLock::kRegistering));
   UserTasks added;
   for (const Family* family : families) {
-    for (const TaskRow& row : family->tasks) {
+    for (const TaskSpec& row : family->tasks) {
       require_registrable(row, *family, added);
       added.push_back(std::make_unique<UserTask>(UserTask{entry_of(*family, row)}));
     }

@@ -1,4 +1,4 @@
-// Comparison of two environments by their pictures.
+// Comparison of two environments by their images.
 #pragma once
 
 #include <algorithm>
@@ -10,12 +10,12 @@
 
 namespace engram::test {
 
-// Pictures of two batches' first environments.
-class PicturePair {
+// Images of two batches' first environments.
+class ImagePair {
  public:
-  PicturePair(const Batch& a, const Batch& b) : a_(a), b_(b) {}
+  ImagePair(const Batch& a, const Batch& b) : a_(a), b_(b) {}
 
-  // Pixels in which a camera's pictures differ.
+  // Pixels in which a camera's images differ.
   int differing_pixels(const char* camera) {
     constexpr int kSide = 128;
     std::vector<std::uint8_t> first(kSide * kSide * 3);

@@ -52,19 +52,19 @@ inline void append_row(const ColumnStore& store, int env, Bytes& bytes) {
 }
 
 // Everything that one environment remembers and shows.
-inline Bytes env_bytes(const Batch& env, int index) {
+inline Bytes env_bytes(const Batch& batch, int index) {
   Bytes bytes;
-  append_row(env.memory(), index, bytes);
-  append_row(env.outputs(), index, bytes);
+  append_row(batch.memory(), index, bytes);
+  append_row(batch.outputs(), index, bytes);
   return bytes;
 }
 
 // The same for all environments, one after another.
-inline Bytes batch_bytes(const Batch& env) {
+inline Bytes batch_bytes(const Batch& batch) {
   Bytes bytes;
-  for (int i = 0; i < env.num_envs(); ++i) {
-    append_row(env.memory(), i, bytes);
-    append_row(env.outputs(), i, bytes);
+  for (int i = 0; i < batch.num_envs(); ++i) {
+    append_row(batch.memory(), i, bytes);
+    append_row(batch.outputs(), i, bytes);
   }
   return bytes;
 }
@@ -75,17 +75,17 @@ const T* row(const ColumnView& view, int env) {
   return reinterpret_cast<const T*>(view.row(env));
 }
 
-inline std::vector<float> zeros(const Batch& env) {
-  return std::vector<float>(static_cast<std::size_t>(env.num_envs()) *
-                            static_cast<std::size_t>(env.action_dim()));
+inline std::vector<float> zeros(const Batch& batch) {
+  return std::vector<float>(static_cast<std::size_t>(batch.num_envs()) *
+                            static_cast<std::size_t>(batch.action_dim()));
 }
 
-inline std::vector<float> act(Batch& env, Policy policy) {
-  std::vector<float> actions = zeros(env);
-  ScriptedPolicy(env, policy).act(actions);
+inline std::vector<float> act(Batch& batch, Policy policy) {
+  std::vector<float> actions = zeros(batch);
+  ScriptedPolicy(batch, policy).act(actions);
   return actions;
 }
 
-inline void step(Batch& env, Policy policy) { env.step(act(env, policy)); }
+inline void step(Batch& batch, Policy policy) { batch.step(act(batch, policy)); }
 
 }  // namespace engram::test

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <string>
 
-namespace engram::tests {
+namespace engram::test {
 
 inline std::string read_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -38,4 +38,4 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -118,7 +118,7 @@ struct Output {
   std::span<const T> row(int env) const;
 };
 
-/// A picture, row 0 on top.
+/// An image, row 0 on top.
 struct Image {
   int width = 0;  ///< pixels
   int height = 0;
@@ -185,7 +185,7 @@ class VectorEnv {
   /// N * action_dim zeros.
   std::vector<float> make_actions() const;
 
-  /// From the first reset on, outputs are written to arrays of the caller's as well, and pictures
+  /// From the first reset on, outputs are written to arrays of the caller's as well, and images
   /// to those alone: rgb(), depth() and segmentation() then point there. They outlive this object.
   /// second: arrays for the same outputs: steps write to the second and the first in turns, so that
   /// one can be read while a step_async writes the other. Throws Error after the first reset
@@ -193,7 +193,7 @@ class VectorEnv {
   void write_outputs(const std::vector<OutputTarget>& first,
                      const std::vector<OutputTarget>& second = {});
   /// 0 or 1: the arrays, first or second, that the last reset or step has written to.
-  int output_turn() const { return engram_output_turn(handle_.get()); }
+  int output_buffer() const { return engram_output_buffer(handle_.get()); }
 
   // --- outputs of the last reset or step ---
   /// (N, state_dim); state and objects modes, else empty.
@@ -267,7 +267,7 @@ class VectorEnv {
   /// the world. Empty spans are left out. Throws Error for other lengths, and before the first
   /// reset.
   void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
-  /// A camera of the scene in all environments, for pictures of that size: extrinsic_cv (N, 3, 4),
+  /// A camera of the scene in all environments, for images of that size: extrinsic_cv (N, 3, 4),
   /// from the world to the camera (x right, y down, z forward); cam2world_gl (N, 4, 4), from the
   /// camera (x right, y up, z backward) to the world; intrinsic_cv (N, 3, 3), in pixels, where
   /// pixel (0, 0) covers 0 to 1. Empty spans are left out. Throws Error for other lengths, and
@@ -302,7 +302,7 @@ class VectorEnv {
   VectorEnv(engram_env* handle, std::string id, ObsMode mode);
   template <class T>
   std::span<const T> all_of(const char* name) const;
-  void find_pictures();
+  void find_images();
   float* rows(const char* what, std::span<float> out, std::size_t width) const;
   Snapshot save_index(int index) const;
   int slot(int env) const;
@@ -310,7 +310,7 @@ class VectorEnv {
   std::unique_ptr<engram_env, Close> handle_;
   std::string id_;
   ObsMode obs_mode_ = ObsMode::kState;
-  bool turns_ = false;  // outputs take turns
+  bool double_buffered_ = false;  // outputs take turns
   int num_envs_ = 0;
   int action_dim_ = 0;
   int state_dim_ = 0;

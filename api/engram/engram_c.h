@@ -225,15 +225,15 @@ typedef struct engram_output_target {
 } engram_output_target;
 
 /** From the first reset on, outputs are written to arrays of the caller's, `count` of them; they
- * outlive the handle. Arrays of pictures that engram_output returned before are no longer valid:
- * pictures are drawn into the caller's alone, to which it then points. second: NULL, or as many
+ * outlive the handle. Arrays of images that engram_output returned before are no longer valid:
+ * images are drawn into the caller's alone, to which it then points. second: NULL, or as many
  * arrays for the same outputs: steps then write to the second and the first in turns, so that one
  * can be read while a step_async writes the other. Refused after the first reset, and for a name or
  * size that is wrong. */
 ENGRAM_API engram_status engram_write_outputs(engram_env* env, const engram_output_target* first,
                                               const engram_output_target* second, size_t count);
 /** 0 or 1: the arrays, first or second, that the last reset or step has written to. */
-ENGRAM_API int32_t engram_output_turn(const engram_env* env);
+ENGRAM_API int32_t engram_output_buffer(const engram_env* env);
 
 /** The language instruction of one environment's episode. Copies at most `capacity` bytes, the
  * closing 0 included, and sets *length (may be NULL) to the length without it. */
@@ -277,10 +277,10 @@ ENGRAM_API engram_status engram_render(engram_env* env, int32_t index, const cha
  * world. NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset. */
 ENGRAM_API engram_status engram_robot_state(engram_env* env, float* qpos, float* qvel,
                                             float* tcp_pose);
-/** A camera of the scene in all environments, for pictures of that size: extrinsic_cv (N, 3, 4),
- * from the world to the camera (x right, y down, z forward); cam2world_gl (N, 4, 4), from the
- * camera (x right, y up, z backward) to the world; intrinsic_cv (N, 3, 3), in pixels, where pixel
- * (0, 0) covers 0 to 1. NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset. */
+/** A camera of the scene in all environments, for images of that size: extrinsic_cv (N, 3, 4), from
+ * the world to the camera (x right, y down, z forward); cam2world_gl (N, 4, 4), from the camera (x
+ * right, y up, z backward) to the world; intrinsic_cv (N, 3, 3), in pixels, where pixel (0, 0)
+ * covers 0 to 1. NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset. */
 ENGRAM_API engram_status engram_camera_params(engram_env* env, const char* camera, int32_t width,
                                               int32_t height, float* extrinsic_cv,
                                               float* cam2world_gl, float* intrinsic_cv);

@@ -273,10 +273,10 @@ inline VectorEnv::VectorEnv(engram_env* handle_to_own, std::string id, ObsMode m
       elapsed_steps_(all_of<std::int32_t>("elapsed_steps")),
       unstable_(all_of<std::uint8_t>("unstable")),
       final_mask_(all_of<std::uint8_t>("final_mask")) {
-  find_pictures();
+  find_images();
 }
 
-inline void VectorEnv::find_pictures() {
+inline void VectorEnv::find_images() {
   const bool both = obs_mode_ == ObsMode::kRgbDepthSegmentation;
   const bool depth = both || obs_mode_ == ObsMode::kRgbDepth;
   const bool segmentation = both || obs_mode_ == ObsMode::kRgbSegmentation;
@@ -295,8 +295,8 @@ inline void VectorEnv::write_outputs(const std::vector<OutputTarget>& first,
   const std::vector<engram_output_target> other = detail::to_c(second);
   detail::check(engram_write_outputs(handle(), one.data(), second.empty() ? nullptr : other.data(),
                                      one.size()));
-  turns_ = !second.empty();
-  find_pictures();
+  double_buffered_ = !second.empty();
+  find_images();
 }
 
 template <class T>
@@ -332,12 +332,12 @@ inline void VectorEnv::reset(const ResetRequest& request) {
 
 inline void VectorEnv::step(std::span<const float> actions) {
   detail::check(engram_step(handle(), actions.data(), actions.size()));
-  if (turns_) find_pictures();
+  if (double_buffered_) find_images();
 }
 
 inline void VectorEnv::step_no_action() {
   detail::check(engram_step_no_action(handle()));
-  if (turns_) find_pictures();
+  if (double_buffered_) find_images();
 }
 
 inline void VectorEnv::step_async(std::span<const float> actions) {
@@ -346,7 +346,7 @@ inline void VectorEnv::step_async(std::span<const float> actions) {
 
 inline void VectorEnv::step_wait() {
   detail::check(engram_step_wait(handle()));
-  if (turns_) find_pictures();
+  if (double_buffered_) find_images();
 }
 
 inline void VectorEnv::act(Policy policy, std::span<float> actions) {

@@ -191,7 +191,7 @@ struct EnvOptions {
   std::string constants = {};
   /// Rule set of the task: the default of every task option; task_options win.
   Rules rules = Rules::kReference;
-  /// Soft shadows in pictures of render_camera; the original benchmark has none.
+  /// Soft shadows in images of render_camera; the original benchmark has none.
   bool render_shadows = false;
   /// End of episodes at failure, where the task's rule has it; off, with terminate_on_success off
   /// as well: at the horizon only.

@@ -175,7 +175,7 @@ typedef struct engram_options {
   int32_t shadows;
   /** 2 x 2 samples per pixel in rgb observations. Default 0. */
   int32_t antialias;
-  /** Soft shadows in pictures of render_camera; the original benchmark has none. Default 0. */
+  /** Soft shadows in images of render_camera; the original benchmark has none. Default 0. */
   int32_t render_shadows;
   /** End of episodes at failure, where the task's rule has it; off, with terminate_on_success off
    * as well: at the horizon only. Default 1. */

@@ -41,7 +41,7 @@ typedef struct engram_task_array {
   int32_t width;
   int32_t is_written;         /**< 1: what the rules write there counts */
   void* all;                  /**< rows of all environments */
-  void* some;                 /**< as many spare rows, for calls that concern some environments */
+  void* subset_rows;          /**< as many spare rows, for calls that concern some environments */
   engram_task_memory* memory; /**< of both */
 } engram_task_array;
 

@@ -44,7 +44,7 @@ double quota_v1(const std::string& folder) {
 // The least quota of a group and of those that contain it. A container may see its own group as the
 // root, under another path than that in /proc.
 template <class Quota>
-double least_quota(const std::string& mount, std::string group, const Quota& quota) {
+double min_quota(const std::string& mount, std::string group, const Quota& quota) {
   double least = quota(mount);
   while (!group.empty() && group != "/") {
     least = smaller_quota(least, quota(mount + group));
@@ -83,10 +83,10 @@ double cgroup_quota(const std::string& root) {
     const std::string group = line.substr(second + 1);
     if (!group.starts_with('/')) continue;
     if (controllers.empty()) {
-      least = smaller_quota(least, least_quota(mounts, group, quota_v2));
+      least = smaller_quota(least, min_quota(mounts, group, quota_v2));
     } else if (has_controller(controllers, "cpu")) {
       for (const std::string& name : {std::string("cpu"), controllers}) {
-        least = smaller_quota(least, least_quota(mounts + name, group, quota_v1));
+        least = smaller_quota(least, min_quota(mounts + name, group, quota_v1));
       }
     }
   }

@@ -18,7 +18,7 @@ enum class StepPart {
   kTask,         // phases, success, rewards, endings
   kObservation,  // TCP pose, proprioception, state vector
   kReset,        // new episodes
-  kRender,       // pictures
+  kRender,       // images
 };
 inline constexpr int kStepParts = 8;
 inline constexpr std::array<std::string_view, kStepParts> kStepPartNames = {

@@ -22,7 +22,7 @@ namespace {
 // <name>.<digits><suffix>
 constexpr std::string_view kSuffix = ".engram-tmp";
 constexpr std::string_view kDigits = "0123456789abcdef";
-constexpr int kMostAttempts = 100;
+constexpr int kMaxAttempts = 100;
 
 std::string random_digits() {
   std::uint8_t bytes[8];
@@ -81,7 +81,7 @@ TemporaryFile::TemporaryFile(std::string path) : TemporaryFile(AT_FDCWD, path, p
 
 TemporaryFile::TemporaryFile(int folder, std::string name, std::string shown)
     : folder_(folder), name_(std::move(name)), shown_(std::move(shown)) {
-  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
     temporary_ = name_ + "." + random_digits() + std::string(kSuffix);
     constexpr int kNew = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
     descriptor_ = ::openat(folder_, temporary_.c_str(), kNew, 0666);

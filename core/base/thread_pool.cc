@@ -13,7 +13,7 @@ namespace engram {
 namespace {
 
 // Work that pays for another thread: several times what waking it costs.
-constexpr double kLeastShare = 40'000;  // ns
+constexpr double kMinShare = 40'000;  // ns
 
 // Share of the latest loop in the mean of measured costs.
 constexpr double kLatest = 0.125;
@@ -80,7 +80,7 @@ ThreadPool::Cost& ThreadPool::cost_of(LoopWork::Body body) noexcept {
   for (Cost& cost : costs_) {
     if (cost.body == body) return cost;
   }
-  Cost& cost = costs_[next_cost_++ % kMostCosts];
+  Cost& cost = costs_[next_cost_++ % kMaxCosts];
   cost = {body, -1};
   return cost;
 }
@@ -90,7 +90,7 @@ int ThreadPool::workers_for(const LoopWork& work, const Cost& cost) const noexce
   if (workers_ == nullptr || work.items <= work.chunk) return 1;
   const int most = std::min(threads_, workers_->helpers() + 1);
   if (cost.per_item < 0) return most;
-  const double paid = cost.per_item * work.items / kLeastShare;
+  const double paid = cost.per_item * work.items / kMinShare;
   return static_cast<int>(std::clamp(paid, 1.0, static_cast<double>(most)));
 }
 

@@ -56,7 +56,7 @@ class ThreadPool {
     LoopWork::Body body = nullptr;
     double per_item = -1;  // ns; -1: unknown
   };
-  static constexpr std::size_t kMostCosts = 8;
+  static constexpr std::size_t kMaxCosts = 8;
 
   void run_loop(LoopWork work);
   Cost& cost_of(LoopWork::Body body) noexcept;
@@ -65,7 +65,7 @@ class ThreadPool {
   int threads_;
   int unit_;
   std::shared_ptr<WorkerThreads> workers_;
-  std::array<Cost, kMostCosts> costs_;
+  std::array<Cost, kMaxCosts> costs_;
   std::size_t next_cost_ = 0;
   std::atomic<bool> running_ = false;
 };

@@ -18,7 +18,7 @@ namespace {
 
 // How long a thread polls for the next loop before it sleeps: while its usual pause between two
 // loops is shorter, twice that pause; otherwise the least.
-constexpr std::int64_t kLeastPolling = 5'000;          // ns
+constexpr std::int64_t kMinPolling = 5'000;            // ns
 constexpr std::int64_t kLongestPolledPause = 150'000;  // ns
 
 // Usual pause between two loops that a thread has worked on.
@@ -29,7 +29,7 @@ class UsualPause {
     mean_ += (pause - mean_) / 4;
   }
   std::int64_t polling_time() const noexcept {
-    return mean_ < kLongestPolledPause ? kLeastPolling + 2 * mean_ : kLeastPolling;
+    return mean_ < kLongestPolledPause ? kMinPolling + 2 * mean_ : kMinPolling;
   }
 
  private:
@@ -86,7 +86,7 @@ std::shared_ptr<WorkerThreads> WorkerThreads::of_process() {
 }
 
 SharedLoop* WorkerThreads::take_place() noexcept {
-  for (int i = 0; i < kMostLoops; ++i) {
+  for (int i = 0; i < kMaxLoops; ++i) {
     if (!loops_[at(i)].take()) continue;
     int places = places_.load();
     while (places <= i && !places_.compare_exchange_weak(places, i + 1)) continue;

@@ -39,7 +39,7 @@ class WorkerThreads {
 
  private:
   // Loops of so many callers are shared at once. Others run on their own thread alone.
-  static constexpr int kMostLoops = 64;
+  static constexpr int kMaxLoops = 64;
 
   SharedLoop* take_place() noexcept;
   void wake(int helpers) noexcept;
@@ -49,7 +49,7 @@ class WorkerThreads {
   void stop() noexcept;
   bool forked() const noexcept;
 
-  std::array<SharedLoop, kMostLoops> loops_;
+  std::array<SharedLoop, kMaxLoops> loops_;
   std::atomic<int> places_ = 0;  // that have ever been taken
   std::atomic<bool> stopping_ = false;
   alignas(64) std::atomic<std::uint32_t> opened_ = 0;  // number of loops; what idle threads watch

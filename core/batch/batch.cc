@@ -10,7 +10,7 @@
 #include "core/base/processors.h"
 #include "core/contact/contact_step.h"
 #include "core/observe/proprio.h"
-#include "core/robot/few_robots.h"
+#include "core/robot/kernel_selection.h"
 #include "core/scene/model_cache.h"
 
 namespace engram {
@@ -29,10 +29,10 @@ int lanes_of(const BatchOptions& options) {
 }
 
 // Environments that workers do not share: whole blocks of lanes, since part of a block takes the
-// time of all of it. With pictures, which take longer, half a block pays for another thread.
+// time of all of it. With images, which take longer, half a block pays for another thread.
 int chosen_unit(const BatchOptions& options) {
   const int lanes = lanes_of(options);
-  const bool halves = observes_pictures(options.obs_mode) && options.threads > 1;
+  const bool halves = observes_images(options.obs_mode) && options.threads > 1;
   return halves ? (lanes + 1) / 2 : lanes;
 }
 
@@ -41,7 +41,7 @@ int chosen_unit(const BatchOptions& options) {
 int chosen_chunk(const BatchOptions& options) {
   const int lanes = lanes_of(options);
   if (options.num_envs <= options.threads * lanes) return chosen_unit(options);
-  const int chunk = std::min(options.num_envs / options.threads, Simulator::kMostTogether);
+  const int chunk = std::min(options.num_envs / options.threads, Simulator::kMaxTogether);
   return std::max(lanes, chunk - chunk % lanes);
 }
 
@@ -121,7 +121,7 @@ void Batch::allocate() {
   state_ = State(memory_, static_cast<int>(model_->props().size()),
                  max_stored_pairs(model_->collision()));
   const bool goes_on = options_.after_end == AfterEnd::kContinue;
-  memory_.limit("elapsed", 0, goes_on ? kMostElapsed : info.horizon);
+  memory_.limit("elapsed", 0, goes_on ? kMaxElapsed : info.horizon);
   pins_ = PinTable(pin_memory_, all_variables(info, perturbations_));
   bindings_.state = &state_;
   bindings_.options = option_values_;
@@ -142,12 +142,12 @@ void Batch::allocate() {
   add_state_fields();
   add_outputs();
   task_->bind(bindings_);
-  rules_ = task_->batch_rules();
+  rules_ = task_->batch_task();
   if (rules_ != nullptr) {
     work_.begins.resize(static_cast<std::size_t>(num_envs()));
     work_.episodes.resize(static_cast<std::size_t>(num_envs()));
   }
-  if (observes_pictures(options_.obs_mode)) add_images();
+  if (observes_images(options_.obs_mode)) add_images();
   if (observes_objects(options_.obs_mode)) add_objects();
   final_outputs_.add_like(outputs_);
   final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
@@ -260,7 +260,7 @@ void Batch::reset(const ResetRequest& request) {
   const IeeeScope scope;
   const CheckedReset reset = checked_reset(request);
   if (rules_ != nullptr) {
-    reset_by_rules(reset);
+    reset_batch_task(reset);
     return;
   }
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {

@@ -19,7 +19,7 @@
 #include "core/perturb/perturbation.h"
 #include "core/sim/controller.h"
 #include "core/sim/simulator.h"
-#include "core/task/batch_rules.h"
+#include "core/task/batch_task.h"
 #include "core/task/task.h"
 
 namespace engram {
@@ -57,7 +57,7 @@ struct ObservedImages {
 class Batch {
  public:
   // Throws Error if an option is out of range, a pin or option is not the task's, or the machine
-  // lacks memory, threads or the renderer. `renderers` is needed for pictures only.
+  // lacks memory, threads or the renderer. `renderers` is needed for images only.
   Batch(std::unique_ptr<Task> task, const BatchOptions& options, RendererFactory renderers = {});
   // The task has its constants and its horizon already: use make() (protocol/make/make.h).
   Batch(std::unique_ptr<Task> task, const MakeOptions& options,
@@ -126,10 +126,10 @@ class Batch {
   // Attaches copies that are made of the outputs of every range of environments, by the thread that
   // has computed them; null stops that. They live until then.
   void attach(const OutputCopies* copies) { copies_ = copies; }
-  // Arrays that take the place of this batch's own pictures, and outlive it; null: its own.
+  // Arrays that take the place of this batch's own images, and outlive it; null: its own.
   void draw_into(const ImageTargets& now, const ImageTargets& finals = {});
   // Two such arrays take turns: the next step draws into these.
-  void turn_to(const ImageTargets& now);
+  void swap_to(const ImageTargets& now);
 
   // The engine's columns, for tools and tests that look inside.
   const State& state() const { return state_; }
@@ -144,7 +144,7 @@ class Batch {
 
   static constexpr const char* kObservation = "observation";
   // Steps of an episode that goes on after its end are counted up to this.
-  static constexpr std::int32_t kMostElapsed = 1'000'000'000;
+  static constexpr std::int32_t kMaxElapsed = 1'000'000'000;
 
   // Under the scope.
   Batch(const IeeeScope&, std::unique_ptr<Task> task, const BatchOptions& options,
@@ -183,10 +183,10 @@ class Batch {
   }
   // actions: of all environments; null: none.
   void step_all(const float* actions);
-  // Steps and resets of a task with BatchRules; commanded: empty, or 0 for environments without a
+  // Steps and resets of a task with BatchTask; commanded: empty, or 0 for environments without a
   // new command.
-  void step_by_rules(const float* actions, std::span<const std::uint8_t> commanded);
-  void reset_by_rules(const CheckedReset& reset);
+  void step_batch_task(const float* actions, std::span<const std::uint8_t> commanded);
+  void reset_batch_task(const CheckedReset& reset);
   void list_steps();
   void move_stepping(const float* actions, std::span<const std::uint8_t> commanded);
   void judge(std::span<const int> envs);
@@ -209,7 +209,7 @@ class Batch {
   bool end_step(int env);
   bool outputs_finite(int env) const;
   void render_observation(int worker, int env);
-  std::uint64_t picture_noise_key(int env) const;
+  std::uint64_t image_noise_key(int env) const;
   void copy_outputs(Range envs) const {
     if (copies_ != nullptr) copies_->copy(envs, final_mask_.data());
   }
@@ -237,7 +237,7 @@ class Batch {
   };
 
   std::unique_ptr<Task> task_;
-  BatchRules* rules_ = nullptr;  // of the task, if it has some
+  BatchTask* rules_ = nullptr;  // of the task, if it has some
   RulesWork work_;
   BatchOptions options_;
   std::vector<double> option_values_;          // of the task's own options

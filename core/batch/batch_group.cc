@@ -171,7 +171,7 @@ void BatchGroup::reset(const ResetRequest& request) {
   });
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Batch& batch = *parts_[i].batch;
-    if (resets[i] && batch.rules_ != nullptr) batch.reset_by_rules(*resets[i]);
+    if (resets[i] && batch.rules_ != nullptr) batch.reset_batch_task(*resets[i]);
     if (resets[i]) batch.started_ = true;
   }
 }
@@ -215,7 +215,7 @@ void BatchGroup::step_all(const float* actions) {
     part.batch->step_range(worker, segment.envs, actions_of(part));
   });
   for (const Part& part : parts_) {
-    if (part.batch->rules_ != nullptr) part.batch->step_by_rules(actions_of(part), {});
+    if (part.batch->rules_ != nullptr) part.batch->step_batch_task(actions_of(part), {});
   }
 }
 
@@ -285,55 +285,57 @@ void BatchGroup::write_to(std::span<const OutputTarget> first,
   takes_turns_ = !second.empty();
   for (Part& part : parts_) {
     part.copies = {};
-    part.pictures = {};
+    part.images = {};
   }
   add_targets(first, 0);
   if (takes_turns_) add_targets(second, 1);
-  for (Part& part : parts_) part.batch->draw_into(part.pictures[0]);
-  turn_ = 0;
-  show_pictures();
+  for (Part& part : parts_) part.batch->draw_into(part.images[0]);
+  output_buffer_ = 0;
+  show_images();
   attach();
 }
 
-void BatchGroup::add_targets(std::span<const OutputTarget> targets, std::size_t turn) {
-  std::vector<OutputArray> pictures;
-  user_pictures_[turn].clear();
+void BatchGroup::add_targets(std::span<const OutputTarget> targets, std::size_t output_buffer) {
+  std::vector<OutputArray> images;
+  user_images_[output_buffer].clear();
   for (const OutputTarget& target : targets) {
     const OutputArray* const array = find_array(outputs(), target.name);
     auto* const data = static_cast<std::byte*>(target.data);
     if (array->shape.size() != 4) continue;
-    user_pictures_[turn].emplace_back(array - outputs().data(), data);
-    pictures.push_back(*array);
-    pictures.back().data = data;
+    user_images_[output_buffer].emplace_back(array - outputs().data(), data);
+    images.push_back(*array);
+    images.back().data = data;
   }
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = parts_[i];
-    outputs_.add_copies(i, part.copies[turn]);
-    part.pictures[turn] = outputs_.pictures_in(i, pictures);
+    outputs_.add_copies(i, part.copies[output_buffer]);
+    part.images[output_buffer] = outputs_.images_in(i, images);
     for (const OutputTarget& target : targets) {
       const OutputArray& array = *find_array(outputs(), target.name);
       if (array.shape.size() == 4) continue;
-      outputs_.add_copies_into(i, array, static_cast<std::byte*>(target.data), part.copies[turn]);
+      outputs_.add_copies_into(i, array, static_cast<std::byte*>(target.data),
+                               part.copies[output_buffer]);
     }
   }
 }
 
 void BatchGroup::attach() {
-  for (Part& part : parts_) part.batch->attach(&part.copies[static_cast<std::size_t>(turn_)]);
+  for (Part& part : parts_)
+    part.batch->attach(&part.copies[static_cast<std::size_t>(output_buffer_)]);
 }
 
 void BatchGroup::take_turn() {
   if (!takes_turns_) return;
-  turn_ = 1 - turn_;
+  output_buffer_ = 1 - output_buffer_;
   for (Part& part : parts_) {
-    part.batch->turn_to(part.pictures[static_cast<std::size_t>(turn_)]);
+    part.batch->swap_to(part.images[static_cast<std::size_t>(output_buffer_)]);
   }
-  show_pictures();
+  show_images();
   attach();
 }
 
-void BatchGroup::show_pictures() {
-  for (const auto& [output, data] : user_pictures_[static_cast<std::size_t>(turn_)]) {
+void BatchGroup::show_images() {
+  for (const auto& [output, data] : user_images_[static_cast<std::size_t>(output_buffer_)]) {
     outputs_.redirect(output, data);
   }
 }

@@ -62,20 +62,20 @@ class BatchGroup {
   const std::vector<OutputArray>& final_outputs() const { return outputs_.finals(); }
   const GroupOutputs& layout() const { return outputs_; }
 
-  // Outputs are written to arrays of the user's as well, pictures to those alone; each as large as
+  // Outputs are written to arrays of the user's as well, images to those alone; each as large as
   // the output. They outlive the group. second: arrays of the same outputs; steps write to the
   // first and the second in turns, resets to those of the step before. Throws Error for a name or
   // size that is wrong, twice the same name, or after the first reset.
   void write_to(std::span<const OutputTarget> first, std::span<const OutputTarget> second = {});
   // Where the outputs of the last step or reset are: 0: the first arrays, 1: the second.
-  int turn() const { return turn_; }
+  int output_buffer() const { return output_buffer_; }
 
  private:
   struct Part : GroupPart {
     std::unique_ptr<Batch> owned;
-    // Copies and pictures of both turns.
+    // Copies and images of both turns.
     std::array<OutputCopies, 2> copies;
-    std::array<ImageTargets, 2> pictures;
+    std::array<ImageTargets, 2> images;
     // Workers of the batch that are in use; ranges of a batch are at most as many as its workers.
     std::unique_ptr<std::atomic<bool>[]> busy;
   };
@@ -86,10 +86,10 @@ class BatchGroup {
   };
 
   void check_targets(std::span<const OutputTarget> targets) const;
-  void add_targets(std::span<const OutputTarget> targets, std::size_t turn);
+  void add_targets(std::span<const OutputTarget> targets, std::size_t output_buffer);
   void attach();
   void take_turn();
-  void show_pictures();
+  void show_images();
   void step_all(const float* actions);
   template <class F>
   void run(F&& f);
@@ -99,10 +99,10 @@ class BatchGroup {
   std::optional<ThreadPool> pool_;  // of a group with common arrays
   std::vector<Segment> segments_;
   GroupOutputs outputs_;
-  // Users' arrays of pictures by the number of the output, of both turns.
-  std::array<std::vector<std::pair<std::size_t, std::byte*>>, 2> user_pictures_;
+  // Users' arrays of images by the number of the output, of both turns.
+  std::array<std::vector<std::pair<std::size_t, std::byte*>>, 2> user_images_;
   bool takes_turns_ = false;
-  int turn_ = 0;
+  int output_buffer_ = 0;
 };
 
 }  // namespace engram

@@ -51,7 +51,7 @@ void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> c
   check_actions(actions);
   require_length("commanded", commanded.size(), static_cast<std::size_t>(num_envs()));
   if (rules_ != nullptr) {
-    step_by_rules(actions.data(), commanded);
+    step_batch_task(actions.data(), commanded);
     return;
   }
   const auto moves = [&](int env) { return commanded[static_cast<std::size_t>(env)] != 0; };
@@ -72,7 +72,7 @@ void Batch::step_no_action() {
 
 void Batch::step_all(const float* actions) {
   if (rules_ != nullptr) {
-    step_by_rules(actions, {});
+    step_batch_task(actions, {});
     return;
   }
   pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
@@ -105,8 +105,8 @@ void Batch::step_range(int worker, Range envs, const float* actions) {
     for (; env < envs.end && !waits(env); ++env) {
       final_mask_[static_cast<std::size_t>(env)] = 0;
     }
-    for (int first = begin; first < env; first += Simulator::kMostTogether) {
-      simulate(worker, {first, std::min(env, first + Simulator::kMostTogether)}, actions);
+    for (int first = begin; first < env; first += Simulator::kMaxTogether) {
+      simulate(worker, {first, std::min(env, first + Simulator::kMaxTogether)}, actions);
     }
     finish_steps(worker, {begin, env});
   }
@@ -125,8 +125,8 @@ void Batch::simulate(int worker, Range envs, const float* actions) {
 // Controller and physics of environments that move together.
 void Batch::run_physics(int worker, Range envs, const float* actions) {
   StepClock::Worker* const time = clock(worker);
-  std::array<DriveTarget, Simulator::kMostTogether> drives;
-  std::array<bool, Simulator::kMostTogether> stable{};
+  std::array<DriveTarget, Simulator::kMaxTogether> drives;
+  std::array<bool, Simulator::kMaxTogether> stable{};
   const std::span<DriveTarget> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
   if (commands_.delays()) {
     drive_by_queue(worker, envs, used);
@@ -143,7 +143,7 @@ void Batch::run_physics(int worker, Range envs, const float* actions) {
   for (int env = envs.begin; env < envs.end; ++env) {
     unstable_[env] = stable[static_cast<std::size_t>(env - envs.begin)] ? 0 : 1;
     if (unstable_[env] != 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
-    if (state_.elapsed[env] < kMostElapsed) ++state_.elapsed[env];
+    if (state_.elapsed[env] < kMaxElapsed) ++state_.elapsed[env];
   }
   mark(time, StepPart::kGather);
   simulator_->update_tcp(state_, envs.begin, envs.end - envs.begin, worker);
@@ -274,22 +274,22 @@ void Batch::draw_into(const ImageTargets& now, const ImageTargets& finals) {
   if (images_) images_->draw_into(now, finals);
 }
 
-void Batch::turn_to(const ImageTargets& now) {
-  if (images_) images_->turn_to(now);
+void Batch::swap_to(const ImageTargets& now) {
+  if (images_) images_->swap_to(now);
 }
 
 // Of the noise of sensors in this step.
-std::uint64_t Batch::picture_noise_key(int env) const {
+std::uint64_t Batch::image_noise_key(int env) const {
   constexpr std::uint64_t kNextStep = 0xd1b54a32d192ed03u;
   const auto elapsed = static_cast<std::uint64_t>(state_.elapsed[env]);
-  return noise_stream(env, kPurposePictureNoise).next_u64() + elapsed * kNextStep;
+  return noise_stream(env, kPurposeImageNoise).next_u64() + elapsed * kNextStep;
 }
 
 void Batch::render_observation(int worker, int env) {
   if (!images_) return;
-  if (perturbations_.change_pictures()) {
-    const PictureChanges changes = perturbations_.pictures(env);
-    images_->render(worker, state_, env, &changes, picture_noise_key(env));
+  if (perturbations_.change_images()) {
+    const ImageChanges changes = perturbations_.images(env);
+    images_->render(worker, state_, env, &changes, image_noise_key(env));
   } else {
     images_->render(worker, state_, env);
   }

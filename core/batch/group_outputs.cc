@@ -11,11 +11,11 @@ constexpr std::string_view kCue = "task_cue";
 constexpr const char* kTaskIndex = "task_index";
 constexpr const char* kObjectMask = "object_mask";
 
-bool is_picture(const OutputArray& array) { return array.shape.size() == 4; }
+bool is_image(const OutputArray& array) { return array.shape.size() == 4; }
 
-// Arrays that batches fill themselves, without copies: pictures, and constants of the group.
+// Arrays that batches fill themselves, without copies: images, and constants of the group.
 bool is_copied(const OutputArray& array) {
-  return !is_picture(array) && array.field.name != kTaskIndex && array.field.name != kObjectMask;
+  return !is_image(array) && array.field.name != kTaskIndex && array.field.name != kObjectMask;
 }
 
 void widen(OutputArray& array, int width) {
@@ -25,7 +25,7 @@ void widen(OutputArray& array, int width) {
 }
 
 void merge_into(OutputArray& into, const OutputArray& array) {
-  if (!is_picture(into) && array.field.width > into.field.width) widen(into, array.field.width);
+  if (!is_image(into) && array.field.width > into.field.width) widen(into, array.field.width);
   if (array.field.dtype != into.field.dtype) into.field.dtype = DType::kFloat32;
   if (array.field.description != into.field.description) into.field.description.clear();
   into.field.privileged |= array.field.privileged;
@@ -58,7 +58,7 @@ GroupOutputs::GroupOutputs(const std::vector<GroupPart>& parts, bool common)
   allocate(finals_);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Batch& batch = *parts_[i].batch;
-    batch.draw_into(pictures_in(i, arrays_), pictures_in(i, finals_));
+    batch.draw_into(images_in(i, arrays_), images_in(i, finals_));
     const auto index = static_cast<std::int32_t>(i);
     auto* const indices =
         reinterpret_cast<std::int32_t*>(find_array(arrays_, kTaskIndex)->data) + parts_[i].first;
@@ -131,7 +131,7 @@ void GroupOutputs::add_copies(std::size_t part, OutputCopies& copies) const {
   }
   for (const OutputArray& array : finals_) {
     const OutputArray* const from = find_array(sources_[part].finals, array.field.name);
-    if (is_picture(array) || from == nullptr || !has(part, array.field.name)) continue;
+    if (is_image(array) || from == nullptr || !has(part, array.field.name)) continue;
     add(part, *from, array, array.data, &OutputCopies::add_final, copies);
   }
 }
@@ -169,8 +169,8 @@ void GroupOutputs::add(std::size_t part, const OutputArray& from, const OutputAr
   }
 }
 
-ImageTargets GroupOutputs::pictures_in(std::size_t part,
-                                       const std::vector<OutputArray>& arrays) const {
+ImageTargets GroupOutputs::images_in(std::size_t part,
+                                     const std::vector<OutputArray>& arrays) const {
   const auto rows_of = [&](const char* name) -> std::byte* {
     const OutputArray* const array = find_array(arrays, name);
     if (array == nullptr || array->data == nullptr) return nullptr;

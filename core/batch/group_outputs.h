@@ -41,8 +41,8 @@ class GroupOutputs {
                        OutputCopies& copies) const;
   // Points an array to other memory.
   void redirect(std::size_t index, std::byte* data) { arrays_[index].data = data; }
-  // Rows of a part's pictures in arrays like `arrays`.
-  ImageTargets pictures_in(std::size_t part, const std::vector<OutputArray>& arrays) const;
+  // Rows of a part's images in arrays like `arrays`.
+  ImageTargets images_in(std::size_t part, const std::vector<OutputArray>& arrays) const;
 
  private:
   struct Source {

@@ -1,5 +1,5 @@
 // What a group's environments are asked for one by one or on demand, by their numbers in the group:
-// queries, pictures, scripted policies, snapshots.
+// queries, images, scripted policies, snapshots.
 #pragma once
 
 #include <cstddef>

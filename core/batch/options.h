@@ -119,7 +119,7 @@ constexpr bool observes_depth(ObsMode mode) {
 constexpr bool observes_segmentation(ObsMode mode) {
   return mode == ObsMode::kRgbSegmentation || mode == ObsMode::kRgbDepthSegmentation;
 }
-constexpr bool observes_pictures(ObsMode mode) {
+constexpr bool observes_images(ObsMode mode) {
   return mode == ObsMode::kRgb || observes_depth(mode) || observes_segmentation(mode);
 }
 
@@ -188,8 +188,8 @@ struct BatchOptions {
   // Further random numbers for the policies random and blind: of the episode's seed and this one.
   std::uint64_t policy_seed = 0;
   ImageShape images = {};                 // of rgb observations
-  ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' pictures
-  // Pictures of render_camera, which are for people.
+  ImageSourceOptions image_options = {};  // of rgb observations and of the sensors' images
+  // Images of render_camera, which are for people.
   ImageSourceOptions render_options = {.renderer = "cpu", .shadows = false, .antialias = true};
 };
 

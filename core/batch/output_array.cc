@@ -16,8 +16,8 @@ OutputArray column_array(const ColumnView& column, int num_envs) {
 
 // about: one value of a pixel for each camera. Cameras stand one behind the other.
 template <class T>
-void add_pictures(const Batch& batch, std::span<const T> values, OutputArray about,
-                  std::vector<OutputArray>& arrays) {
+void add_images(const Batch& batch, std::span<const T> values, OutputArray about,
+                std::vector<OutputArray>& arrays) {
   if (values.empty()) return;
   const ImageShape& shape = batch.options().images;
   about.shape.push_back(shape.height);
@@ -31,19 +31,19 @@ void add_pictures(const Batch& batch, std::span<const T> values, OutputArray abo
 void add_images(const Batch& batch, const ObservedImages& images,
                 std::vector<OutputArray>& arrays) {
   const int num_envs = batch.num_envs();
-  add_pictures(batch, images.rgb,
-               make_output_array("rgb", 3, DType::kUInt8, "",
-                                 "images, row 0 on top, cameras one behind the other in each pixel",
-                                 num_envs),
-               arrays);
-  add_pictures(batch, images.depth,
-               make_output_array("depth", 1, DType::kInt16, "mm",
-                                 "along the axis of each camera; 0: nothing there", num_envs),
-               arrays);
-  add_pictures(batch, images.segmentation,
-               make_output_array("segmentation", 1, DType::kInt16, "",
-                                 "what each camera sees: index into segmentation_names", num_envs),
-               arrays);
+  add_images(batch, images.rgb,
+             make_output_array("rgb", 3, DType::kUInt8, "",
+                               "images, row 0 on top, cameras one behind the other in each pixel",
+                               num_envs),
+             arrays);
+  add_images(batch, images.depth,
+             make_output_array("depth", 1, DType::kInt16, "mm",
+                               "along the axis of each camera; 0: nothing there", num_envs),
+             arrays);
+  add_images(batch, images.segmentation,
+             make_output_array("segmentation", 1, DType::kInt16, "",
+                               "what each camera sees: index into segmentation_names", num_envs),
+             arrays);
 }
 
 // at: the column of these or of the final outputs.

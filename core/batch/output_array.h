@@ -1,4 +1,4 @@
-// The outputs of a batch as arrays over its environments: columns, observations and pictures alike.
+// The outputs of a batch as arrays over its environments: columns, observations and images alike.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct OutputArray {
 OutputArray make_output_array(const char* name, int width, DType dtype, const char* unit,
                               const char* description, int num_envs);
 
-// Outputs in the order of users' lists: columns, final_mask, pictures.
+// Outputs in the order of users' lists: columns, final_mask, images.
 std::vector<OutputArray> output_arrays(const Batch& batch);
 // Those that final outputs have; empty unless the batch keeps any.
 std::vector<OutputArray> final_output_arrays(const Batch& batch);

@@ -69,7 +69,7 @@ void Queries::camera_params(std::string_view camera, int width, int height,
   // Change of axes: x right, y up, z backward to x right, y down, z forward.
   const Eigen::Vector3d flip(1, -1, -1);
   for (int env = 0; env < num_envs; ++env) {
-    const PictureChanges changes = batch_.perturbations_.pictures(env);
+    const ImageChanges changes = batch_.perturbations_.images(env);
     const Eigen::Isometry3d pose = cameras_->pose(index, batch_.state().qpos.row(env), changes);
     const double focal = cameras_->focal_length(index, height, changes);
     Eigen::Matrix3d intrinsic;
@@ -136,11 +136,11 @@ int Queries::cue_end(int env) const {
   return batch_.task_->cue_end(env);
 }
 
-const Choices* Queries::choices() const { return choices_of(*batch_.task_); }
+const AnswerController* Queries::choices() const { return answer_controller_of(*batch_.task_); }
 
-const Choices& Queries::running_choices() const {
+const AnswerController& Queries::running_answer_controller() const {
   batch_.require_started("choices");
-  const Choices* own = choices();
+  const AnswerController* own = choices();
   if (own == nullptr) {
     throw Error(Error::kInvalidArgument,
                 batch_.info().id + " has no list of answers to choose from");

@@ -12,7 +12,7 @@
 #include "core/batch/batch.h"
 #include "core/image/camera_poses.h"
 #include "core/task/annotator.h"
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 
 namespace engram {
 
@@ -25,7 +25,7 @@ class Queries {
   // TCP's position and quaternion (w, x, y, z) in the world (N, 7). Empty spans are left out. These
   // three throw Error for other lengths, or before the first reset.
   void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
-  // A camera of the scene in all environments, for pictures of that size.
+  // A camera of the scene in all environments, for images of that size.
   void camera_params(std::string_view camera, int width, int height, const CameraSpans& out);
   // Values that the episodes have drawn, (N, sampled_dim), info().sampled_values in order.
   // Privileged.
@@ -44,9 +44,9 @@ class Queries {
   const Annotator* annotator() const;
 
   // The answers that somebody may choose for a robot's hand; null if they have no names.
-  const Choices* choices() const;
+  const AnswerController* choices() const;
   // Those of running episodes. Throws Error if they have no names, or before the first reset.
-  const Choices& running_choices() const;
+  const AnswerController& running_answer_controller() const;
 
   // Random variables of an episode, the engine's robot_noise first.
   const std::vector<RandomVariable>& random_variables() const { return batch_.pins_.variables(); }

@@ -26,10 +26,10 @@ void SceneRenderer::render(int env, std::string_view camera, int width, int heig
   image.rgb = rgb.data();
   image.row_stride = 3 * static_cast<std::ptrdiff_t>(width);
   const Perturbations& perturbations = batch_.perturbations_;
-  const PictureChanges changes = perturbations.pictures(env);
+  const ImageChanges changes = perturbations.images(env);
   source.render(0, views_->view(0, batch_.state(), env), {&image, 1}, &changes);
   if (camera != kRenderCamera) {
-    add_faults(faults_, {&image, 1}, changes, batch_.picture_noise_key(env));
+    add_faults(faults_, {&image, 1}, changes, batch_.image_noise_key(env));
   }
 }
 
@@ -37,7 +37,7 @@ ImageSource& SceneRenderer::source_for(bool people) {
   if (!views_) views_ = std::make_unique<SceneViews>(batch_.physics_model(), 1);
   std::unique_ptr<ImageSource>& source = people ? render_source_ : sensor_source_;
   if (source) return *source;
-  if (!batch_.renderers_) throw Error(Error::kUnavailable, "pictures without a renderer");
+  if (!batch_.renderers_) throw Error(Error::kUnavailable, "images without a renderer");
   const BatchOptions& given = batch_.options();
   ImageSourceOptions options = people ? given.render_options : given.image_options;
   options.max_size = kMaxImageSize;

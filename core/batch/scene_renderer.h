@@ -1,4 +1,4 @@
-// Pictures of single environments, on demand, for people and tools.
+// Images of single environments, on demand, for people and tools.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace engram {
 
-// Compiles the scene for its renderer at the first picture, so keep it for the next one.
+// Compiles the scene for its renderer at the first image, so keep it for the next one.
 class SceneRenderer {
  public:
   // The batch outlives this object.

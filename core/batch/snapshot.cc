@@ -1,6 +1,6 @@
 // Format: a header, the label, then the rows of each environment's columns as bytes. Physics keeps
 // nothing outside the columns, so there is nothing else to save. Answers that somebody has named
-// (core/task/choices.h) are no part of an environment.
+// (core/task/answer_controller.h) are no part of an environment.
 #include "core/batch/snapshot.h"
 
 #include <algorithm>

@@ -18,8 +18,8 @@ struct PatchSpec {
   int list = 0;  // of PatchLists
   int link_a = -1;
   int link_b = -1;
-  int slot_a = -1;
-  int slot_b = -1;
+  int body_a = -1;
+  int body_b = -1;
   double friction = 0;
   double torsion_radius = 0;
   Vec3 normal = Vec3::Zero();              // from B to A
@@ -41,15 +41,15 @@ class ContactBlock {
 
   // Begins a substep.
   void clear();
-  void put_body(int lane, int slot, const FreeBody& body, const FreeBodyState& state);
+  void put_body(int lane, int body_index, const FreeBody& body, const FreeBodyState& state);
   // Appends a patch to its list. Returns its index, or -1 if the lane's list is full.
   int add_patch(int lane, const PatchSpec& spec);
   // Fills what lanes lack, after the last body and patch.
   const ContactLanes& finish();
 
   // After the substep: the body's motion; what a patch has become.
-  void get_body(int lane, int slot, FreeBodyState& state) const;
-  bool is_broken(int lane, int patch) const;
+  void get_body(int lane, int body_index, FreeBodyState& state) const;
+  bool is_slipping(int lane, int patch) const;
   // Sum of impulses on A, N s, world.
   Vec3 impulse(int lane, int patch) const;
 
@@ -59,12 +59,14 @@ class ContactBlock {
     std::vector<std::array<int, PatchLists::kCount>> lists;  // sizes of each lane
   };
 
-  double* body_row(int slot) { return bodies_.data() + slot * body_stride_; }
-  const double* body_row(int slot) const { return bodies_.data() + slot * body_stride_; }
-  double* patch_row(int patch) { return patches_.data() + patch * patch_stride_; }
-  const double* patch_row(int patch) const { return patches_.data() + patch * patch_stride_; }
+  double* body_vectors(int body_index) { return bodies_.data() + body_index * body_stride_; }
+  const double* body_vectors(int body_index) const {
+    return bodies_.data() + body_index * body_stride_;
+  }
+  double* patch_vectors(int patch) { return patches_.data() + patch * patch_stride_; }
+  const double* patch_vectors(int patch) const { return patches_.data() + patch * patch_stride_; }
   void empty_patch(int lane, int patch);
-  void empty_body(int lane, int slot);
+  void empty_body(int lane, int body_index);
   void add_member(int lane, int patch, const PatchSpec& spec);
 
   int lanes_;
@@ -76,7 +78,7 @@ class ContactBlock {
   AlignedArray<double> patches_;
   std::vector<PatchMembers> members_;
   // Slots of the lanes that a patch's members were collected from.
-  std::vector<std::array<int, 2>> first_slots_;
+  std::vector<std::array<int, 2>> first_bodies_;
   Used used_;
   ContactLanes view_;
 };

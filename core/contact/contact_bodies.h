@@ -28,8 +28,8 @@ class ContactBodies {
   void move_bodies() {
     for (int i = 0; i < lanes_.num_bodies; ++i) {
       FreeBodyLanes<V>& body = bodies_[i];
-      body.moved = body.moved + body.linear * simd::broadcast<V>(dt_);
-      body.turned = body.turned + body.angular * simd::broadcast<V>(dt_);
+      body.delta_position = body.delta_position + body.linear * simd::broadcast<V>(dt_);
+      body.delta_rotation = body.delta_rotation + body.angular * simd::broadcast<V>(dt_);
       rotate(body);
     }
   }
@@ -41,13 +41,13 @@ class ContactBodies {
     if (links_ == 0) return;
     JointsOf<V> q;
     row.store(q);
-    for (int i = 0; i < kRobotJoints; ++i) moved_[i] = q[i] - begin_q_[i];
-    bend_links();
+    for (int i = 0; i < kRobotJoints; ++i) delta_q_[i] = q[i] - begin_q_[i];
+    update_second_order();
   }
 
  protected:
   struct Motion {
-    Vec3Of<V> linear, angular, moved, turned;
+    Vec3Of<V> linear, angular, delta_position, delta_rotation;
   };
   using Vec = Vec3Of<V>;
 
@@ -63,7 +63,8 @@ class ContactBodies {
 
   // Value of a lane's own body; zeros if it has none.
   template <class Get>
-  ENGRAM_INLINE auto gather(unsigned long long props, bool mixed, V slot, const Get& get) const {
+  ENGRAM_INLINE auto gather(unsigned long long props, bool mixed, V body_index,
+                            const Get& get) const {
     int first = 0;
     while ((props >> first & 1U) == 0) ++first;
     auto value = get(bodies_[first]);
@@ -72,7 +73,7 @@ class ContactBodies {
     for (int i = first; props >> i != 0; ++i) {
       if ((props >> i & 1U) == 0) continue;
       const auto other = get(bodies_[i]);
-      const auto mine = slot == static_cast<double>(i);
+      const auto mine = body_index == static_cast<double>(i);
       for (int k = 0; k < kWords<decltype(value)>; ++k) {
         word(value, k) = mine ? word(other, k) : word(value, k);
       }
@@ -90,12 +91,12 @@ class ContactBodies {
     return reinterpret_cast<const V*>(&value)[k];
   }
 
-  ENGRAM_INLINE Motion motion_of(unsigned long long props, bool mixed, V slot) const {
-    return gather(props, mixed, slot, [](const FreeBodyLanes<V>& body) {
-      return Motion{body.linear, body.angular, body.moved, body.turned};
+  ENGRAM_INLINE Motion motion_of(unsigned long long props, bool mixed, V body_index) const {
+    return gather(props, mixed, body_index, [](const FreeBodyLanes<V>& body) {
+      return Motion{body.linear, body.angular, body.delta_position, body.delta_rotation};
     });
   }
-  ENGRAM_INLINE void set_velocity(unsigned long long props, bool mixed, V slot,
+  ENGRAM_INLINE void set_velocity(unsigned long long props, bool mixed, V body_index,
                                   const Motion& motion) {
     for (int i = 0; props >> i != 0; ++i) {
       if ((props >> i & 1U) == 0) continue;
@@ -105,7 +106,7 @@ class ContactBodies {
         body.angular = motion.angular;
         continue;
       }
-      const auto mine = slot == static_cast<double>(i);
+      const auto mine = body_index == static_cast<double>(i);
       for (int k = 0; k < 3; ++k) {
         body.linear[k] = mine ? motion.linear[k] : body.linear[k];
         body.angular[k] = mine ? motion.angular[k] : body.angular[k];
@@ -143,29 +144,30 @@ class ContactBodies {
       frames_.center_jacobian(link, rows);
       for (int i = 0; i < kRobotJoints; ++i)
         column_[link][i] = {rows[0][i], rows[1][i], rows[2][i]};
-      bend_[link] = {};
+      second_order_displacement_[link] = {};
     }
   }
 
   // Motion on a hinge's circle beyond its tangent, by the turns of that hinge and those before it.
-  void bend_links() {
-    Vec turned = {};
+  void update_second_order() {
+    Vec delta_rotation = {};
     Vec lever[kArmJoints];
     for (int i = 0; i < kArmJoints; ++i) {
-      const Vec turn = frames_.axis(i) * moved_[i];
-      lever[i] = (turned + turn * simd::broadcast<V>(0.5)) * moved_[i];
-      turned = turned + turn;
+      const Vec turn = frames_.axis(i) * delta_q_[i];
+      lever[i] = (delta_rotation + turn * simd::broadcast<V>(0.5)) * delta_q_[i];
+      delta_rotation = delta_rotation + turn;
     }
     for (int link = 0; link < kNumLinks; ++link) {
       if ((links_ >> link & 1U) == 0) continue;
-      Vec bend = {};
-      for (int i = 0; i < hinges_of(link); ++i) bend = bend + cross(lever[i], column_[link][i]);
+      Vec second_order = {};
+      for (int i = 0; i < hinges_of(link); ++i)
+        second_order = second_order + cross(lever[i], column_[link][i]);
       const int finger = finger_of(link);
       if (finger >= 0) {
         const int joint = kArmJoints + finger;
-        bend = bend + cross(turned, column_[link][joint] * moved_[joint]);
+        second_order = second_order + cross(delta_rotation, column_[link][joint] * delta_q_[joint]);
       }
-      bend_[link] = bend;
+      second_order_displacement_[link] = second_order;
     }
   }
 
@@ -202,8 +204,8 @@ class ContactBodies {
   unsigned links_ = 0;
   V compliance_[kNumLinks];
   Vec column_[kNumLinks][kRobotJoints];
-  Vec bend_[kNumLinks];
-  JointsOf<V> moved_;
+  Vec second_order_displacement_[kNumLinks];
+  JointsOf<V> delta_q_;
 };
 
 }  // namespace ENGRAM_ISA

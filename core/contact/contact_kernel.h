@@ -11,7 +11,7 @@ struct ContactKernel {
   // As LaneKernel::substep, with contacts: moves the free bodies as well, and sets the impulses of
   // patches and which of them slip.
   void (*substep)(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
-                  double* rows, const ContactLanes& contacts);
+                  double* vectors, const ContactLanes& contacts);
 };
 
 // The kernel of so many lanes, of those that lane_kernel() has.

@@ -10,8 +10,8 @@ inline namespace ENGRAM_ISA {
 
 template <class V>
 void substep_with_contacts(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
-                           double* rows, const ContactLanes& contacts) {
-  substep_with<V>(robot, params, velocity_mode, rows,
+                           double* vectors, const ContactLanes& contacts) {
+  substep_with<V>(robot, params, velocity_mode, vectors,
                   [&](const LinkFrames<V>& frames, const JointSolver<V>& joints) {
                     return ContactSolver<V>(contacts, frames, joints, params.timestep);
                   });

@@ -17,28 +17,29 @@ inline constexpr int kPatchAnchors = 2;
 // A free prop, about its centre of mass, world axes.
 template <class V>
 struct FreeBodyLanes {
-  V inv_mass;               // 1/kg; 0: none in this lane
-  V inv_inertia[6];         // xx, yy, zz, xy, xz, yz; 1/(kg m^2)
-  Vec3Of<V> center;         // m, at the substep's start, from the robot's base
-  Vec3Of<V> linear;         // velocity, m/s
-  Vec3Of<V> angular;        // rad/s
-  Vec3Of<V> begin_linear;   // velocity before contacts
-  Vec3Of<V> moved, turned;  // in this substep so far: sums of velocity times time, m, rad
-  QuatOf<V> rotation;       // the same turn, as a quaternion
+  V inv_mass;              // 1/kg; 0: none in this lane
+  V inv_inertia[6];        // xx, yy, zz, xy, xz, yz; 1/(kg m^2)
+  Vec3Of<V> center;        // m, at the substep's start, from the robot's base
+  Vec3Of<V> linear;        // velocity, m/s
+  Vec3Of<V> angular;       // rad/s
+  Vec3Of<V> begin_linear;  // velocity before contacts
+  Vec3Of<V> delta_position,
+      delta_rotation;  // in this substep so far: sums of velocity times time, m, rad
+  QuatOf<V> rotation;  // the same turn, as a quaternion
 };
 
 // One row of the contact problem: J of both bodies times the row's effective mass, so that a speed
 // becomes an impulse, and the response of their velocities to a unit of impulse. The mass is 0
 // where a lane has no such row.
 template <class V>
-struct ContactRowLanes {
+struct ConstraintLanes {
   V joint[kRobotJoints];
   V joint_response[kRobotJoints];
   Vec3Of<V> axis;  // along which free bodies are pushed; 0 for a torque
   Vec3Of<V> turn_a, turn_response_a;
   Vec3Of<V> turn_b, turn_response_b;
-  V offset;           // gap, or distance of anchors, at the substep's start, times mass, kg m
-  V rate;             // share of the offset that is taken out, 1/s
+  V separation;       // gap, or distance of anchors, at the substep's start, times mass, kg m
+  V bias_rate;        // share of the offset that is taken out, 1/s
   V kinematic_speed;  // of B along the axis, times mass, N s
   V impulse;          // sum in this substep, N s
 };
@@ -60,16 +61,16 @@ struct PatchLanes {
   V gap[kPatchPoints];                                         // m
   Vec3Of<V> anchor_a[kPatchAnchors], anchor_b[kPatchAnchors];  // m, from the robot's base
   // --- set by the solver ---
-  V broken;  // 1: friction slipped in the velocity iteration
+  V slipping;  // 1: friction slipped in the velocity iteration
   Vec3Of<V> tangent[2];
   // Change of a free body's velocity by a unit of impulse along the normal and the tangents, 1/kg.
   Vec3Of<V> normal_response_a, normal_response_b;
   Vec3Of<V> tangent_response_a[2], tangent_response_b[2];
-  V least_load;     // least sum of normal impulses for friction, N s
-  V torsion_reach;  // m; 0: no torsional friction
-  ContactRowLanes<V> normal_row[kPatchPoints];
-  ContactRowLanes<V> friction_row[kPatchAnchors][2];
-  ContactRowLanes<V> torsion_row;
+  V min_normal_impulse;  // least sum of normal impulses for friction, N s
+  V torsion_reach;       // m; 0: no torsional friction
+  ConstraintLanes<V> normal_constraint[kPatchPoints];
+  ConstraintLanes<V> friction_constraint[kPatchAnchors][2];
+  ConstraintLanes<V> torsion_constraint;
 };
 
 }  // namespace ENGRAM_ISA

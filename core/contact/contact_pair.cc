@@ -33,7 +33,7 @@ void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* i
   ids[StoredPair::kPropB] = prop_b + 1;
   ids[StoredPair::kPoints] = pair.manifold.known ? pair.manifold.num_points + 1 : 0;
   ids[StoredPair::kPatches] = pair.num_patches;
-  for (int i = 0; i < ContactPair::kMostPatches; ++i) {
+  for (int i = 0; i < ContactPair::kMaxPatches; ++i) {
     ids[StoredPair::kAnchors + i] = i < pair.num_patches ? pair.patches[at(i)].num_anchors : 0;
   }
   for_each_number(pair, [&](double value) { *values++ = static_cast<float>(value); });
@@ -45,16 +45,16 @@ bool load_pair(const std::int32_t* ids, const float* values, int num_shape_pairs
     return low <= ids[id] && ids[id] <= high;
   };
   if (!within(StoredPair::kShapePair, 1, num_shape_pairs) ||
-      !within(StoredPair::kPoints, 0, Manifold::kMostPoints + 1) ||
-      !within(StoredPair::kPatches, 0, ContactPair::kMostPatches)) {
+      !within(StoredPair::kPoints, 0, Manifold::kMaxPoints + 1) ||
+      !within(StoredPair::kPatches, 0, ContactPair::kMaxPatches)) {
     return false;
   }
   pair.shape_pair = ids[StoredPair::kShapePair] - 1;
   pair.manifold.known = ids[StoredPair::kPoints] > 0;
   pair.manifold.num_points = std::max(ids[StoredPair::kPoints] - 1, 0);
   pair.num_patches = ids[StoredPair::kPatches];
-  for (int i = 0; i < ContactPair::kMostPatches; ++i) {
-    if (!within(StoredPair::kAnchors + i, 0, FrictionPatch::kMostAnchors)) return false;
+  for (int i = 0; i < ContactPair::kMaxPatches; ++i) {
+    if (!within(StoredPair::kAnchors + i, 0, FrictionPatch::kMaxAnchors)) return false;
     pair.patches[at(i)].num_anchors = ids[StoredPair::kAnchors + i];
   }
   for_each_number(pair, [&](double& value) { value = *values++; });

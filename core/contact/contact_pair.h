@@ -19,10 +19,10 @@ struct FrictionAnchor {
 
 // Contacts of one normal, and up to two anchors.
 struct FrictionPatch {
-  static constexpr int kMostAnchors = 2;
+  static constexpr int kMaxAnchors = 2;
   Vec3 normal_a = Vec3::Zero();  // in the axes of both bodies
   Vec3 normal_b = Vec3::Zero();
-  std::array<FrictionAnchor, kMostAnchors> anchors;
+  std::array<FrictionAnchor, kMaxAnchors> anchors;
   int num_anchors = 0;
 };
 
@@ -32,21 +32,21 @@ struct ManifoldPoint {
 };
 
 struct Manifold {
-  static constexpr int kMostPoints = 4;
+  static constexpr int kMaxPoints = 4;
   bool known = false;            // found at the relative pose below
   Vec3 normal = Vec3::Zero();    // from B to A, in B's frame
   Vec3 position = Vec3::Zero();  // of A in B's frame
   Eigen::Vector4d quat_a = Eigen::Vector4d::Zero();
   Eigen::Vector4d quat_b = Eigen::Vector4d::Zero();
-  std::array<ManifoldPoint, kMostPoints> points;
+  std::array<ManifoldPoint, kMaxPoints> points;
   int num_points = 0;
 };
 
 struct ContactPair {
-  static constexpr int kMostPatches = 2;
+  static constexpr int kMaxPatches = 2;
   int shape_pair = -1;  // of the CollisionScene
   Manifold manifold;
-  std::array<FrictionPatch, kMostPatches> patches;
+  std::array<FrictionPatch, kMaxPatches> patches;
   int num_patches = 0;
 
   void forget_anchors() { num_patches = 0; }
@@ -61,10 +61,10 @@ struct StoredPair {
     kPoints,  // of the manifold, plus one; 0: unknown
     kPatches,
     kAnchors,  // of each patch
-    kInts = kAnchors + ContactPair::kMostPatches,
+    kInts = kAnchors + ContactPair::kMaxPatches,
   };
-  static constexpr int kFloats = 3 + 3 + 4 + 4 + 6 * Manifold::kMostPoints +
-                                 ContactPair::kMostPatches * (6 + 6 * FrictionPatch::kMostAnchors);
+  static constexpr int kFloats = 3 + 3 + 4 + 4 + 6 * Manifold::kMaxPoints +
+                                 ContactPair::kMaxPatches * (6 + 6 * FrictionPatch::kMaxAnchors);
 
   static bool is_empty(const std::int32_t* ids) { return ids[kShapePair] == 0; }
   static bool holds_prop(const std::int32_t* ids, int prop) {

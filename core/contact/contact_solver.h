@@ -8,7 +8,7 @@ namespace engram {
 inline namespace ENGRAM_ISA {
 
 // Share of the distance of anchors that is taken out in one iteration, in pairs with a link.
-constexpr double kLinkAnchorShare = 0.8;
+constexpr double kLinkAnchorBaumgarte = 0.8;
 // Slip counts from this excess of impulse on, N s: rounding is none.
 constexpr double kSlipTolerance = 1e-9;
 // Tangential speed below which friction takes fixed axes, squared, m^2/s^2.
@@ -38,9 +38,9 @@ class ContactSolver : public ContactBodies<V> {
 
  private:
   using Bodies = ContactBodies<V>;
-  using Bodies::bend_;
   using Bodies::column_;
   using Bodies::compliance_;
+  using Bodies::delta_q_;
   using Bodies::dt_;
   using Bodies::frames_;
   using Bodies::gather;
@@ -48,7 +48,7 @@ class ContactSolver : public ContactBodies<V> {
   using Bodies::lanes_;
   using Bodies::link_difference;
   using Bodies::motion_of;
-  using Bodies::moved_;
+  using Bodies::second_order_displacement_;
   using Bodies::set_velocity;
   using Bodies::time_;
   using Bodies::timestep_;
@@ -74,30 +74,30 @@ class ContactSolver : public ContactBodies<V> {
   // --- preparation ---
 
   // `point`: where A is pushed; `point_b`: where B is.
-  ENGRAM_INLINE void set_row(ContactRowLanes<V>& row, const PatchLanes<V>& patch,
-                             const PatchMembers& members, const Vec& axis, const Vec& point,
-                             const Vec& point_b) const {
+  ENGRAM_INLINE void set_constraint(ConstraintLanes<V>& constraint, const PatchLanes<V>& patch,
+                                    const PatchMembers& members, const Vec& axis, const Vec& point,
+                                    const Vec& point_b) const {
     if (members.links != 0) {
       for (int i = 0; i < kArmJoints; ++i) {
         const Vec column = cross(frames_.axis(i), point - frames_.origin(i));
-        row.joint[i] = patch.joint_sign[i] * dot(axis, column);
+        constraint.joint[i] = patch.joint_sign[i] * dot(axis, column);
       }
       for (int i = 0; i < kFingers; ++i) {
-        row.joint[kArmJoints + i] =
+        constraint.joint[kArmJoints + i] =
             patch.joint_sign[kArmJoints + i] * dot(axis, frames_.finger_axis(i));
       }
     }
-    row.kinematic_speed = dot(axis, patch.kinematic_velocity);
-    row.turn_a = row.turn_b = {};
+    constraint.kinematic_speed = dot(axis, patch.kinematic_velocity);
+    constraint.turn_a = constraint.turn_b = {};
     if (members.props_a != 0) {
       const Vec center = gather(members.props_a, members.mixed_a, patch.prop_a,
                                 [](const FreeBodyLanes<V>& body) { return body.center; });
-      row.turn_a = cross(point - center, axis);
+      constraint.turn_a = cross(point - center, axis);
     }
     if (members.props_b != 0) {
       const Vec center = gather(members.props_b, members.mixed_b, patch.prop_b,
                                 [](const FreeBodyLanes<V>& body) { return body.center; });
-      row.turn_b = cross(axis, point_b - center);
+      constraint.turn_b = cross(axis, point_b - center);
     }
   }
 
@@ -105,9 +105,9 @@ class ContactSolver : public ContactBodies<V> {
     V inv_mass;
     V at[6];
   };
-  ENGRAM_INLINE Inertia inertia_of_body(unsigned long long props, bool mixed, V slot) const {
+  ENGRAM_INLINE Inertia inertia_of_body(unsigned long long props, bool mixed, V body_index) const {
     if (props == 0) return Inertia();
-    return gather(props, mixed, slot, [](const FreeBodyLanes<V>& body) {
+    return gather(props, mixed, body_index, [](const FreeBodyLanes<V>& body) {
       Inertia result;
       result.inv_mass = body.inv_mass;
       for (int k = 0; k < 6; ++k) result.at[k] = body.inv_inertia[k];
@@ -123,29 +123,31 @@ class ContactSolver : public ContactBodies<V> {
 
   // Responses; J times the effective mass, of which a row takes this share. `axis`: of forces, 0
   // for a torque.
-  ENGRAM_INLINE V finish_row(ContactRowLanes<V>& row, const PatchMembers& members, const Inertia& a,
-                             const Inertia& b, V compliance, const Vec& axis, V share) const {
+  ENGRAM_INLINE V finish_constraint(ConstraintLanes<V>& constraint, const PatchMembers& members,
+                                    const Inertia& a, const Inertia& b, V compliance,
+                                    const Vec& axis, V share) const {
     V sum = dot(axis, axis) * (a.inv_mass + b.inv_mass);
     if (members.links != 0) {
       for (int i = 0; i < kRobotJoints; ++i) {
         V change = {};
-        for (int k = 0; k < kRobotJoints; ++k) change += inv_mass_[i][k] * row.joint[k];
-        row.joint_response[i] = change;
-        sum += row.joint[i] * change;
+        for (int k = 0; k < kRobotJoints; ++k) change += inv_mass_[i][k] * constraint.joint[k];
+        constraint.joint_response[i] = change;
+        sum += constraint.joint[i] * change;
       }
     }
-    row.turn_response_a = response(a, row.turn_a);
-    row.turn_response_b = response(b, row.turn_b);
-    sum += dot(row.turn_a, row.turn_response_a) + dot(row.turn_b, row.turn_response_b);
+    constraint.turn_response_a = response(a, constraint.turn_a);
+    constraint.turn_response_b = response(b, constraint.turn_b);
+    sum += dot(constraint.turn_a, constraint.turn_response_a) +
+           dot(constraint.turn_b, constraint.turn_response_b);
     const V mass = share > 0.0 ? share / (sum + compliance) : V{};
     if (members.links != 0) {
-      for (int i = 0; i < kRobotJoints; ++i) row.joint[i] *= mass;
+      for (int i = 0; i < kRobotJoints; ++i) constraint.joint[i] *= mass;
     }
-    row.axis = axis * mass;
-    row.turn_a = row.turn_a * mass;
-    row.turn_b = row.turn_b * mass;
-    row.kinematic_speed *= mass;
-    row.impulse = V{};
+    constraint.axis = axis * mass;
+    constraint.turn_a = constraint.turn_a * mass;
+    constraint.turn_b = constraint.turn_b * mass;
+    constraint.kinematic_speed *= mass;
+    constraint.impulse = V{};
     return mass;
   }
 
@@ -166,27 +168,28 @@ class ContactSolver : public ContactBodies<V> {
     prepare_normals(patch, members, a, b, compliance, velocity);
     prepare_friction(patch, members, a, b, compliance, velocity, with_link);
     prepare_torsion(patch, members, a, b, compliance);
-    patch.broken = V{};
+    patch.slipping = V{};
   }
 
   void prepare_normals(PatchLanes<V>& patch, const PatchMembers& members, const Inertia& a,
                        const Inertia& b, V compliance, const JointsOf<V>& velocity) {
-    V load = {};
+    V normal_impulse = {};
     for (int i = 0; i < members.num_points; ++i) {
-      ContactRowLanes<V>& row = patch.normal_row[i];
-      set_row(row, patch, members, patch.normal, patch.point[i], patch.point[i]);
+      ConstraintLanes<V>& constraint = patch.normal_constraint[i];
+      set_constraint(constraint, patch, members, patch.normal, patch.point[i], patch.point[i]);
       const auto present = patch.num_points > static_cast<double>(i);
       const V gap = present ? patch.gap[i] : V{};
-      const V mass = finish_row(row, members, a, b, compliance, patch.normal,
-                                present ? simd::broadcast<V>(1) : V{});
-      row.offset = gap * mass;
-      row.rate = gap > 0.0 ? simd::broadcast<V>(1 / dt_) : simd::broadcast<V>(kOverlapShare / dt_);
+      const V mass = finish_constraint(constraint, members, a, b, compliance, patch.normal,
+                                       present ? simd::broadcast<V>(1) : V{});
+      constraint.separation = gap * mass;
+      constraint.bias_rate =
+          gap > 0.0 ? simd::broadcast<V>(1 / dt_) : simd::broadcast<V>(kBaumgarte / dt_);
       if (members.links == 0) continue;
-      const V speed = row_speed(row, patch, members, velocity);
-      load += simd::max(V{}, -row.offset * (1 / timestep_) - speed);
+      const V speed = constraint_speed(constraint, patch, members, velocity);
+      normal_impulse += simd::max(V{}, -constraint.separation * (1 / timestep_) - speed);
     }
     const auto loaded = simd::logical_and(compliance > 0.0, patch.num_points > 0.0);
-    patch.least_load = loaded ? 0.25 * load / patch.num_points : V{};
+    patch.min_normal_impulse = loaded ? 0.25 * normal_impulse / patch.num_points : V{};
   }
 
   void prepare_friction(PatchLanes<V>& patch, const PatchMembers& members, const Inertia& a,
@@ -194,19 +197,19 @@ class ContactSolver : public ContactBodies<V> {
                         auto with_link) {
     if (members.num_anchors == 0) return;
     set_tangents(patch, members, velocity);
-    const V rate = with_link ? simd::broadcast<V>(kLinkAnchorShare / dt_)
-                             : simd::broadcast<V>(kOverlapShare / dt_);
+    const V bias_rate = with_link ? simd::broadcast<V>(kLinkAnchorBaumgarte / dt_)
+                                  : simd::broadcast<V>(kBaumgarte / dt_);
     for (int i = 0; i < members.num_anchors; ++i) {
       const auto present = patch.num_anchors > static_cast<double>(i);
       for (int k = 0; k < 2; ++k) {
-        ContactRowLanes<V>& row = patch.friction_row[i][k];
+        ConstraintLanes<V>& constraint = patch.friction_constraint[i][k];
         const Vec& axis = patch.tangent[k];
-        set_row(row, patch, members, axis, patch.anchor_a[i], patch.anchor_b[i]);
-        const V mass = finish_row(row, members, a, b, compliance, axis,
-                                  present ? simd::broadcast<V>(kOverlapShare) : V{});
+        set_constraint(constraint, patch, members, axis, patch.anchor_a[i], patch.anchor_b[i]);
+        const V mass = finish_constraint(constraint, members, a, b, compliance, axis,
+                                         present ? simd::broadcast<V>(kBaumgarte) : V{});
         const V apart = dot(axis, patch.anchor_a[i] - patch.anchor_b[i]);
-        row.offset = present ? apart * mass : V{};
-        row.rate = rate;
+        constraint.separation = present ? apart * mass : V{};
+        constraint.bias_rate = bias_rate;
       }
     }
     for (int k = 0; k < 2; ++k) {
@@ -224,9 +227,9 @@ class ContactSolver : public ContactBodies<V> {
       return sum;
     });
     relative = relative - patch.kinematic_velocity;
-    const auto add = [&](unsigned long long props, bool mixed, V slot, double sign) {
+    const auto add = [&](unsigned long long props, bool mixed, V body_index, double sign) {
       if (props == 0) return;
-      const Vec linear = gather(props, mixed, slot,
+      const Vec linear = gather(props, mixed, body_index,
                                 [](const FreeBodyLanes<V>& body) { return body.begin_linear; });
       for (int k = 0; k < 3; ++k) relative[k] += sign * linear[k];
     };
@@ -251,16 +254,16 @@ class ContactSolver : public ContactBodies<V> {
     patch.torsion_reach = V{};
     if (!members.torsion) return;
     const auto present = simd::logical_and(patch.torsion_radius > 0.0, patch.num_anchors == 1.0);
-    ContactRowLanes<V>& row = patch.torsion_row;
+    ConstraintLanes<V>& constraint = patch.torsion_constraint;
     for (int i = 0; i < kArmJoints; ++i) {
-      row.joint[i] = patch.joint_sign[i] * dot(patch.normal, frames_.axis(i));
+      constraint.joint[i] = patch.joint_sign[i] * dot(patch.normal, frames_.axis(i));
     }
-    for (int i = 0; i < kFingers; ++i) row.joint[kArmJoints + i] = V{};
-    row.turn_a = patch.normal;
-    row.turn_b = patch.normal * simd::broadcast<V>(-1);
-    row.kinematic_speed = row.offset = row.rate = V{};
-    finish_row(row, members, a, b, compliance, Vec{},
-               present ? simd::broadcast<V>(kOverlapShare) : V{});
+    for (int i = 0; i < kFingers; ++i) constraint.joint[kArmJoints + i] = V{};
+    constraint.turn_a = patch.normal;
+    constraint.turn_b = patch.normal * simd::broadcast<V>(-1);
+    constraint.kinematic_speed = constraint.separation = constraint.bias_rate = V{};
+    finish_constraint(constraint, members, a, b, compliance, Vec{},
+                      present ? simd::broadcast<V>(kBaumgarte) : V{});
     V depth = {};
     for (int i = 0; i < members.num_points; ++i) {
       const auto is_point = patch.num_points > static_cast<double>(i);
@@ -273,26 +276,29 @@ class ContactSolver : public ContactBodies<V> {
   // --- iterations ---
 
   // Sum of products over the joints, in three chains.
-  ENGRAM_INLINE static V product(const V* row, const JointsOf<V>& joints) {
+  ENGRAM_INLINE static V product(const V* constraint, const JointsOf<V>& joints) {
     static_assert(kRobotJoints == 9);
-    const V first = row[0] * joints[0] + row[1] * joints[1] + row[2] * joints[2];
-    const V second = row[3] * joints[3] + row[4] * joints[4] + row[5] * joints[5];
-    const V third = row[6] * joints[6] + row[7] * joints[7] + row[8] * joints[8];
+    const V first =
+        constraint[0] * joints[0] + constraint[1] * joints[1] + constraint[2] * joints[2];
+    const V second =
+        constraint[3] * joints[3] + constraint[4] * joints[4] + constraint[5] * joints[5];
+    const V third =
+        constraint[6] * joints[6] + constraint[7] * joints[7] + constraint[8] * joints[8];
     return (first + second) + third;
   }
 
   // J v at the substep's start, times the row's mass.
-  ENGRAM_INLINE V row_speed(const ContactRowLanes<V>& row, const PatchLanes<V>& patch,
-                            const PatchMembers& members, const JointsOf<V>& velocity) const {
-    V speed = product(row.joint, velocity) - row.kinematic_speed;
-    const auto add = [&](unsigned long long props, bool mixed, V slot, const Vec& turn,
+  ENGRAM_INLINE V constraint_speed(const ConstraintLanes<V>& constraint, const PatchLanes<V>& patch,
+                                   const PatchMembers& members, const JointsOf<V>& velocity) const {
+    V speed = product(constraint.joint, velocity) - constraint.kinematic_speed;
+    const auto add = [&](unsigned long long props, bool mixed, V body_index, const Vec& turn,
                          double sign) {
       if (props == 0) return;
-      const Motion motion = motion_of(props, mixed, slot);
-      speed += sign * dot(row.axis, motion.linear) + dot(turn, motion.angular);
+      const Motion motion = motion_of(props, mixed, body_index);
+      speed += sign * dot(constraint.axis, motion.linear) + dot(turn, motion.angular);
     };
-    add(members.props_a, members.mixed_a, patch.prop_a, row.turn_a, 1);
-    add(members.props_b, members.mixed_b, patch.prop_b, row.turn_b, -1);
+    add(members.props_a, members.mixed_a, patch.prop_a, constraint.turn_a, 1);
+    add(members.props_b, members.mixed_b, patch.prop_b, constraint.turn_b, -1);
     return speed;
   }
 
@@ -308,36 +314,39 @@ class ContactSolver : public ContactBodies<V> {
     const PatchLanes<V>& patch;
     const PatchMembers& members;
     JointsOf<V> velocity;
-    Vec bend;
+    Vec second_order;
     Motion a, b;
   };
 
   // J D of a row, times its mass.
   template <unsigned kBodies>
-  ENGRAM_INLINE V row_distance(const Solving& now, const ContactRowLanes<V>& row) const {
-    V distance = row.offset - row.kinematic_speed * time_;
-    if constexpr ((kBodies & kHasLink) != 0) distance += product(row.joint, moved_);
+  ENGRAM_INLINE V constraint_separation(const Solving& now,
+                                        const ConstraintLanes<V>& constraint) const {
+    V separation = constraint.separation - constraint.kinematic_speed * time_;
+    if constexpr ((kBodies & kHasLink) != 0) separation += product(constraint.joint, delta_q_);
     if constexpr ((kBodies & kHasPropA) != 0) {
-      distance += dot(row.axis, now.a.moved) + dot(row.turn_a, now.a.turned);
+      separation +=
+          dot(constraint.axis, now.a.delta_position) + dot(constraint.turn_a, now.a.delta_rotation);
     }
     if constexpr ((kBodies & kHasPropB) != 0) {
-      distance += dot(row.turn_b, now.b.turned) - dot(row.axis, now.b.moved);
+      separation +=
+          dot(constraint.turn_b, now.b.delta_rotation) - dot(constraint.axis, now.b.delta_position);
     }
-    if constexpr ((kBodies & kHasLink) != 0) distance += dot(row.axis, now.bend);
-    return distance;
+    if constexpr ((kBodies & kHasLink) != 0) separation += dot(constraint.axis, now.second_order);
+    return separation;
   }
 
   // J v of a row, times its mass.
   template <unsigned kBodies>
-  ENGRAM_INLINE V row_speed(const Solving& now, const ContactRowLanes<V>& row) const {
-    V speed = -row.kinematic_speed;
+  ENGRAM_INLINE V constraint_speed(const Solving& now, const ConstraintLanes<V>& constraint) const {
+    V speed = -constraint.kinematic_speed;
     if constexpr ((kBodies & kHasPropA) != 0) {
-      speed += dot(row.axis, now.a.linear) + dot(row.turn_a, now.a.angular);
+      speed += dot(constraint.axis, now.a.linear) + dot(constraint.turn_a, now.a.angular);
     }
     if constexpr ((kBodies & kHasPropB) != 0) {
-      speed += dot(row.turn_b, now.b.angular) - dot(row.axis, now.b.linear);
+      speed += dot(constraint.turn_b, now.b.angular) - dot(constraint.axis, now.b.linear);
     }
-    if constexpr ((kBodies & kHasLink) != 0) speed += product(row.joint, now.velocity);
+    if constexpr ((kBodies & kHasLink) != 0) speed += product(constraint.joint, now.velocity);
     return speed;
   }
 
@@ -348,73 +357,80 @@ class ContactSolver : public ContactBodies<V> {
   // Applies a change of a row's impulse. `response_a`, `response_b`: of free bodies' velocities.
   // Many rows, of points that do not touch yet, have none in any lane.
   template <unsigned kBodies>
-  ENGRAM_INLINE void apply(Solving& now, ContactRowLanes<V>& row, const Vec& response_a,
+  ENGRAM_INLINE void apply(Solving& now, ConstraintLanes<V>& constraint, const Vec& response_a,
                            const Vec& response_b, V change) const {
     if (!simd::any(change != 0.0)) return;
-    row.impulse += change;
+    constraint.impulse += change;
     if constexpr ((kBodies & kHasPropA) != 0) {
       add_to(now.a.linear, response_a, change);
-      add_to(now.a.angular, row.turn_response_a, change);
+      add_to(now.a.angular, constraint.turn_response_a, change);
     }
     if constexpr ((kBodies & kHasPropB) != 0) {
       add_to(now.b.linear, response_b, change);
-      add_to(now.b.angular, row.turn_response_b, change);
+      add_to(now.b.angular, constraint.turn_response_b, change);
     }
     if constexpr ((kBodies & kHasLink) != 0) {
-      for (int i = 0; i < kRobotJoints; ++i) now.velocity[i] += row.joint_response[i] * change;
+      for (int i = 0; i < kRobotJoints; ++i)
+        now.velocity[i] += constraint.joint_response[i] * change;
     }
   }
 
   // Returns the sum of normal impulses.
   template <unsigned kBodies>
   ENGRAM_INLINE V solve_normals(Solving& now, PatchLanes<V>& patch, bool last) const {
-    V load = {};
+    V normal_impulse = {};
     for (int i = 0; i < now.members.num_points; ++i) {
-      ContactRowLanes<V>& row = patch.normal_row[i];
-      V gap = row_distance<kBodies>(now, row);
+      ConstraintLanes<V>& constraint = patch.normal_constraint[i];
+      V gap = constraint_separation<kBodies>(now, constraint);
       if (last) gap = simd::max(V{}, gap);
       // The impulse stays above zero.
-      const V change = simd::max(-row.impulse, -(row.rate * gap) - row_speed<kBodies>(now, row));
-      apply<kBodies>(now, row, patch.normal_response_a, patch.normal_response_b, change);
-      load += row.impulse;
+      const V change =
+          simd::max(-constraint.impulse,
+                    -(constraint.bias_rate * gap) - constraint_speed<kBodies>(now, constraint));
+      apply<kBodies>(now, constraint, patch.normal_response_a, patch.normal_response_b, change);
+      normal_impulse += constraint.impulse;
     }
-    return load;
+    return normal_impulse;
   }
 
   // Coulomb's limit on both axes together. Returns 1 where it is exceeded.
   template <unsigned kBodies>
-  ENGRAM_INLINE V solve_friction(Solving& now, PatchLanes<V>& patch, V load) const {
+  ENGRAM_INLINE V solve_friction(Solving& now, PatchLanes<V>& patch, V normal_impulse) const {
     const auto two = patch.num_anchors > 1.0;
-    const V limit = patch.friction * load * (two ? simd::broadcast<V>(0.5) : simd::broadcast<V>(1));
-    V broken = {};
+    const V limit =
+        patch.friction * normal_impulse * (two ? simd::broadcast<V>(0.5) : simd::broadcast<V>(1));
+    V slipping = {};
     for (int i = 0; i < now.members.num_anchors; ++i) {
-      V wanted[2];
+      V unclamped_impulse[2];
       for (int k = 0; k < 2; ++k) {
-        const ContactRowLanes<V>& row = patch.friction_row[i][k];
-        const V held = row.impulse - row.rate * row_distance<kBodies>(now, row);
-        wanted[k] = held - row_speed<kBodies>(now, row);
+        const ConstraintLanes<V>& constraint = patch.friction_constraint[i][k];
+        const V biased_impulse =
+            constraint.impulse -
+            constraint.bias_rate * constraint_separation<kBodies>(now, constraint);
+        unclamped_impulse[k] = biased_impulse - constraint_speed<kBodies>(now, constraint);
       }
-      const V size = simd::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
+      const V size = simd::sqrt(unclamped_impulse[0] * unclamped_impulse[0] +
+                                unclamped_impulse[1] * unclamped_impulse[1]);
       const auto slips = size > limit + kSlipTolerance;
       const V scale = slips ? limit / size : simd::broadcast<V>(1);
-      broken = slips ? simd::broadcast<V>(1) : broken;
+      slipping = slips ? simd::broadcast<V>(1) : slipping;
       for (int k = 0; k < 2; ++k) {
-        ContactRowLanes<V>& row = patch.friction_row[i][k];
-        apply<kBodies>(now, row, patch.tangent_response_a[k], patch.tangent_response_b[k],
-                       wanted[k] * scale - row.impulse);
+        ConstraintLanes<V>& constraint = patch.friction_constraint[i][k];
+        apply<kBodies>(now, constraint, patch.tangent_response_a[k], patch.tangent_response_b[k],
+                       unclamped_impulse[k] * scale - constraint.impulse);
       }
     }
-    return broken;
+    return slipping;
   }
 
   template <unsigned kBodies>
-  ENGRAM_INLINE V solve_torsion(Solving& now, PatchLanes<V>& patch, V load) const {
-    ContactRowLanes<V>& row = patch.torsion_row;
-    const V limit = patch.friction * load * patch.torsion_reach;
-    const V wanted = row.impulse - row_speed<kBodies>(now, row);
-    const V impulse = simd::min(limit, simd::max(-limit, wanted));
-    apply<kBodies>(now, row, Vec{}, Vec{}, impulse - row.impulse);
-    return simd::abs(wanted) > limit + kSlipTolerance ? simd::broadcast<V>(1) : V{};
+  ENGRAM_INLINE V solve_torsion(Solving& now, PatchLanes<V>& patch, V normal_impulse) const {
+    ConstraintLanes<V>& constraint = patch.torsion_constraint;
+    const V limit = patch.friction * normal_impulse * patch.torsion_reach;
+    const V unclamped_impulse = constraint.impulse - constraint_speed<kBodies>(now, constraint);
+    const V impulse = simd::min(limit, simd::max(-limit, unclamped_impulse));
+    apply<kBodies>(now, constraint, Vec{}, Vec{}, impulse - constraint.impulse);
+    return simd::abs(unclamped_impulse) > limit + kSlipTolerance ? simd::broadcast<V>(1) : V{};
   }
 
   template <unsigned kBodies>
@@ -423,9 +439,10 @@ class ContactSolver : public ContactBodies<V> {
     Solving now(patch, members);
     if constexpr ((kBodies & kHasLink) != 0) {
       now.velocity = velocity;
-      now.bend = time_ > 0
-                     ? link_difference(patch, members, [this](int link) { return bend_[link]; })
-                     : Vec{};
+      now.second_order =
+          time_ > 0 ? link_difference(patch, members,
+                                      [this](int link) { return second_order_displacement_[link]; })
+                    : Vec{};
     }
     if constexpr ((kBodies & kHasPropA) != 0) {
       now.a = motion_of(members.props_a, members.mixed_a, patch.prop_a);
@@ -433,11 +450,13 @@ class ContactSolver : public ContactBodies<V> {
     if constexpr ((kBodies & kHasPropB) != 0) {
       now.b = motion_of(members.props_b, members.mixed_b, patch.prop_b);
     }
-    const V load = simd::max(solve_normals<kBodies>(now, patch, last), patch.least_load);
-    V broken = {};
-    if (members.num_anchors > 0) broken = solve_friction<kBodies>(now, patch, load);
-    if (members.torsion) broken = simd::max(broken, solve_torsion<kBodies>(now, patch, load));
-    patch.broken = broken;
+    const V normal_impulse =
+        simd::max(solve_normals<kBodies>(now, patch, last), patch.min_normal_impulse);
+    V slipping = {};
+    if (members.num_anchors > 0) slipping = solve_friction<kBodies>(now, patch, normal_impulse);
+    if (members.torsion)
+      slipping = simd::max(slipping, solve_torsion<kBodies>(now, patch, normal_impulse));
+    patch.slipping = slipping;
     if constexpr ((kBodies & kHasLink) != 0) velocity = now.velocity;
     if constexpr ((kBodies & kHasPropA) != 0) {
       set_velocity(members.props_a, members.mixed_a, patch.prop_a, now.a);

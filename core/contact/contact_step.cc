@@ -27,7 +27,7 @@ Frame center_frame(const CollisionBody& body, const Frame& frame) {
 }  // namespace
 
 ContactStep::ContactStep(const CollisionScene& scene) : scene_(scene), search_(scene) {
-  refs_.reserve(at(max_near_pairs(scene)) * ContactPair::kMostPatches);
+  refs_.reserve(at(max_near_pairs(scene)) * ContactPair::kMaxPatches);
 }
 
 void ContactStep::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
@@ -45,7 +45,7 @@ void ContactStep::add_patches(const NearPair& near, const BodyStates& bodies, Co
   const CollisionBody& body_a = scene_.bodies()[at(a)];
   const CollisionBody& body_b = scene_.bodies()[at(b)];
   ContactPair& pair = memory.pairs[at(near.record)];
-  std::array<PatchSpec, ContactPair::kMostPatches> specs;
+  std::array<PatchSpec, ContactPair::kMaxPatches> specs;
   const int count = build_patches(near.points, center_frame(body_a, bodies.frames[at(a)]),
                                   center_frame(body_b, bodies.frames[at(b)]), pair, specs);
   for (int i = 0; i < count; ++i) {
@@ -53,8 +53,8 @@ void ContactStep::add_patches(const NearPair& near, const BodyStates& bodies, Co
     spec.list = list_of(body_a, body_b);
     spec.link_a = body_a.link;
     spec.link_b = body_b.link;
-    spec.slot_a = bodies.slots[at(a)];
-    spec.slot_b = bodies.slots[at(b)];
+    spec.body_a = bodies.body_indices[at(a)];
+    spec.body_b = bodies.body_indices[at(b)];
     spec.friction = shapes.friction;
     spec.torsion_radius = shapes.torsion_radius;
     spec.kinematic_velocity = bodies.kinematic_velocities[at(b)];
@@ -67,7 +67,7 @@ void ContactStep::finish(ContactMemory& memory, int lane, const ContactBlock& bl
   // From the last on: dropping one moves only later ones.
   for (std::size_t i = refs_.size(); i-- > 0;) {
     const Ref& ref = refs_[i];
-    if (!block.is_broken(lane, ref.patch)) continue;
+    if (!block.is_slipping(lane, ref.patch)) continue;
     ContactPair& pair = memory.pairs[at(ref.record)];
     std::copy(pair.patches.begin() + ref.index + 1, pair.patches.begin() + pair.num_patches,
               pair.patches.begin() + ref.index);

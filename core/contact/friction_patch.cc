@@ -8,10 +8,10 @@
 namespace engram {
 namespace {
 
-constexpr double kSameNormal = 0.999;          // cosine
-constexpr double kMostParting = 0.0025;        // m along the normal: anchors are dropped
-constexpr double kFrictionGap = 0.004;         // m: a point with a smaller gap carries friction
-constexpr double kLeastSpacingSquared = 1e-8;  // m^2, between two anchors
+constexpr double kSameNormal = 0.999;        // cosine
+constexpr double kMaxParting = 0.0025;       // m along the normal: anchors are dropped
+constexpr double kFrictionGap = 0.004;       // m: a point with a smaller gap carries friction
+constexpr double kMinSpacingSquared = 1e-8;  // m^2, between two anchors
 
 // Points of one patch in the order in which they are solved.
 struct Group {
@@ -21,7 +21,7 @@ struct Group {
   int size = 0;
 };
 struct Groups {
-  std::array<Group, ContactPair::kMostPatches> at_index;
+  std::array<Group, ContactPair::kMaxPatches> at_index;
   int size = 0;
 };
 
@@ -38,7 +38,7 @@ void keep_patches(const ContactPair& pair, const Frame& a, const Frame& b, Group
     for (int k = 0; k < patch.num_anchors; ++k) {
       const FrictionAnchor& anchor = patch.anchors[at(k)];
       const Vec3 apart = anchor_on(a, anchor.a) - anchor_on(b, anchor.b);
-      parted = parted || std::abs(apart.dot(normal)) >= kMostParting;
+      parted = parted || std::abs(apart.dot(normal)) >= kMaxParting;
     }
     if (parted) continue;
     groups.at_index[at(groups.size++)] = {patch, normal, {}, 0};
@@ -50,7 +50,7 @@ Group* group_with(const Vec3& normal, const Frame& a, const Frame& b, Groups& gr
   for (int i = 0; i < groups.size; ++i) {
     if (normal.dot(groups.at_index[at(i)].normal) >= kSameNormal) return &groups.at_index[at(i)];
   }
-  if (groups.size == ContactPair::kMostPatches) return nullptr;
+  if (groups.size == ContactPair::kMaxPatches) return nullptr;
   Group& added = groups.at_index[at(groups.size++)];
   added = {};
   added.patch.normal_a = a.axes.transpose() * normal;
@@ -96,8 +96,8 @@ void drop_narrow_anchors(const ContactPoints& points, const Frame& a, Group& gro
 void grow_anchors(const ContactPoints& points, const Frame& a, const Frame& b, Group& group) {
   FrictionPatch& patch = group.patch;
   const int kept = patch.num_anchors;
-  if (kept == FrictionPatch::kMostAnchors) return;
-  std::array<Vec3, FrictionPatch::kMostAnchors> world;
+  if (kept == FrictionPatch::kMaxAnchors) return;
+  std::array<Vec3, FrictionPatch::kMaxAnchors> world;
   for (int i = 0; i < kept; ++i) world[at(i)] = anchor_on(a, patch.anchors[at(i)].a);
   int count = kept;
   double spread = 0;
@@ -109,7 +109,7 @@ void grow_anchors(const ContactPoints& points, const Frame& a, const Frame& b, G
       count = 1;
     } else if (count == 1) {
       spread = (point.pos - world[0]).squaredNorm();
-      if (spread > kLeastSpacingSquared) world[at(count++)] = point.pos;
+      if (spread > kMinSpacingSquared) world[at(count++)] = point.pos;
     } else {
       const double first = (point.pos - world[0]).squaredNorm();
       const double second = (point.pos - world[1]).squaredNorm();
@@ -148,7 +148,7 @@ void fill_spec(const ContactPoints& points, const Frame& a, const Frame& b, cons
 }  // namespace
 
 int build_patches(const ContactPoints& points, const Frame& a, const Frame& b, ContactPair& pair,
-                  std::array<PatchSpec, ContactPair::kMostPatches>& specs) {
+                  std::array<PatchSpec, ContactPair::kMaxPatches>& specs) {
   Groups groups;
   keep_patches(pair, a, b, groups);
   group_points(points, a, b, groups);

@@ -13,6 +13,6 @@ namespace engram {
 // the pair's memory, one patch for each. `a`, `b`: poses of the centres of mass. Returns the number
 // of patches.
 int build_patches(const ContactPoints& points, const Frame& a, const Frame& b, ContactPair& pair,
-                  std::array<PatchSpec, ContactPair::kMostPatches>& specs);
+                  std::array<PatchSpec, ContactPair::kMaxPatches>& specs);
 
 }  // namespace engram

@@ -14,9 +14,9 @@ constexpr double kNone = -std::numeric_limits<double>::infinity();
 // Another axis is taken only if its gap is larger by this, m: then normals do not flip.
 constexpr double kFacePreference = 1e-5;
 constexpr double kEdgePreference = 1e-4;
-constexpr double kLeastSine = 1e-3;  // between edges that cross
+constexpr double kMinSine = 1e-3;  // between edges that cross
 // Corners of faces that are clipped: both fit into a ContactPolygon.
-constexpr int kMostLoop = ContactPolygon::kCapacity / 2;
+constexpr int kMaxLoop = ContactPolygon::kCapacity / 2;
 
 // Corners and face normals of one hull in the frame of the other.
 class MovedHull {
@@ -39,7 +39,7 @@ class MovedHull {
   double offset(int face) const { return offsets_[at(face)]; }
   int num_faces() const { return static_cast<int>(hull_.faces.size()); }
   // The least of direction . corner.
-  double least_along(const Vec3& direction) const {
+  double min_along(const Vec3& direction) const {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < hull_.corners.size(); ++i) {
       least = std::min(least, direction.dot(corners_[i]));
@@ -49,9 +49,9 @@ class MovedHull {
 
  private:
   const ConvexHull& hull_;
-  std::array<Vec3, ConvexHull::kMostCorners> corners_;
-  std::array<Vec3, ConvexHull::kMostFaces> normals_;
-  std::array<double, ConvexHull::kMostFaces> offsets_;
+  std::array<Vec3, ConvexHull::kMaxCorners> corners_;
+  std::array<Vec3, ConvexHull::kMaxFaces> normals_;
+  std::array<double, ConvexHull::kMaxFaces> offsets_;
 };
 
 struct FaceAxis {
@@ -63,7 +63,7 @@ struct FaceAxis {
 FaceAxis find_face(const MovedHull& reference, const MovedHull& other) {
   FaceAxis best;
   for (int face = 0; face < reference.num_faces(); ++face) {
-    const double gap = other.least_along(reference.normal(face)) - reference.offset(face);
+    const double gap = other.min_along(reference.normal(face)) - reference.offset(face);
     if (gap > best.gap) best = {face, gap};
   }
   return best;
@@ -99,7 +99,7 @@ EdgeAxis find_edges(const MovedHull& a, const MovedHull& b) {
       if (!straddles(b, of_b, along_a) || !straddles(a, of_a, along_b)) continue;
       Vec3 normal = along_a.cross(along_b);
       const double sine = normal.norm() / (along_a.norm() * along_b.norm());
-      if (sine < kLeastSine) continue;
+      if (sine < kMinSine) continue;
       normal.normalize();
       if (normal.dot(outwards) < 0) normal = -normal;
       if (normal.dot(outwards_of(b, of_b)) >= 0) continue;  // it crosses the opposite arc
@@ -121,11 +121,11 @@ Vec3 nearest_on_b(const EdgeAxis& edges) {
   return edges.on_b + std::clamp(along, 0.0, 1.0) * edges.along_b;
 }
 
-// Corners of a face, at most kMostLoop of them.
+// Corners of a face, at most kMaxLoop of them.
 template <class Visit>
 void for_each_corner(const MovedHull& of, int face, const Visit& visit) {
   const auto loop = of.hull().loop(of.hull().faces[at(face)]);
-  const int count = std::min(static_cast<int>(loop.size()), kMostLoop);
+  const int count = std::min(static_cast<int>(loop.size()), kMaxLoop);
   for (int i = 0; i < count; ++i) {
     visit(of.corner(loop[at(i) * loop.size() / at(count)]));
   }

@@ -10,18 +10,18 @@ namespace engram {
 namespace {
 
 constexpr double kMarginShare = 0.15;  // of the smallest half extent
-constexpr double kMostMargin = 0.015;  // m
+constexpr double kMaxMargin = 0.015;   // m
 constexpr double kSlideShare = 0.8;    // of the margin: a point that has slid farther is dropped
 // By number of points: relative motion that is too much, as a share of the margin.
 constexpr std::array<double, 5> kMotionShare = {0.5, 0.125, 0.25, 0.375, 0.375};
-constexpr double kLeastCosine = 0.9999;  // between quaternions
-constexpr double kLeastCosineNoPoints = 0.9998;
+constexpr double kMinCosine = 0.9999;  // between quaternions
+constexpr double kMinCosineNoPoints = 0.9998;
 
-std::array<double, 5> least_cosines(const Vec3& half, double margin) {
+std::array<double, 5> min_cosines(const Vec3& half, double margin) {
   std::array<double, 5> cosines;
   for (std::size_t count = 0; count < cosines.size(); ++count) {
     const double angle = kMotionShare[count] * margin / half.norm();
-    cosines[count] = std::max(real::cos(angle), count == 0 ? kLeastCosineNoPoints : kLeastCosine);
+    cosines[count] = std::max(real::cos(angle), count == 0 ? kMinCosineNoPoints : kMinCosine);
   }
   return cosines;
 }
@@ -46,9 +46,9 @@ void set_reference(Manifold& manifold, const BoxPose& a, const BoxPose& b) {
 ManifoldLimits manifold_limits(const Vec3& half_a, const Vec3& half_b) {
   ManifoldLimits limits;
   limits.margin =
-      std::min(kMarginShare * std::min(half_a.minCoeff(), half_b.minCoeff()), kMostMargin);
-  limits.cosine_a = least_cosines(half_a, limits.margin);
-  limits.cosine_b = least_cosines(half_b, limits.margin);
+      std::min(kMarginShare * std::min(half_a.minCoeff(), half_b.minCoeff()), kMaxMargin);
+  limits.cosine_a = min_cosines(half_a, limits.margin);
+  limits.cosine_b = min_cosines(half_b, limits.margin);
   return limits;
 }
 
@@ -83,7 +83,7 @@ bool refresh_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
 void find_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b, double reach) {
   const ContactPoints points = box_box(a, b, reach);
   set_reference(manifold, a, b);
-  manifold.num_points = std::min(points.size(), Manifold::kMostPoints);
+  manifold.num_points = std::min(points.size(), Manifold::kMaxPoints);
   for (int i = 0; i < manifold.num_points; ++i) {
     manifold.points[at(i)] = localize(a, b, points[i]);
   }

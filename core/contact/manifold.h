@@ -12,8 +12,8 @@ struct ManifoldLimits {
   double margin = 0;  // m; relative motion is measured in shares of it
   // Least dot products of a box's quaternions before and now, for its rotation to move its corners
   // by less than a share of the margin: by number of points.
-  std::array<double, Manifold::kMostPoints + 1> cosine_a{};
-  std::array<double, Manifold::kMostPoints + 1> cosine_b{};
+  std::array<double, Manifold::kMaxPoints + 1> cosine_a{};
+  std::array<double, Manifold::kMaxPoints + 1> cosine_b{};
 };
 ManifoldLimits manifold_limits(const Vec3& half_a, const Vec3& half_b);
 

@@ -9,7 +9,7 @@
 namespace engram {
 namespace {
 
-constexpr std::size_t kMostFound = 64;  // contacts of one pair that MuJoCo may find
+constexpr std::size_t kMaxFound = 64;  // contacts of one pair that MuJoCo may find
 
 bool is_box(const CollisionShape& shape) {
   return shape.type == mjGEOM_BOX || shape.type == mjGEOM_PLANE;
@@ -37,7 +37,7 @@ ContactPoints swapped(const ContactPoints& points) {
 }  // namespace
 
 NarrowPhase::NarrowPhase(const mjModel& model, const CollisionScene& scene)
-    : model_(model), scene_(scene), data_(make_data_lazy_contacts(model)), found_(kMostFound) {
+    : model_(model), scene_(scene), data_(make_data_lazy_contacts(model)), found_(kMaxFound) {
   mj_kinematics(&model_, data_.get());
   for (const ShapePair& pair : scene.shape_pairs()) {
     limits_.push_back(
@@ -63,8 +63,8 @@ ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, 
   return collide(shapes, a, b, reach);
 }
 
-double NarrowPhase::least_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
-                                   const ContactPoints& points) const {
+double NarrowPhase::min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
+                                 const ContactPoints& points) const {
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& shape_b = scene_.shapes()[at(shapes.b)];
@@ -117,7 +117,7 @@ ContactPoints NarrowPhase::collide(const ShapePair& pair, const Frame& a, const 
   if (function == nullptr) return points;
   const int count = function(&model_, data_.get(), found_.data(), first, second, reach);
   const bool on_a = scene_.shapes()[at(pair.b)].type == mjGEOM_SPHERE;
-  for (int i = 0; i < std::min(count, Manifold::kMostPoints); ++i) {
+  for (int i = 0; i < std::min(count, Manifold::kMaxPoints); ++i) {
     const mjContact& contact = found_[at(i)];
     const Vec3 from_first = Eigen::Map<const Vec3>(contact.frame);
     const Vec3 normal = swapped ? from_first : Vec3(-from_first);

@@ -24,8 +24,8 @@ class NarrowPhase {
   ContactPoints find(int shape_pair, const Frame& a, const Frame& b, double reach,
                      ContactPair& pair);
   // Lower bound of the distance of shapes at which these points were found, m.
-  double least_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
-                        const ContactPoints& points) const;
+  double min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
+                      const ContactPoints& points) const;
 
  private:
   ContactPoints find_boxes(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair);

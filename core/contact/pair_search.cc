@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/base/index.h"
-#include "core/scene/approach.h"
+#include "core/scene/speculative_margin.h"
 
 namespace engram {
 namespace {
@@ -16,12 +16,12 @@ constexpr double kActiveGap = 0.0025;  // m
 // Points up to so much farther are looked for, so that pairs without are not tested again soon.
 // MuJoCo's convex collision is wrong for reaches of several centimetres.
 constexpr double kLookAhead = 0.01;  // m
-// What acceleration may add to a body's speed in a substep, besides kApproach.
+// What acceleration may add to a body's speed in a substep, besides kSpeculativeFactor.
 constexpr double kSpeedGain = 0.15;  // m/s
 // Links of the robot touch one another at no larger gap than this.
-constexpr double kMostSelfGap = 0.009;  // m
+constexpr double kMaxSelfGap = 0.009;  // m
 // Whatever a clearance calls clear is too far away for contacts.
-static_assert(kMostSelfGap < kSelfMargin);
+static_assert(kMaxSelfGap < kSelfMargin);
 static_assert(kActiveGap + kClearanceAllowance < kContactMargin);
 // Pairs that come near in the same substep are solved from the nearest on, to this precision.
 constexpr double kOrderPrecision = 1000;  // 1/m
@@ -42,8 +42,8 @@ double distance_to(const CollisionShape& shape, const Frame& frame, const Vec3& 
 }
 
 // Lower bound of the distance of two shapes, by spheres around them.
-double least_distance_of(const CollisionShape& a, const Frame& frame_a, const CollisionShape& b,
-                         const Frame& frame_b) {
+double min_distance_of(const CollisionShape& a, const Frame& frame_a, const CollisionShape& b,
+                       const Frame& frame_b) {
   const double to_b = distance_to(b, frame_b, frame_a.pos) - a.bounding_radius;
   const double to_a = distance_to(a, frame_a, frame_b.pos) - b.bounding_radius;
   return std::max(to_a, to_b);
@@ -65,7 +65,7 @@ bool moves_freely(const CollisionBody& body) {
 BodyStates::BodyStates(const CollisionScene& scene)
     : presence(scene.bodies().size(), BodyPresence::kPresent),
       frames(scene.bodies().size()),
-      slots(scene.bodies().size(), -1),
+      body_indices(scene.bodies().size(), -1),
       kinematic_velocities(scene.bodies().size(), Vec3::Zero()),
       speeds(scene.bodies().size(), 0) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -128,7 +128,7 @@ void PairSearch::advance_travel(const BodyStates& bodies, double timestep) {
   for (std::size_t i = 0; i < travel_.size(); ++i) {
     const double gain = moves_freely(scene_.bodies()[i]) ? kSpeedGain : 0;
     travel_[i].before = travel_[i].after();
-    travel_[i].substep = timestep * (kApproach * bodies.speeds[i] + gain);
+    travel_[i].substep = timestep * (kSpeculativeFactor * bodies.speeds[i] + gain);
   }
 }
 
@@ -202,7 +202,7 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   const Frame& frame_a = shape_frame(shapes.a, bodies);
   const Frame& frame_b = shape_frame(shapes.b, bodies);
   double& clear = shapes_clear_[at(index)];
-  clear = travel.before + least_distance_of(a, frame_a, b, frame_b) - kActiveGap;
+  clear = travel.before + min_distance_of(a, frame_a, b, frame_b) - kActiveGap;
   if (travel.after() < clear) return;
   clear = kNever;
   const int known = record_of(index, memory);
@@ -214,13 +214,13 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   const bool of_links = scene_.bodies()[at(a.body)].kind == BodyKind::kLink &&
                         scene_.bodies()[at(b.body)].kind == BodyKind::kLink;
   const double reach = kActiveGap + travel.substep;
-  const double active = of_links ? std::min(reach, kMostSelfGap) : reach;
+  const double active = of_links ? std::min(reach, kMaxSelfGap) : reach;
   ContactPoints points = narrow_phase.find(index, frame_a, frame_b, active + kLookAhead, pair);
   const ContactPoints found = points;
   points.keep_below(active);
   if (points.empty()) {
     clear = travel.before - kActiveGap +
-            narrow_phase.least_distance(index, frame_a, frame_b, active + kLookAhead, found);
+            narrow_phase.min_distance(index, frame_a, frame_b, active + kLookAhead, found);
     return;
   }
   const int record = known < 0 ? static_cast<int>(memory.pairs.size()) : known;

@@ -22,7 +22,7 @@ struct BodyStates {
 
   std::vector<BodyPresence> presence;
   std::vector<Frame> frames;               // of the bodies' origins, world
-  std::vector<int> slots;                  // of free bodies in the solver, or -1
+  std::vector<int> body_indices;           // of free bodies in the solver, or -1
   std::vector<Vec3> kinematic_velocities;  // m/s
   std::vector<double> speeds;              // upper bounds of any point's, m/s
 };

@@ -42,7 +42,7 @@ int CameraPoses::find(std::string_view name) const {
                                      "'; this scene has: " + join(cameras_, &Camera::name));
 }
 
-const CameraChange* CameraPoses::change_of(int camera, const PictureChanges& changes) const {
+const CameraChange* CameraPoses::change_of(int camera, const ImageChanges& changes) const {
   if (!changes.cameras) return nullptr;
   const auto found =
       std::ranges::find(kSensorCameraNames, cameras_[static_cast<std::size_t>(camera)].name);
@@ -51,7 +51,7 @@ const CameraChange* CameraPoses::change_of(int camera, const PictureChanges& cha
 }
 
 Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos,
-                                    const PictureChanges& changes) const {
+                                    const ImageChanges& changes) const {
   const Attachment& attachment = cameras_[static_cast<std::size_t>(camera)].attachment;
   Frame frame = carried(pose_at(robot_, qpos), attachment);
   if (const CameraChange* change = change_of(camera, changes)) frame = moved(frame, *change);
@@ -62,7 +62,7 @@ Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos,
   return pose;
 }
 
-double CameraPoses::focal_length(int camera, int height, const PictureChanges& changes) const {
+double CameraPoses::focal_length(int camera, int height, const ImageChanges& changes) const {
   double fovy = cameras_[static_cast<std::size_t>(camera)].fovy;
   if (const CameraChange* change = change_of(camera, changes)) fovy += change->fovy;
   return height / 2.0 / real::tan(fovy / 2);

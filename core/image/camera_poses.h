@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/image/picture_changes.h"
+#include "core/image/image_changes.h"
 #include "core/robot/robot_pose.h"
 #include "core/scene/physics_model.h"
 
@@ -28,9 +28,9 @@ class CameraPoses {
   int find(std::string_view name) const;
   // Transform from the camera's frame (x right, y up, z backward) to the world, with the changes of
   // an environment.
-  Eigen::Isometry3d pose(int camera, const double* qpos, const PictureChanges& changes = {}) const;
-  // Pixels from the centre of a picture of that height, at unit distance and offset.
-  double focal_length(int camera, int height, const PictureChanges& changes = {}) const;
+  Eigen::Isometry3d pose(int camera, const double* qpos, const ImageChanges& changes = {}) const;
+  // Pixels from the centre of an image of that height, at unit distance and offset.
+  double focal_length(int camera, int height, const ImageChanges& changes = {}) const;
 
  private:
   struct Camera {
@@ -39,7 +39,7 @@ class CameraPoses {
     double fovy = 0;  // rad
   };
   // What changes a camera, or null.
-  const CameraChange* change_of(int camera, const PictureChanges& changes) const;
+  const CameraChange* change_of(int camera, const ImageChanges& changes) const;
 
   const RobotModel& robot_;
   std::vector<Camera> cameras_;

@@ -24,7 +24,7 @@ int find_camera(const ImageSource& source, std::string_view name) {
 }
 
 void add_faults(SensorFaults& faults, std::span<const RenderImage> images,
-                const PictureChanges& changes, std::uint64_t key) {
+                const ImageChanges& changes, std::uint64_t key) {
   constexpr std::uint64_t kNextCamera = 0x9e3779b97f4a7c15u;
   for (const RenderImage& image : images) {
     faults.blur(image, changes.blur);
@@ -103,12 +103,12 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
     if (options.has_faults) faults.reserve(shape.width, shape.height);
   }
   const std::size_t cells = shape.cells();
-  rgb_ = Pictures<std::uint8_t>(3 * cells, num_envs, keeps_finals);
-  if (kinds.depth) depth_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);
-  if (kinds.segmentation) segmentation_ = Pictures<std::int16_t>(cells, num_envs, keeps_finals);
+  rgb_ = ImageBuffer<std::uint8_t>(3 * cells, num_envs, keeps_finals);
+  if (kinds.depth) depth_ = ImageBuffer<std::int16_t>(cells, num_envs, keeps_finals);
+  if (kinds.segmentation) segmentation_ = ImageBuffer<std::int16_t>(cells, num_envs, keeps_finals);
 }
 
-void ImageBatch::render(int worker, const State& state, int env, const PictureChanges* changes,
+void ImageBatch::render(int worker, const State& state, int env, const ImageChanges* changes,
                         std::uint64_t noise_key) {
   std::vector<RenderImage>& requests = requests_[static_cast<std::size_t>(worker)];
   for (std::size_t camera = 0; camera < requests.size(); ++camera) {
@@ -140,10 +140,10 @@ void ImageBatch::draw_into(const ImageTargets& now, const ImageTargets& finals) 
   segmentation_.draw_into(now.segmentation, finals.segmentation);
 }
 
-void ImageBatch::turn_to(const ImageTargets& now) {
-  rgb_.turn_to(now.rgb);
-  depth_.turn_to(now.depth);
-  segmentation_.turn_to(now.segmentation);
+void ImageBatch::swap_to(const ImageTargets& now) {
+  rgb_.swap_to(now.rgb);
+  depth_.swap_to(now.depth);
+  segmentation_.swap_to(now.segmentation);
 }
 
 }  // namespace engram

@@ -1,4 +1,4 @@
-// The image observations of a batch, and pictures of single environments for people.
+// The image observations of a batch, and images of single environments for people.
 #pragma once
 
 #include <memory>
@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "core/image/image_buffer.h"
 #include "core/image/image_options.h"
 #include "core/image/image_source.h"
-#include "core/image/pictures.h"
 #include "core/image/sensor_faults.h"
 #include "core/robot/robot_pose.h"
 #include "core/scene/physics_model.h"
@@ -32,13 +32,13 @@ class SceneViews {
   std::vector<std::vector<BodyView>> views_;  // one per worker
 };
 
-// Pictures of observations, besides colours.
+// Images of observations, besides colours.
 struct ImageKinds {
   bool depth = false;
   bool segmentation = false;
 };
 
-// Arrays for pictures; null where there is none.
+// Arrays for images; null where there is none.
 struct ImageTargets {
   std::uint8_t* rgb = nullptr;
   std::int16_t* depth = nullptr;
@@ -53,24 +53,24 @@ class ImageBatch {
              const ImageSourceOptions& options, int num_envs, int workers, bool keeps_finals);
 
   // (num_envs, height, width, 3 * cameras)
-  const Pictures<std::uint8_t>& rgb() const { return rgb_; }
+  const ImageBuffer<std::uint8_t>& rgb() const { return rgb_; }
   // (num_envs, height, width, cameras); empty unless asked for.
-  const Pictures<std::int16_t>& depth() const { return depth_; }
-  const Pictures<std::int16_t>& segmentation() const { return segmentation_; }
+  const ImageBuffer<std::int16_t>& depth() const { return depth_; }
+  const ImageBuffer<std::int16_t>& segmentation() const { return segmentation_; }
   // Index -> name.
   const std::vector<std::string>& segments() const { return source_->segments(); }
-  // Size of one environment's pictures, without finals.
+  // Size of one environment's images, without finals.
   std::size_t bytes() const {
     return rgb_.size() + sizeof(std::int16_t) * (depth_.size() + segmentation_.size());
   }
 
-  // See Pictures::draw_into and turn_to.
+  // See Images::draw_into and swap_to.
   void draw_into(const ImageTargets& now, const ImageTargets& finals);
-  void turn_to(const ImageTargets& now);
+  void swap_to(const ImageTargets& now);
 
   // Draws one environment as it is now. changes: where options.varies says that there are some;
   // noise_key: of this environment's sensors in this step.
-  void render(int worker, const State& state, int env, const PictureChanges* changes = nullptr,
+  void render(int worker, const State& state, int env, const ImageChanges* changes = nullptr,
               std::uint64_t noise_key = 0);
   // Keeps the present image as the one at the episode's end.
   void keep_final(int env);
@@ -82,14 +82,14 @@ class ImageBatch {
   std::unique_ptr<ImageSource> source_;
   std::vector<std::vector<RenderImage>> requests_;  // one per worker
   std::vector<SensorFaults> faults_;                // one per worker
-  Pictures<std::uint8_t> rgb_;
-  Pictures<std::int16_t> depth_;
-  Pictures<std::int16_t> segmentation_;
+  ImageBuffer<std::uint8_t> rgb_;
+  ImageBuffer<std::int16_t> depth_;
+  ImageBuffer<std::int16_t> segmentation_;
 };
 
-// Blurs the colours of pictures, then adds noise; key: of these pictures.
+// Blurs the colours of images, then adds noise; key: of these images.
 void add_faults(SensorFaults& faults, std::span<const RenderImage> images,
-                const PictureChanges& changes, std::uint64_t key);
+                const ImageChanges& changes, std::uint64_t key);
 
 // Index of a camera. Throws Error naming those that exist.
 int find_camera(const ImageSource& source, std::string_view name);

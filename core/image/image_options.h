@@ -1,4 +1,4 @@
-// Options of image observations and of the pictures behind them.
+// Options of image observations and of the images behind them.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct ImageShape {
   std::vector<std::string> cameras = {"base_camera", "hand_camera"};
   // end generated
 
-  // Values of one environment's picture with one value for each pixel and camera.
+  // Values of one environment's image with one value for each pixel and camera.
   std::size_t cells() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * cameras.size();
   }
@@ -35,8 +35,8 @@ struct ImageSourceOptions {
   // end generated
   int max_size = 128;       // pixels, of either side of an image
   bool for_people = true;   // false: leaves out what is hidden from the robot's sensors
-  bool varies = false;      // what is seen has PictureChanges (core/image/picture_changes.h)
-  bool has_faults = false;  // pictures have noise or blur
+  bool varies = false;      // what is seen has ImageChanges (core/image/image_changes.h)
+  bool has_faults = false;  // images have noise or blur
 };
 
 }  // namespace engram

@@ -67,7 +67,7 @@ struct ImageSource::Scene {
   }
 };
 
-// Memory of one thread: an environment's rows, filled anew for every picture.
+// Memory of one thread: an environment's rows, filled anew for every image.
 struct ImageSource::Workspace {
   Workspace(const ModelScene& scene, std::vector<Frame> initial)
       : frames(std::move(initial)),
@@ -84,8 +84,8 @@ struct ImageSource::Workspace {
     lighting.lights = scene.scene.lights;
   }
 
-  void apply(const Scene& scene, const PictureChanges& changes);
-  void apply_cameras(const Scene& scene, const PictureChanges& changes);
+  void apply(const Scene& scene, const ImageChanges& changes);
+  void apply_cameras(const Scene& scene, const ImageChanges& changes);
   void apply_lights(const RenderScene& scene, const LightChange& change);
   void apply_surface(const Scene& scene, std::size_t geom, const SurfaceChange& change);
 
@@ -134,7 +134,7 @@ void ImageSource::Scene::add_changes(const mjModel& from, std::vector<std::strin
   extras = SceneExtras(model.scene, segments);
 }
 
-void ImageSource::Workspace::apply(const Scene& scene, const PictureChanges& changes) {
+void ImageSource::Workspace::apply(const Scene& scene, const ImageChanges& changes) {
   if (changes.cameras) apply_cameras(scene, changes);
   if (changes.lights) apply_lights(scene.model.scene, changes.light);
   if (changes.table) apply_surface(scene, scene.table, changes.table_surface);
@@ -142,7 +142,7 @@ void ImageSource::Workspace::apply(const Scene& scene, const PictureChanges& cha
   scene.extras.place(changes, geom_pose.data(), rgba.data(), visible.data());
 }
 
-void ImageSource::Workspace::apply_cameras(const Scene& scene, const PictureChanges& changes) {
+void ImageSource::Workspace::apply_cameras(const Scene& scene, const ImageChanges& changes) {
   for (std::size_t i = 0; i < scene.sensors.size(); ++i) {
     const std::size_t camera = scene.sensors[i];
     float* pose = camera_pose.data() + 12 * camera;
@@ -215,7 +215,7 @@ ImageSource::ImageSource(const std::string& document, const std::vector<std::str
 ImageSource::~ImageSource() = default;
 
 void ImageSource::render(int worker, std::span<const BodyView> bodies,
-                         std::span<const RenderImage> images, const PictureChanges* changes) {
+                         std::span<const RenderImage> images, const ImageChanges* changes) {
   Workspace& workspace = workspaces_[static_cast<std::size_t>(worker)];
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     workspace.frames[scene_->bodies[i]] = bodies[i].frame;

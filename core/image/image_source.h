@@ -1,4 +1,4 @@
-// Pictures of MJCF documents, with their bodies where they are in one environment.
+// Images of MJCF documents, with their bodies where they are in one environment.
 #pragma once
 
 #include <memory>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/picture_changes.h"
+#include "core/image/image_changes.h"
 #include "core/image/renderer.h"
 #include "core/math/frame.h"
 
@@ -37,7 +37,7 @@ class ImageSource {
   // `bodies` in the order that the source was made for. changes: of a source whose options say that
   // it varies; null: none. Noise and blur are left to the caller. Does not allocate, lock or throw.
   void render(int worker, std::span<const BodyView> bodies, std::span<const RenderImage> images,
-              const PictureChanges* changes = nullptr);
+              const ImageChanges* changes = nullptr);
 
  private:
   struct Scene;

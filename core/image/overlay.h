@@ -1,4 +1,4 @@
-// Text and shapes over pictures for people. They are data: tasks fill them in, media/ draws them.
+// Text and shapes over images for people. They are data: tasks fill them in, media/ draws them.
 // Never part of observations.
 #pragma once
 
@@ -17,7 +17,7 @@ struct OverlayColor {
   double opacity = 1;  // 0 to 1
 };
 
-// Places and lengths are those of a picture whose shorter side has 512 pixels; they grow and
+// Places and lengths are those of an image whose shorter side has 512 pixels; they grow and
 // shrink with it. x goes right, y goes down.
 struct OverlayPoint {
   double x = 0;
@@ -63,7 +63,7 @@ using OverlayItem =
 
 // Later items cover earlier ones.
 struct Overlay {
-  double width = 512;  // of the picture
+  double width = 512;  // of the image
   double height = 512;
   std::vector<OverlayItem> items;
 

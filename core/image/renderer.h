@@ -33,7 +33,7 @@ struct RenderGeom {
   float size[3] = {};
   int mesh = -1;
   RenderPattern pattern = RenderPattern::kPlain;
-  bool still = false;        // visible, in one place and in one colour in all pictures
+  bool still = false;        // visible, in one place and in one colour in all images
   std::int32_t segment = 0;  // value in segmentation images; 0 is the background
 };
 
@@ -48,7 +48,7 @@ struct RenderCamera {
   float fovy = 0;           // vertical, rad
   float near_clip = 0.01F;  // m
   float far_clip = 100.0F;
-  bool still = false;  // in one place in all environments and pictures
+  bool still = false;  // in one place in all environments and images
 };
 
 struct RenderLight {
@@ -113,9 +113,9 @@ struct RenderImage {
 
 // Depth as observations have it, from metres.
 inline std::int16_t to_millimetres(float depth) {
-  constexpr float kMost = 32767;
+  constexpr float kMax = 32767;
   const float exact = 1000 * depth;
-  return static_cast<std::int16_t>(exact < kMost ? std::lrint(exact) : 32767);
+  return static_cast<std::int16_t>(exact < kMax ? std::lrint(exact) : 32767);
 }
 
 // Renders environments one at a time; different workers may render at the same time. The scene is

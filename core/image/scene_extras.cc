@@ -18,7 +18,7 @@ struct DistractorShape {
   bool lies;      // its z axis is level
   double height;  // of its middle above the table, m
 };
-constexpr std::array<DistractorShape, kMostDistractors> kShapes = {{
+constexpr std::array<DistractorShape, kMaxDistractors> kShapes = {{
     {"marker", RenderShape::kCapsule, {0.016F, 0.045F, 0}, true, 0.016},
     {"stone", RenderShape::kEllipsoid, {0.045F, 0.032F, 0.024F}, false, 0.024},
     {"bottle", RenderShape::kCapsule, {0.022F, 0.035F, 0}, false, 0.057},
@@ -92,9 +92,9 @@ SceneExtras::SceneExtras(RenderScene& scene, std::vector<std::string>& names)
   }
 }
 
-void SceneExtras::place(const PictureChanges& changes, float* geom_pose, float* geom_rgba,
+void SceneExtras::place(const ImageChanges& changes, float* geom_pose, float* geom_rgba,
                         std::uint8_t* geom_visible) const {
-  for (int i = 0; i < kMostDistractors; ++i) {
+  for (int i = 0; i < kMaxDistractors; ++i) {
     const std::size_t geom = first_ + static_cast<std::size_t>(i);
     geom_visible[geom] = i < changes.distractor_count ? 1 : 0;
     if (i >= changes.distractor_count) continue;
@@ -110,7 +110,7 @@ void SceneExtras::place(const PictureChanges& changes, float* geom_pose, float* 
   }
   const auto width = static_cast<int>(std::ceil(kPosts * changes.post_width));
   for (int i = 1; i <= kPosts; ++i) {
-    const std::size_t geom = first_ + kMostDistractors + static_cast<std::size_t>(i) - 1;
+    const std::size_t geom = first_ + kMaxDistractors + static_cast<std::size_t>(i) - 1;
     geom_visible[geom] = i == width ? 1 : 0;
     if (i != width) continue;
     write_pose(0, false, {kPostX, changes.post_y, static_cast<double>(kPostHalfHeight)},

@@ -1,4 +1,4 @@
-// Things that stand around in pictures of a changed scene: distractors and a post. They are drawn
+// Things that stand around in images of a changed scene: distractors and a post. They are drawn
 // only; physics and tasks do not know them.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/picture_changes.h"
+#include "core/image/image_changes.h"
 
 namespace engram {
 
@@ -19,7 +19,7 @@ class SceneExtras {
 
   // Fills in their rows, which begin at the number of geoms that the scene had: poses (12), colours
   // (4) and visibility.
-  void place(const PictureChanges& changes, float* geom_pose, float* geom_rgba,
+  void place(const ImageChanges& changes, float* geom_pose, float* geom_rgba,
              std::uint8_t* geom_visible) const;
 
  private:

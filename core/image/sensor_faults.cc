@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/image/picture_changes.h"
+#include "core/image/image_changes.h"
 #include "core/math/real_functions.h"
 
 namespace engram {

@@ -1,4 +1,4 @@
-// Faults of a camera's sensor: blur and noise in pictures that are drawn already. In whole numbers,
+// Faults of a camera's sensor: blur and noise in images that are drawn already. In whole numbers,
 // so that every processor gives the same.
 #pragma once
 
@@ -12,10 +12,10 @@ namespace engram {
 // Memory of one thread.
 class SensorFaults {
  public:
-  // Makes room for pictures of that size. Their faults then allocate nothing.
+  // Makes room for images of that size. Their faults then allocate nothing.
   void reserve(int width, int height);
 
-  // Blurs colours by a Gaussian kernel whose standard deviation is `sigma` pixels of a picture 128
+  // Blurs colours by a Gaussian kernel whose standard deviation is `sigma` pixels of an image 128
   // pixels high; beyond the edges, their pixels go on. Nothing for 0.
   void blur(const RenderImage& image, double sigma);
 

@@ -17,9 +17,9 @@ namespace {
 
 // Shares of the size.
 constexpr double kCoplanar = 1e-6;  // points no farther from a plane lie on it
-constexpr double kLeastCorner = 1e-4;
-constexpr double kLeastThickness = 1e-3;
-constexpr double kLeastTriangle = 1e-5;  // height of triangles that define planes
+constexpr double kMinCorner = 1e-4;
+constexpr double kMinThickness = 1e-3;
+constexpr double kMinTriangle = 1e-5;  // height of triangles that define planes
 
 using Corners = std::vector<Vec3>;
 using Mask = std::uint64_t;  // a bit for each corner
@@ -58,7 +58,7 @@ Corners first_corners(std::span<const Vec3> points, double size) {
   const Vec3 normal = line.cross(aside - origin).normalized();
   const auto from_plane = [&](const Vec3& p) { return std::abs((p - origin).dot(normal)); };
   const Vec3 above = points[farthest(points, from_plane)];
-  const double least = kLeastThickness * size;
+  const double least = kMinThickness * size;
   if (from_line(aside) <= least || from_plane(above) <= least) {
     refuse("its points are flat, or nearly so; a solid needed");
   }
@@ -84,7 +84,7 @@ std::optional<Plane> supporting_plane(const Corners& corners, const std::array<s
   const Vec3 cross = (b - a).cross(c - a);
   const double area = cross.norm();
   const double longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
-  if (area < kLeastTriangle * size * longest) return {};
+  if (area < kMinTriangle * size * longest) return {};
   Plane plane{cross / area, 0, area, 0, 0};
   bool above = false;
   bool below = false;
@@ -141,7 +141,7 @@ std::vector<int> loop_of(const Corners& corners, const Plane& plane, double size
   std::vector<Point> chain;
   const auto is_corner = [&](const Point& a, const Point& b, const Point& c) {
     const double turn = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    return turn > kLeastCorner * size * real::hypot(c.x - a.x, c.y - a.y);
+    return turn > kMinCorner * size * real::hypot(c.x - a.x, c.y - a.y);
   };
   const auto extend = [&](const Point& point, std::size_t least) {
     while (chain.size() > least && !is_corner(chain[chain.size() - 2], chain.back(), point)) {
@@ -224,12 +224,12 @@ ConvexHull convex_hull(std::span<const Vec3> points) {
       const auto height = [&](const Vec3& p) { return face.normal.dot(p) - face.offset; };
       const std::size_t best = farthest(points, height);
       const double above = height(points[best]);
-      if (above > kLeastCorner * size) outside.emplace_back(-above, best);
+      if (above > kMinCorner * size) outside.emplace_back(-above, best);
     }
     std::ranges::sort(outside);
     Corners corners = hull.corners;
     for (const auto& [above, best] : outside) {
-      if (corners.size() == at(ConvexHull::kMostCorners)) break;
+      if (corners.size() == at(ConvexHull::kMaxCorners)) break;
       const Vec3& point = points[best];
       if (std::ranges::find(corners, point) == corners.end()) corners.push_back(point);
     }

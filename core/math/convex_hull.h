@@ -10,9 +10,9 @@
 namespace engram {
 
 struct ConvexHull {
-  static constexpr int kMostCorners = 64;                  // as PhysX has it for GPUs
-  static constexpr int kMostFaces = 2 * kMostCorners - 4;  // of triangles, by Euler's formula
-  static constexpr int kMostEdges = 3 * kMostCorners - 6;
+  static constexpr int kMaxCorners = 64;                 // as PhysX has it for GPUs
+  static constexpr int kMaxFaces = 2 * kMaxCorners - 4;  // of triangles, by Euler's formula
+  static constexpr int kMaxEdges = 3 * kMaxCorners - 6;
 
   // Points p of its plane have normal . p = offset; the normal points outwards.
   struct Face {
@@ -40,7 +40,7 @@ struct ConvexHull {
 };
 
 // The hull of points. Corners that stand out by less than a ten-thousandth of its size are left
-// out; if there are more than kMostCorners, those remain that stand out most. Throws Error
+// out; if there are more than kMaxCorners, those remain that stand out most. Throws Error
 // (kInvalidArgument) if points are flat.
 ConvexHull convex_hull(std::span<const Vec3> points);
 

@@ -33,13 +33,13 @@ inline double dot(const double* a, const double* b, int count) {
 // diagonal counts: matrix = U' D U. Afterwards its rows hold D U, and `inverse` the inverse of D.
 // Two pivots at a time.
 inline void factor(double* matrix, double* inverse, int size) {
-  constexpr double kLeast = 1e-15;  // of a pivot
+  constexpr double kMin = 1e-15;  // of a pivot
   for (int k = 0; k < size; k += 2) {
     double* const a = matrix + k * size;
     double* const b = a + size;
-    inverse[k] = 1 / (a[k] > kLeast ? a[k] : kLeast);
+    inverse[k] = 1 / (a[k] > kMin ? a[k] : kMin);
     add_scaled(b + k, -(a[k + 1] * inverse[k]), a + k, size - k);
-    inverse[k + 1] = 1 / (b[k + 1] > kLeast ? b[k + 1] : kLeast);
+    inverse[k + 1] = 1 / (b[k + 1] > kMin ? b[k + 1] : kMin);
     for (int i = k + 2; i < size; ++i) {
       if (a[i] == 0 && b[i] == 0) continue;  // as between bodies that do not touch
       const double p = a[i] * inverse[k];

@@ -1,4 +1,4 @@
-// Conversion of linear base colours, which tasks and states have, to those of pictures.
+// Conversion of linear base colours, which tasks and states have, to those of images.
 #pragma once
 
 #include <cmath>

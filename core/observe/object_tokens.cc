@@ -14,13 +14,12 @@ namespace engram {
 namespace {
 
 using Layout = ObjectTokens::Layout;
-constexpr int kMostProps = 64;
+constexpr int kMaxProps = 64;
 
 }  // namespace
 
 ObjectTokens::ObjectTokens(const std::vector<ObjectDescriptor>& descriptors) {
-  if (descriptors.size() > kMostProps)
-    throw Error(Error::kInternal, "more than 64 props in a task");
+  if (descriptors.size() > kMaxProps) throw Error(Error::kInternal, "more than 64 props in a task");
   for (std::size_t prop = 0; prop < descriptors.size(); ++prop) {
     const ObjectDescriptor& descriptor = descriptors[prop];
     if (descriptor.kind == ObjectKind::kPart) continue;
@@ -31,7 +30,7 @@ ObjectTokens::ObjectTokens(const std::vector<ObjectDescriptor>& descriptors) {
     set(Layout::kSeen, 1);
     for (int i = 0; i < 3; ++i) {
       const double scaled = descriptor.half_size[static_cast<std::size_t>(i)] / kSizeScale;
-      set(Layout::kSize + i, std::min(scaled, kMost));
+      set(Layout::kSize + i, std::min(scaled, kMax));
     }
     set(Layout::kColor + descriptor.color, 1);
     if (descriptor.shape >= 0) set(Layout::kShape + descriptor.shape, 1);
@@ -64,9 +63,9 @@ std::vector<RangedField> ObjectTokens::fields() const {
                         {names.begin(), names.end()}});
     };
     add("seen", 1, 0, 1, "", "1: it can be seen; 0: all else is 0 too");
-    add("position", 3, -kMost, kMost, "0.5 m", "world frame");
+    add("position", 3, -kMax, kMax, "0.5 m", "world frame");
     add("orientation", 4, -1, 1, "", "quaternion (w, x, y, z), w >= 0");
-    add("size", 3, 0, kMost, "0.05 m", "half sides of the box around it, its own axes");
+    add("size", 3, 0, kMax, "0.05 m", "half sides of the box around it, its own axes");
     add_one_hot("color", kObjectColorNames);
     add_one_hot("shape", kObjectShapeNames);
     add("state", 1, 0, 1, "", "of a lamp: 1 lit; of a button: how far it is pressed");
@@ -85,7 +84,7 @@ std::uint64_t ObjectTokens::in_view(const State& state, int env) const {
 }
 
 void ObjectTokens::draw_order(const State& state, int env, std::uint64_t key) const {
-  std::array<int, kMostProps> order{};
+  std::array<int, kMaxProps> order{};
   const std::span places = std::span(order).first(objects_.size());
   const auto purpose = kPurposeTokenOrder + static_cast<std::uint32_t>(epoch_[env] & 0xffff);
   RandomStream(key, state.episode[env], purpose).permutation(places);

@@ -43,10 +43,10 @@ class ObjectTokens {
   static constexpr double kSizeScale = 0.05;
   // Scaled quantities are cut off here: an object that flies off the table stays a number for
   // networks.
-  static constexpr double kMost = 10;
+  static constexpr double kMax = 10;
   // NaN stays NaN.
   static float cut_off(double value) {
-    constexpr auto kEnd = static_cast<float>(kMost);
+    constexpr auto kEnd = static_cast<float>(kMax);
     const auto number = static_cast<float>(value);
     return std::abs(number) > kEnd ? std::copysign(kEnd, number) : number;
   }

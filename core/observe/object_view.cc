@@ -22,12 +22,12 @@ ObjectView::ObjectView(const TaskInfo& info, const ObjectTokens& tokens,
                           const char* about) {
     ranged_fields_.push_back({{name, width, DType::kFloat32, unit, about}, -most, most, {}});
   };
-  constexpr double kMost = ObjectTokens::kMost;
-  add("qpos", kRobotJoints, kMost, "pi rad, 0.04 m", "arm joints, fingers");
-  add("qvel", kRobotJoints, kMost, "pi rad/s, 0.04 m/s", "arm joints, fingers");
-  add("tcp_pose", kPose, kMost, "0.5 m", "position, quaternion (w, x, y, z)");
+  constexpr double kMax = ObjectTokens::kMax;
+  add("qpos", kRobotJoints, kMax, "pi rad, 0.04 m", "arm joints, fingers");
+  add("qvel", kRobotJoints, kMax, "pi rad/s, 0.04 m/s", "arm joints, fingers");
+  add("tcp_pose", kPose, kMax, "0.5 m", "position, quaternion (w, x, y, z)");
   if (task_cue_dim_ > 0) {
-    add("task_cue", task_cue_dim_, kMost, "pi rad", "of the cue that policies may see");
+    add("task_cue", task_cue_dim_, kMax, "pi rad", "of the cue that policies may see");
   }
   if (options_.time) {
     add("time", 1, 1, "", "elapsed steps, of the horizon's");

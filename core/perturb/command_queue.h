@@ -27,7 +27,7 @@ class CommandQueue {
   bool follows(int env) const { return follows_[env] != 0; }
 
  private:
-  static constexpr int kPlaces = Perturbations::kMostActionDelay + 1;
+  static constexpr int kPlaces = Perturbations::kMaxActionDelay + 1;
 
   const float* delayed(int env, int elapsed, int delay, const float* given) const;
   void add_noise(float* command, double share, RandomStream noise) const;

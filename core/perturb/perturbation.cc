@@ -52,7 +52,7 @@ constexpr std::array<AxisSpec, kPerturbationAxes> kSpecs = {{
      "egg"},
     {"ms", "a post 4 cm wide stands between the base camera and the objects"},
     {"m", "noise of a standard deviation of 30 of 255 in the colours of every pixel"},
-    {"m", "pictures are blurred with a standard deviation of 2 of 128 pixels"},
+    {"m", "images are blurred with a standard deviation of 2 of 128 pixels"},
     {"sssssss", "each arm joint begins up to 0.12 rad off"},
     {"m", "actions take effect 4 control steps late"},
     {"m",
@@ -150,8 +150,8 @@ void Perturbations::draw(const Episode& episode) const {
   }
 }
 
-PictureChanges Perturbations::pictures(int env) const {
-  PictureChanges changes;
+ImageChanges Perturbations::images(int env) const {
+  ImageChanges changes;
   changes.cameras = has(kCamera) || has(kFov);
   for (std::size_t i = 0; changes.cameras && i < changes.camera.size(); ++i) {
     changes.camera[i] = camera_change(env, i);
@@ -171,7 +171,7 @@ PictureChanges Perturbations::pictures(int env) const {
     changes.post_width = magnitude(values(env, kOccluder)[0]);
     changes.post_y = kPostY * values(env, kOccluder)[1];
   }
-  if (has(kNoise)) changes.noise = kMostNoiseLevels * magnitude(values(env, kNoise)[0]);
+  if (has(kNoise)) changes.noise = kMaxNoiseLevels * magnitude(values(env, kNoise)[0]);
   if (has(kBlur)) changes.blur = kWidestBlur * magnitude(values(env, kBlur)[0]);
   return changes;
 }
@@ -226,10 +226,10 @@ LightChange Perturbations::light_change(int env) const {
   return change;
 }
 
-void Perturbations::add_distractors(int env, PictureChanges& changes) const {
+void Perturbations::add_distractors(int env, ImageChanges& changes) const {
   const Shares share = values(env, kDistractors);
-  changes.distractor_count = static_cast<int>(std::lround(kMostDistractors * magnitude(share[0])));
-  for (std::size_t i = 0; i < kMostDistractors; ++i) {
+  changes.distractor_count = static_cast<int>(std::lround(kMaxDistractors * magnitude(share[0])));
+  for (std::size_t i = 0; i < kMaxDistractors; ++i) {
     const std::size_t at = 1 + 4 * i;
     changes.distractors[i] = {{share[at], share[at + 1]},
                               std::numbers::pi * share[at + 2],
@@ -248,7 +248,7 @@ int Perturbations::wording(int env, int count) const {
 
 int Perturbations::action_delay(int env) const {
   if (!has(kActionDelay)) return 0;
-  return static_cast<int>(std::lround(kMostActionDelay * magnitude(values(env, kActionDelay)[0])));
+  return static_cast<int>(std::lround(kMaxActionDelay * magnitude(values(env, kActionDelay)[0])));
 }
 
 double Perturbations::action_noise(int env) const {

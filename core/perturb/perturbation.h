@@ -11,7 +11,7 @@
 
 #include "core/base/column.h"
 #include "core/base/names.h"
-#include "core/image/picture_changes.h"
+#include "core/image/image_changes.h"
 #include "core/task/episode.h"
 
 namespace engram {
@@ -71,7 +71,7 @@ class Perturbations {
   // Whether what cameras see differs from the scene; whether sensors have faults; either.
   bool change_scene() const;
   bool add_faults() const { return has(PerturbationAxis::kNoise) || has(PerturbationAxis::kBlur); }
-  bool change_pictures() const { return change_scene() || add_faults(); }
+  bool change_images() const { return change_scene() || add_faults(); }
 
   // Random variables of the axes in use. They follow the task's.
   std::vector<RandomVariable> variables() const;
@@ -80,7 +80,7 @@ class Perturbations {
   // Draws the values of an episode.
   void draw(const Episode& episode) const;
 
-  PictureChanges pictures(int env) const;
+  ImageChanges images(int env) const;
   // Added to an arm joint of the start pose, rad.
   double start_pose(int env, int joint) const;
   // The wording of an instruction, of `count`, the task's own among them, which is 0.
@@ -90,7 +90,7 @@ class Perturbations {
   // Standard deviation of a command's noise as a share of the greatest.
   double action_noise(int env) const;
 
-  static constexpr int kMostActionDelay = 4;
+  static constexpr int kMaxActionDelay = 4;
 
  private:
   static constexpr int kUnused = -1;
@@ -117,7 +117,7 @@ class Perturbations {
   static SurfaceChange surface_change(const Shares& share, RenderPattern own);
   CameraChange camera_change(int env, std::size_t camera) const;
   LightChange light_change(int env) const;
-  void add_distractors(int env, PictureChanges& changes) const;
+  void add_distractors(int env, ImageChanges& changes) const;
 
   std::vector<Used> used_;  // in the order of the axes
   int width_ = 0;

@@ -77,7 +77,7 @@ bool Arm::inverse(const Pose& target, const double* q, ArmVector& q_target) cons
   constexpr int kPatience = 3;                 // steps without a smaller error
   constexpr double kLargestAngle = 1e5;        // rad; sine and cosine are exact up to here
   q_target = Eigen::Map<const ArmVector>(q);
-  double least_error = std::numeric_limits<double>::infinity();
+  double min_error = std::numeric_limits<double>::infinity();
   int stalled = 0;
   ArmJacobian jacobian;
   for (int i = 0; i < kIterations; ++i) {
@@ -96,8 +96,8 @@ bool Arm::inverse(const Pose& target, const double* q, ArmVector& q_target) cons
     }
     if (i == 0) continue;  // the original does not compare with the first error
     const double size = error.norm();
-    if (size < least_error) {
-      least_error = size;
+    if (size < min_error) {
+      min_error = size;
       stalled = 0;
     } else if (++stalled == kPatience) {
       return false;

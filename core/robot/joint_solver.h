@@ -12,7 +12,7 @@ constexpr int kSolverIterations = 15;
 constexpr double kLinkDamping = 0.05;     // 1/s, of the arm's joint velocities
 constexpr double kTendonStiffness = 1e5;  // N/m, between the fingers
 // Share of an overlap that is taken out in one iteration: 2 sqrt(1 / kSolverIterations).
-constexpr double kOverlapShare = 0.5163977794943222;
+constexpr double kBaumgarte = 0.5163977794943222;
 
 // Limit of joint velocities, rad/s, m/s; PhysX's as well. Free rotation is integrated explicitly,
 // and wrist joints beyond it would gain energy.
@@ -184,8 +184,8 @@ struct JointSolver {
     const V above = q.template entry<kJoint>() - params.lower[i];
     const V below = params.upper[i] - q.template entry<kJoint>();
     const V speed = velocity.template entry<kJoint>();
-    const V room = simd::min(above, below) - limit_margin[i];
-    if (simd::any(room < simd::abs(dt * speed))) [[unlikely]] {
+    const V margin = simd::min(above, below) - limit_margin[i];
+    if (simd::any(margin < simd::abs(dt * speed))) [[unlikely]] {
       push<kJoint>(limit_impulse(frames, i, speed, above, below, last), velocity, next);
     }
     if (contacts.solve_links(i, velocity, last)) next = velocity.template entry<kNext<kJoint>>();
@@ -195,18 +195,18 @@ struct JointSolver {
   template <class Frames>
   [[gnu::noinline]] V limit_impulse(const Frames& frames, int i, V speed, V above, V below,
                                     bool last) {
-    const V way = dt * speed;
-    const auto at_lower = simd::logical_or(above < 0.0, above + way < 0.0);
-    const auto at_upper = simd::logical_or(below < 0.0, below - way < 0.0);
+    const V displacement = dt * speed;
+    const auto at_lower = simd::logical_or(above < 0.0, above + displacement < 0.0);
+    const auto at_upper = simd::logical_or(below < 0.0, below - displacement < 0.0);
     if (limit_margin[i] == 0) {
       if (!simd::any(simd::logical_or(at_lower, at_upper))) return V{};
       limit_margin[i] = kUnlimited;
       limit_mass[i] = 1.0 / (inv_mass[i][i] + frames.joint_compliance(i, inv_mass));
     }
     const V mass = limit_mass[i];
-    const V overlap_rate = simd::broadcast<V>(kOverlapShare * inv_dt);
-    const V lower_goal = above < 0.0 ? (last ? speed : -above * overlap_rate) : -above * inv_dt;
-    const V upper_goal = below < 0.0 ? (last ? speed : below * overlap_rate) : below * inv_dt;
+    const V bias_rate = simd::broadcast<V>(kBaumgarte * inv_dt);
+    const V lower_goal = above < 0.0 ? (last ? speed : -above * bias_rate) : -above * inv_dt;
+    const V upper_goal = below < 0.0 ? (last ? speed : below * bias_rate) : below * inv_dt;
     const V lower_pushed = simd::max(V{}, lower_impulse[i] + (lower_goal - speed) * mass);
     const V upper_pushed = simd::min(V{}, upper_impulse[i] + (upper_goal - speed) * mass);
     const V lower_released = lower_impulse[i] + simd::max(-speed * mass, -lower_impulse[i]);

@@ -9,7 +9,7 @@
 namespace engram {
 
 // First rows of quantities in the memory of a block. A row has one double for each lane.
-struct LaneRows {
+struct LaneVectors {
   static constexpr int kQ = 0;                                 // (9) rad, m: joint positions
   static constexpr int kV = kQ + kRobotJoints;                 // (9) rad/s, m/s
   static constexpr int kDriveBias = kV + kRobotJoints;         // (9) see JointSolver
@@ -35,21 +35,21 @@ struct LaneKernel {
   // else after `look_ahead` seconds at their velocity, of which `allowance` metres do not count.
   // Reads kQ, kV, kClearanceQpos, kSelfClearance, kClearance.
   unsigned (*clearance_exceeded)(const RobotModel& robot, double look_ahead, double allowance,
-                                 const double* rows);
+                                 const double* vectors);
   // kQ to kLinkPoses.
-  void (*pose_links)(const RobotModel& robot, double* rows);
+  void (*pose_links)(const RobotModel& robot, double* vectors);
   // One substep without contacts: kQ, kV, kDriveBias to kEndQ, kEndV.
   void (*substep)(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
-                  double* rows);
+                  double* vectors);
   // kQ to kTcp.
-  void (*forward_kinematics)(const RobotModel& robot, double* rows);
+  void (*forward_kinematics)(const RobotModel& robot, double* vectors);
   // kQ and kDisplacement to kStep, the smallest joint step that gives the displacement, and
   // kJacobian. Returns the lanes, as bits, in which the Jacobian is too near to losing a rank:
   // there, kStep is not valid.
-  unsigned (*differential_ik)(const RobotModel& robot, double* rows);
+  unsigned (*differential_ik)(const RobotModel& robot, double* vectors);
 };
 
-inline constexpr int kMostLanes = 8;
+inline constexpr int kMaxLanes = 8;
 
 // The kernel of so many lanes (1, 2, 4, 8), or null if this processor or build has none.
 const LaneKernel* lane_kernel(int lanes);

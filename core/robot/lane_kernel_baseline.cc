@@ -1,5 +1,5 @@
 // Kernels for every processor: one lane and two; and the choice of a kernel.
-#include "core/robot/few_robots.h"
+#include "core/robot/kernel_selection.h"
 #include "core/robot/lane_kernel.h"
 #include "core/robot/lane_kernel_body.h"
 
@@ -30,7 +30,7 @@ const LaneKernel* lane_kernel(int lanes) {
 }
 
 const LaneKernel& widest_lane_kernel() {
-  int lanes = kMostLanes;
+  int lanes = kMaxLanes;
   while (lane_kernel(lanes) == nullptr) lanes /= 2;
   return *lane_kernel(lanes);
 }

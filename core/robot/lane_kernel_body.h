@@ -11,23 +11,23 @@ inline namespace ENGRAM_ISA {
 
 // Rows of lanes lie one after the other.
 template <class V>
-ENGRAM_INLINE V load_row(const double* rows, int index) {
+ENGRAM_INLINE V load_vector(const double* vectors, int index) {
   V value;
-  __builtin_memcpy(&value, rows + index * simd::kLanesOf<V>, sizeof value);
+  __builtin_memcpy(&value, vectors + index * simd::kLanesOf<V>, sizeof value);
   return value;
 }
 template <class V>
-ENGRAM_INLINE void store_row(double* rows, int index, V value) {
-  __builtin_memcpy(rows + index * simd::kLanesOf<V>, &value, sizeof value);
+ENGRAM_INLINE void store_vector(double* vectors, int index, V value) {
+  __builtin_memcpy(vectors + index * simd::kLanesOf<V>, &value, sizeof value);
 }
 
 template <class V>
-void load_rows(const double* rows, int first, int count, V* to) {
-  for (int i = 0; i < count; ++i) to[i] = load_row<V>(rows, first + i);
+void load_vectors(const double* vectors, int first, int count, V* to) {
+  for (int i = 0; i < count; ++i) to[i] = load_vector<V>(vectors, first + i);
 }
 template <class V>
-void store_rows(double* rows, int first, int count, const V* from) {
-  for (int i = 0; i < count; ++i) store_row(rows, first + i, from[i]);
+void store_vectors(double* vectors, int first, int count, const V* from) {
+  for (int i = 0; i < count; ++i) store_vector(vectors, first + i, from[i]);
 }
 
 // All lanes but those of the mask, as bits.
@@ -40,33 +40,34 @@ unsigned other_lanes(Mask mask) {
 // Two bodies of the robot come nearer by the joints between them only.
 template <class V>
 unsigned clearance_exceeded(const RobotModel& robot, double look_ahead, double allowance,
-                            const double* rows) {
+                            const double* vectors) {
   V displacement = {};
   V speed = {};
   V least = simd::broadcast<V>(1);  // of what is left of the clearances
   for (int i = kRobotJoints; i-- > 0;) {
     displacement +=
-        robot.lever_arms[i] * simd::abs(load_row<V>(rows, LaneRows::kQ + i) -
-                                        load_row<V>(rows, LaneRows::kClearanceQpos + i));
-    speed += robot.lever_arms[i] * simd::abs(load_row<V>(rows, LaneRows::kV + i));
-    least = simd::min(least, load_row<V>(rows, LaneRows::kSelfClearance + i) - displacement);
+        robot.lever_arms[i] * simd::abs(load_vector<V>(vectors, LaneVectors::kQ + i) -
+                                        load_vector<V>(vectors, LaneVectors::kClearanceQpos + i));
+    speed += robot.lever_arms[i] * simd::abs(load_vector<V>(vectors, LaneVectors::kV + i));
+    least =
+        simd::min(least, load_vector<V>(vectors, LaneVectors::kSelfClearance + i) - displacement);
   }
   displacement += simd::max(V{}, look_ahead * speed - allowance);
-  least = simd::min(least, load_row<V>(rows, LaneRows::kClearance) - displacement);
+  least = simd::min(least, load_vector<V>(vectors, LaneVectors::kClearance) - displacement);
   return other_lanes<V>(least > 0.0);
 }
 
 template <class V>
-void pose_links(const RobotModel& robot, double* rows) {
+void pose_links(const RobotModel& robot, double* vectors) {
   JointsOf<V> q;
-  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q.at);
+  load_vectors<V>(vectors, LaneVectors::kQ, kArmJoints, q.at);
   LinkPoses<V> links;
   link_poses<V>(robot, q, links);
   for (int i = 0; i < kArmJoints; ++i) {
-    const int first = LaneRows::kLinkPoses + 12 * i;
+    const int first = LaneVectors::kLinkPoses + 12 * i;
     const LinkPose<V> link = links[i];
-    store_rows(rows, first, 3, link.pos.at);
-    store_rows(rows, first + 3, 9, link.axes.at);
+    store_vectors(vectors, first, 3, link.pos.at);
+    store_vectors(vectors, first + 3, 9, link.axes.at);
   }
 }
 
@@ -74,12 +75,12 @@ void pose_links(const RobotModel& robot, double* rows) {
 // links' frames and the joint solver.
 template <class V, class MakeContacts>
 ENGRAM_INLINE void substep_with(const RobotModel& robot, const RobotParams& params,
-                                bool velocity_mode, double* rows,
+                                bool velocity_mode, double* vectors,
                                 const MakeContacts& make_contacts) {
   JointSolver<V> joints;
-  load_rows<V>(rows, LaneRows::kQ, kRobotJoints, joints.end_q.at);
-  load_rows<V>(rows, LaneRows::kV, kRobotJoints, joints.begin_v.at);
-  load_rows<V>(rows, LaneRows::kDriveBias, kRobotJoints, joints.drive_bias.at);
+  load_vectors<V>(vectors, LaneVectors::kQ, kRobotJoints, joints.end_q.at);
+  load_vectors<V>(vectors, LaneVectors::kV, kRobotJoints, joints.begin_v.at);
+  load_vectors<V>(vectors, LaneVectors::kDriveBias, kRobotJoints, joints.drive_bias.at);
   LinkPoses<V> links;
   link_poses<V>(robot, joints.end_q, links);
   {
@@ -94,41 +95,42 @@ ENGRAM_INLINE void substep_with(const RobotModel& robot, const RobotParams& para
   const LinkFrames<V> frames(robot, joints.end_q, links);
   auto contacts = make_contacts(frames, joints);
   joints.run(params, frames, contacts);
-  store_rows(rows, LaneRows::kEndQ, kRobotJoints, joints.end_q.at);
-  store_rows(rows, LaneRows::kEndV, kRobotJoints, joints.end_v.at);
+  store_vectors(vectors, LaneVectors::kEndQ, kRobotJoints, joints.end_q.at);
+  store_vectors(vectors, LaneVectors::kEndV, kRobotJoints, joints.end_v.at);
 }
 
 template <class V>
-void substep(const RobotModel& robot, const RobotParams& params, bool velocity_mode, double* rows) {
-  substep_with<V>(robot, params, velocity_mode, rows,
+void substep(const RobotModel& robot, const RobotParams& params, bool velocity_mode,
+             double* vectors) {
+  substep_with<V>(robot, params, velocity_mode, vectors,
                   [](const LinkFrames<V>&, const JointSolver<V>&) { return NoContacts<V>{}; });
 }
 
 template <class V>
-void forward_kinematics(const RobotModel& robot, double* rows) {
+void forward_kinematics(const RobotModel& robot, double* vectors) {
   V q[kArmJoints];
-  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q);
+  load_vectors<V>(vectors, LaneVectors::kQ, kArmJoints, q);
   const TcpPose<V> pose = arm_forward_kinematics<V>(robot, q, nullptr);
   for (int i = 0; i < 3; ++i) {
-    store_row(rows, LaneRows::kTcp + i, pose.pos[i] + robot.base_position[i]);
+    store_vector(vectors, LaneVectors::kTcp + i, pose.pos[i] + robot.base_position[i]);
   }
   const V quat[4] = {pose.quat.w, pose.quat.x, pose.quat.y, pose.quat.z};
-  store_rows(rows, LaneRows::kTcp + 3, 4, quat);
+  store_vectors(vectors, LaneVectors::kTcp + 3, 4, quat);
 }
 
 template <class V>
-unsigned differential_ik(const RobotModel& robot, double* rows) {
+unsigned differential_ik(const RobotModel& robot, double* vectors) {
   V q[kArmJoints];
   V displacement[6];
   V step[kArmJoints];
-  load_rows<V>(rows, LaneRows::kQ, kArmJoints, q);
-  load_rows<V>(rows, LaneRows::kDisplacement, 6, displacement);
+  load_vectors<V>(vectors, LaneVectors::kQ, kArmJoints, q);
+  load_vectors<V>(vectors, LaneVectors::kDisplacement, 6, displacement);
   TcpJacobian<V> jacobian;
   arm_forward_kinematics<V>(robot, q, &jacobian);
   const auto well_conditioned = minimum_norm_step(jacobian, displacement, step);
-  store_rows(rows, LaneRows::kStep, kArmJoints, step);
+  store_vectors(vectors, LaneVectors::kStep, kArmJoints, step);
   for (int i = 0; i < kArmJoints; ++i) {
-    store_rows(rows, LaneRows::kJacobian + 6 * i, 6, jacobian.column[i]);
+    store_vectors(vectors, LaneVectors::kJacobian + 6 * i, 6, jacobian.column[i]);
   }
   return other_lanes<V>(well_conditioned);
 }

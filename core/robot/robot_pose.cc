@@ -19,14 +19,14 @@ void place_fingers(const RobotModel& robot, RobotPose& pose) {
 
 }  // namespace
 
-RobotPose pose_in_lane(const RobotModel& robot, const double* rows, int lanes, int lane) {
-  const auto value = [=](int row) { return rows[row * lanes + lane]; };
+RobotPose pose_in_lane(const RobotModel& robot, const double* vectors, int lanes, int lane) {
+  const auto value = [=](int vector) { return vectors[vector * lanes + lane]; };
   RobotPose pose;
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    pose.qpos[i] = value(LaneRows::kQ + static_cast<int>(i));
+    pose.qpos[i] = value(LaneVectors::kQ + static_cast<int>(i));
   }
   for (int i = 0; i < kArmJoints; ++i) {
-    const int first = LaneRows::kLinkPoses + 12 * i;
+    const int first = LaneVectors::kLinkPoses + 12 * i;
     Frame& link = pose.links[static_cast<std::size_t>(i)];
     for (int k = 0; k < 3; ++k) link.pos[k] = value(first + k) + robot.base_position[k];
     for (int k = 0; k < 9; ++k) link.axes(k / 3, k % 3) = value(first + 3 + k);

@@ -15,9 +15,9 @@ struct RobotPose {
   std::array<Frame, kRobotJoints> links;  // world: the arm's, then the fingers
 };
 
-// Pose from a lane of a block's memory (see LaneRows), after a substep with details; or from joint
-// positions alone.
-RobotPose pose_in_lane(const RobotModel& robot, const double* rows, int lanes, int lane);
+// Pose from a lane of a block's memory (see LaneVectors), after a substep with details; or from
+// joint positions alone.
+RobotPose pose_in_lane(const RobotModel& robot, const double* vectors, int lanes, int lane);
 RobotPose pose_at(const RobotModel& robot, const double* qpos);
 
 // Frame of a body in that of the link that carries it.

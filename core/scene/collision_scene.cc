@@ -12,7 +12,7 @@ namespace engram {
 namespace {
 
 // Below this share of the sliding friction there is no torsional friction.
-constexpr double kLeastTorsionRadius = 1e-3;  // m
+constexpr double kMinTorsionRadius = 1e-3;  // m
 
 // A box whose top is a plane.
 constexpr double kPlaneHalfExtent = 50;  // m
@@ -178,7 +178,7 @@ void CollisionScene::add_pairs(const mjModel& model, const std::vector<int>& sha
     const mjtNum* friction = model.pair_friction + 5 * pair;
     entry.friction = friction[0];
     const double radius = friction[0] > 0 ? friction[2] / friction[0] : 0;
-    entry.torsion_radius = radius > kLeastTorsionRadius ? radius : 0;
+    entry.torsion_radius = radius > kMinTorsionRadius ? radius : 0;
     const int fixed = rank_of(entry.b) == 2 ? 1 : 0;
     grouped[{fixed, body_of(entry.a), body_of(entry.b)}].push_back(entry);
   }

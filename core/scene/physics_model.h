@@ -26,7 +26,7 @@ struct PropModel {
   double bounding_radius = 0;       // of a sphere around everything that collides; 0: nothing does
   std::vector<RoundedBox> parts;    // one around each geom that collides, body frame
 
-  // Tests for a prop that physics simulates; other props appear in pictures only.
+  // Tests for a prop that physics simulates; other props appear in images only.
   bool tangible() const { return free || bounding_radius > 0; }
 };
 

@@ -7,8 +7,8 @@
 
 #include "core/base/error.h"
 #include "core/math/eigen_types.h"
-#include "core/scene/approach.h"
 #include "core/scene/proximity.h"
+#include "core/scene/speculative_margin.h"
 
 namespace engram {
 namespace {

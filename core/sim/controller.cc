@@ -142,18 +142,18 @@ void Controller::delta_pose_targets(const State& state, int first, const Column<
   const int count = static_cast<int>(drives.size());
   for (int lane = 0; lane < count; ++lane) {
     const auto displacement = scaled_displacement(actions.row(first + lane));
-    block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
-    block.put(LaneRows::kDisplacement, lane, displacement.data(), 6);
+    block.put(LaneVectors::kQ, lane, state.qpos.row(first + lane), kArmJoints);
+    block.put(LaneVectors::kDisplacement, lane, displacement.data(), 6);
   }
-  block.pad(LaneRows::kQ, kArmJoints, count);
-  block.pad(LaneRows::kDisplacement, 6, count);
-  const unsigned ill = block.kernel().differential_ik(arm_.model(), block.rows());
+  block.pad(LaneVectors::kQ, kArmJoints, count);
+  block.pad(LaneVectors::kDisplacement, 6, count);
+  const unsigned ill = block.kernel().differential_ik(arm_.model(), block.vectors());
   for (int lane = 0; lane < count; ++lane) {
     ArmVector step;
-    block.get(LaneRows::kStep, lane, step.data(), kArmJoints);
+    block.get(LaneVectors::kStep, lane, step.data(), kArmJoints);
     if ((ill >> lane & 1) != 0) {
       ArmJacobian jacobian;
-      block.get(LaneRows::kJacobian, lane, jacobian.data(), 6 * kArmJoints);
+      block.get(LaneVectors::kJacobian, lane, jacobian.data(), 6 * kArmJoints);
       step = Arm::pseudo_inverse_step(jacobian, scaled_displacement(actions.row(first + lane)));
     }
     const ArmVector target = measured_joints(state, first + lane) + step;

@@ -9,10 +9,10 @@
 
 #include "core/base/error.h"
 #include "core/contact/contact_kernel.h"
-#include "core/robot/few_robots.h"
 #include "core/robot/joint_solver.h"
+#include "core/robot/kernel_selection.h"
 #include "core/robot/lane_block.h"
-#include "core/scene/approach.h"
+#include "core/scene/speculative_margin.h"
 #include "core/sim/env_step.h"
 #include "core/sim/sleep_manager.h"
 #include "core/sim/state_transfer.h"
@@ -25,18 +25,18 @@ const LaneKernel& choose_kernel(int lanes, int num_envs) {
   const LaneKernel* kernel = lane_kernel(lanes);
   if (kernel != nullptr) return *kernel;
   std::string allowed = "0";
-  for (int width = 1; width <= kMostLanes; width *= 2) {
+  for (int width = 1; width <= kMaxLanes; width *= 2) {
     if (lane_kernel(width) != nullptr) allowed += ", " + std::to_string(width);
   }
   throw Error(Error::kInvalidArgument,
               "lanes: " + std::to_string(lanes) + " given; this processor allows: " + allowed);
 }
 
-void put_clearance(LaneBlock& block, int lane, const RobotBounds::Clearance& clearance) {
+void put_clearance(LaneBlock& block, int lane_index, const RobotBounds::Clearance& clearance) {
   const double distance = clearance.outside();
-  block.put(LaneRows::kClearanceQpos, lane, clearance.qpos.data(), kRobotJoints);
-  block.put(LaneRows::kSelfClearance, lane, clearance.self.data(), kRobotJoints);
-  block.put(LaneRows::kClearance, lane, &distance, 1);
+  block.put(LaneVectors::kClearanceQpos, lane_index, clearance.qpos.data(), kRobotJoints);
+  block.put(LaneVectors::kSelfClearance, lane_index, clearance.self.data(), kRobotJoints);
+  block.put(LaneVectors::kClearance, lane_index, &distance, 1);
 }
 
 // Stiffness times target and damping times target velocity: the part of a drive's force that does
@@ -77,7 +77,7 @@ struct Simulator::Lane {
     update_clearance(pose);
     const RobotBounds& bounds = step.model.robot_bounds();
     const auto reaches = [&](double speed) {
-      const double reach = kApproach * step.model.robot_params().timestep * speed;
+      const double reach = kSpeculativeFactor * step.model.robot_params().timestep * speed;
       return step.clearance.outside() <= reach - kClearanceAllowance;
     };
     if (!step.clearance.is_clear()) {
@@ -89,7 +89,7 @@ struct Simulator::Lane {
   }
 
   // Wakes props, finds contacts, and puts them and the free bodies into the block.
-  void find_contacts(const RobotPose& pose, const JointArray& qvel, bool sleep, int lane,
+  void find_contacts(const RobotPose& pose, const JointArray& qvel, bool sleep, int lane_index,
                      NarrowPhase& narrow_phase, ContactBlock& block) {
     transfer.load_contacts();
     // The updated clearance serves the next step's begin(). This step keeps its geometry.
@@ -97,40 +97,40 @@ struct Simulator::Lane {
     transfer.pose_links(pose, qvel);
     if (sleep) sleep_manager.wake_touching(pose);
     mark(step.clock, StepPart::kWake);
-    put_bodies(lane, block);
+    put_bodies(lane_index, block);
     transfer.pose_props();
     step.workspace.contacts.find(step.workspace.bodies, step.workspace.memory, narrow_phase,
-                                 step.model.robot_params().timestep, lane, block);
+                                 step.model.robot_params().timestep, lane_index, block);
     mark(step.clock, StepPart::kDynamics);
   }
 
-  void put_bodies(int lane, ContactBlock& block) {
+  void put_bodies(int lane_index, ContactBlock& block) {
     const RobotParams& params = step.model.robot_params();
-    int slot = 0;
+    int body_index = 0;
     for (const int prop : step.awake()) {
       FreeBodyState& motion = step.workspace.motion[at(prop)];
       const FreeBody& body = step.prop_model(prop).body;
       body.accelerate(motion, step.model.gravity(), params.timestep);
-      block.put_body(lane, slot, body, motion);
+      block.put_body(lane_index, body_index, body, motion);
       const int index = step.model.collision().body_of_prop(prop);
-      if (index >= 0) step.workspace.bodies.slots[at(index)] = slot;
-      ++slot;
+      if (index >= 0) step.workspace.bodies.body_indices[at(index)] = body_index;
+      ++body_index;
     }
   }
 
   // Reads the substep's result.
-  void read_back(int lane, const ContactBlock& block) {
-    step.workspace.contacts.finish(step.workspace.memory, lane, block);
-    int slot = 0;
+  void read_back(int lane_index, const ContactBlock& block) {
+    step.workspace.contacts.finish(step.workspace.memory, lane_index, block);
+    int body_index = 0;
     for (const int prop : step.awake()) {
       FreeBodyState& motion = step.workspace.motion[at(prop)];
-      block.get_body(lane, slot++, motion);
+      block.get_body(lane_index, body_index++, motion);
       limit_spin(motion);
     }
   }
 
   // Work of its contacts.
-  int load() const {
+  int cost() const {
     return busy ? step.workspace.contacts.num_patches() + static_cast<int>(step.awake().size()) : 0;
   }
 
@@ -139,7 +139,7 @@ struct Simulator::Lane {
   SleepManager sleep_manager;
   bool busy = false;               // something beside the robot's free motion is simulated
   bool clearance_updated = false;  // in this step
-  bool good = true;
+  bool ok = true;
 };
 
 struct Simulator::WorkerWorkspace {
@@ -168,7 +168,7 @@ struct Simulator::WorkerWorkspace {
   // For each lane.
   std::vector<StepWorkspace> step_workspaces;
   std::vector<SleepWorkspace> sleep_workspaces;
-  std::array<std::optional<Lane>, kMostLanes> lanes;
+  std::array<std::optional<Lane>, kMaxLanes> lanes;
 };
 
 Simulator::Simulator(const PhysicsModel& model, const SimulatorOptions& options, int workers,
@@ -178,7 +178,7 @@ Simulator::Simulator(const PhysicsModel& model, const SimulatorOptions& options,
       kernel_(choose_kernel(options.lanes, num_envs)),
       contact_kernel_(contact_kernel(kernel_.lanes)),
       clearances_(at(num_envs)),
-      loads_(at(num_envs)) {
+      costs_(at(num_envs)) {
   workspaces_.reserve(at(workers));
   for (int i = 0; i < workers; ++i) workspaces_.emplace_back(model, kernel_);
 }
@@ -189,80 +189,80 @@ LaneBlock& Simulator::block(int worker) { return workspaces_[at(worker)].block; 
 
 bool Simulator::step(const State& state, int env, int worker, const DriveTarget& drive,
                      StepClock::Worker* clock) {
-  bool good = true;
-  step(state, env, worker, {&drive, 1}, &good, clock);
-  return good;
+  bool ok = true;
+  step(state, env, worker, {&drive, 1}, &ok, clock);
+  return ok;
 }
 
 void Simulator::step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
-                     bool* good, StepClock::Worker* clock) {
-  std::fill_n(good, drives.size(), true);
+                     bool* ok, StepClock::Worker* clock) {
+  std::fill_n(ok, drives.size(), true);
   if (options_.substeps == 0) return;
   const MujocoScope scope;
-  std::array<int, at(kMostTogether)> storage;
+  std::array<int, at(kMaxTogether)> storage;
   const std::span<int> places(storage.data(), drives.size());
   std::iota(places.begin(), places.end(), 0);
-  if (places.size() > at(lanes())) sort_by_load(first, places);
+  if (places.size() > at(lanes())) sort_by_cost(first, places);
   for (std::size_t begin = 0; begin < places.size(); begin += at(lanes())) {
     const std::size_t count = std::min(at(lanes()), places.size() - begin);
-    step_block(state, first, places.subspan(begin, count), worker, drives, good, clock);
+    step_block(state, first, places.subspan(begin, count), worker, drives, ok, clock);
   }
 }
 
 // The most contacts first. A block takes the time of the most contacts that any of its lanes has.
-void Simulator::sort_by_load(int first, std::span<int> places) const {
+void Simulator::sort_by_cost(int first, std::span<int> places) const {
   std::sort(places.begin(), places.end(), [&](int a, int b) {
-    return std::pair(-loads_[at(first + a)], a) < std::pair(-loads_[at(first + b)], b);
+    return std::pair(-costs_[at(first + a)], a) < std::pair(-costs_[at(first + b)], b);
   });
 }
 
 // One control step of a block of lanes: the environments at these places, from `first` on.
 void Simulator::step_block(const State& state, int first, std::span<const int> places, int worker,
-                           std::span<const DriveTarget> drives, bool* good,
+                           std::span<const DriveTarget> drives, bool* ok,
                            StepClock::Worker* clock) {
   const int count = static_cast<int>(places.size());
   WorkerWorkspace& workspace = workspaces_[at(worker)];
-  for (int lane = 0; lane < count; ++lane) {
-    const int place = places[at(lane)];
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    const int place = places[at(lane_index)];
     const int env = first + place;
     const DriveTarget& drive = drives[at(place)];
-    workspace.lanes[at(lane)].emplace(model_, state, env, clearances_[at(env)],
-                                      workspace.step_workspaces[at(lane)],
-                                      workspace.sleep_workspaces[at(lane)], clock);
+    workspace.lanes[at(lane_index)].emplace(model_, state, env, clearances_[at(env)],
+                                            workspace.step_workspaces[at(lane_index)],
+                                            workspace.sleep_workspaces[at(lane_index)], clock);
     for (int joint = 0; joint < kRobotJoints; ++joint) {
-      const double aim = drive_bias(model_.robot_params(), drive, joint);
-      workspace.block.put(LaneRows::kDriveBias + joint, lane, &aim, 1);
+      const double bias = drive_bias(model_.robot_params(), drive, joint);
+      workspace.block.put(LaneVectors::kDriveBias + joint, lane_index, &bias, 1);
     }
-    begin_lane(workspace, lane);
+    begin_lane(workspace, lane_index);
   }
-  workspace.block.pad(LaneRows::kQ, LaneRows::kEndQ, count);
-  workspace.block.pad(LaneRows::kClearanceQpos, 2 * kRobotJoints + 1, count);
+  workspace.block.pad(LaneVectors::kQ, LaneVectors::kEndQ, count);
+  workspace.block.pad(LaneVectors::kClearanceQpos, 2 * kRobotJoints + 1, count);
   mark(clock, StepPart::kGather);
   for (int i = 0; i < options_.substeps; ++i) {
-    for (int lane = 0; lane < count; ++lane) {
-      workspace.lanes[at(lane)]->transfer.move_kinematic_props(i, options_.substeps);
+    for (int lane_index = 0; lane_index < count; ++lane_index) {
+      workspace.lanes[at(lane_index)]->transfer.move_kinematic_props(i, options_.substeps);
     }
     substep(workspace, count, i + 1 == options_.substeps, drives.front().velocity_mode, clock);
   }
-  for (int lane = 0; lane < count; ++lane) {
-    Lane& here = *workspace.lanes[at(lane)];
-    good[places[at(lane)]] = here.good;
-    loads_[at(here.step.env)] = here.load();
-    workspace.lanes[at(lane)].reset();
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    Lane& lane = *workspace.lanes[at(lane_index)];
+    ok[places[at(lane_index)]] = lane.ok;
+    costs_[at(lane.step.env)] = lane.cost();
+    workspace.lanes[at(lane_index)].reset();
   }
 }
 
 // Reads an environment from its columns.
-void Simulator::begin_lane(WorkerWorkspace& workspace, int lane) {
-  Lane& here = *workspace.lanes[at(lane)];
-  const State& state = here.step.state;
-  const int env = here.step.env;
-  workspace.block.put(LaneRows::kQ, lane, state.qpos.row(env), kRobotJoints);
-  workspace.block.put(LaneRows::kV, lane, state.qvel.row(env), kRobotJoints);
-  here.good = here.transfer.state_is_plausible();
-  if (!here.good) return;
-  here.begin(options_.sleep, options_.substeps);
-  put_clearance(workspace.block, lane, here.step.clearance);
+void Simulator::begin_lane(WorkerWorkspace& workspace, int lane_index) {
+  Lane& lane = *workspace.lanes[at(lane_index)];
+  const State& state = lane.step.state;
+  const int env = lane.step.env;
+  workspace.block.put(LaneVectors::kQ, lane_index, state.qpos.row(env), kRobotJoints);
+  workspace.block.put(LaneVectors::kV, lane_index, state.qvel.row(env), kRobotJoints);
+  lane.ok = lane.transfer.state_is_plausible();
+  if (!lane.ok) return;
+  lane.begin(options_.sleep, options_.substeps);
+  put_clearance(workspace.block, lane_index, lane.step.clearance);
 }
 
 // Finds contacts one by one, in the environments in which something may touch; then moves all
@@ -271,82 +271,86 @@ void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool v
                         StepClock::Worker* clock) {
   LaneBlock& block = workspace.block;
   const RobotModel& robot = model_.robot_model();
-  const unsigned exceeded = kernel_.clearance_exceeded(
-      robot, kApproach * model_.robot_params().timestep, kClearanceAllowance, block.rows());
+  const unsigned exceeded =
+      kernel_.clearance_exceeded(robot, kSpeculativeFactor * model_.robot_params().timestep,
+                                 kClearanceAllowance, block.vectors());
   unsigned busy = 0;
-  unsigned unclear = 0;  // lanes whose clearance has to be updated
-  for (int lane = 0; lane < count; ++lane) {
-    const Lane& here = *workspace.lanes[at(lane)];
-    if (!here.good) continue;
-    if (here.busy) {
-      busy |= 1U << lane;
+  unsigned stale_clearance = 0;  // lanes whose clearance has to be updated
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    const Lane& lane = *workspace.lanes[at(lane_index)];
+    if (!lane.ok) continue;
+    if (lane.busy) {
+      busy |= 1U << lane_index;
     } else {
-      unclear |= exceeded & (1U << lane);
+      stale_clearance |= exceeded & (1U << lane_index);
     }
   }
-  if ((busy | unclear) == 0) {
-    kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows());
+  if ((busy | stale_clearance) == 0) {
+    kernel_.substep(robot, model_.robot_params(), velocity_mode, block.vectors());
   } else {
-    kernel_.pose_links(robot, block.rows());
+    kernel_.pose_links(robot, block.vectors());
     mark(clock, StepPart::kDynamics);
     workspace.contact_block.clear();
-    for (int lane = 0; lane < count; ++lane) {
-      if (((busy | unclear) >> lane & 1) != 0) find_contacts(workspace, lane, unclear >> lane & 1);
+    for (int lane_index = 0; lane_index < count; ++lane_index) {
+      if (((busy | stale_clearance) >> lane_index & 1) != 0)
+        find_contacts(workspace, lane_index, stale_clearance >> lane_index & 1);
     }
     // A robot that is near something mostly touches nothing; the kernel without contacts is faster.
     const ContactLanes& contacts = workspace.contact_block.finish();
     if (contacts.empty()) {
-      kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows());
+      kernel_.substep(robot, model_.robot_params(), velocity_mode, block.vectors());
     } else {
-      contact_kernel_.substep(robot, model_.robot_params(), velocity_mode, block.rows(), contacts);
+      contact_kernel_.substep(robot, model_.robot_params(), velocity_mode, block.vectors(),
+                              contacts);
     }
   }
   mark(clock, StepPart::kDynamics);
-  for (int lane = 0; lane < count; ++lane) {
-    Lane& here = *workspace.lanes[at(lane)];
-    if (!here.good) continue;
-    if (here.busy) here.read_back(lane, workspace.contact_block);
-    if (last) finish_lane(workspace, lane);
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    Lane& lane = *workspace.lanes[at(lane_index)];
+    if (!lane.ok) continue;
+    if (lane.busy) lane.read_back(lane_index, workspace.contact_block);
+    if (last) finish_lane(workspace, lane_index);
   }
   block.advance();
 }
 
-void Simulator::find_contacts(WorkerWorkspace& workspace, int lane, bool check_clearance) {
-  Lane& here = *workspace.lanes[at(lane)];
+void Simulator::find_contacts(WorkerWorkspace& workspace, int lane_index, bool check_clearance) {
+  Lane& lane = *workspace.lanes[at(lane_index)];
   LaneBlock& block = workspace.block;
-  const RobotPose pose = pose_in_lane(model_.robot_model(), block.rows(), block.lanes(), lane);
+  const RobotPose pose =
+      pose_in_lane(model_.robot_model(), block.vectors(), block.lanes(), lane_index);
   JointArray qvel;
-  block.get(LaneRows::kV, lane, qvel.data(), kRobotJoints);
+  block.get(LaneVectors::kV, lane_index, qvel.data(), kRobotJoints);
   try {
     if (check_clearance) {
-      here.check_clearance(pose, qvel);
-      put_clearance(block, lane, here.step.clearance);
-      mark(here.step.clock, StepPart::kWake);
+      lane.check_clearance(pose, qvel);
+      put_clearance(block, lane_index, lane.step.clearance);
+      mark(lane.step.clock, StepPart::kWake);
     }
-    if (!here.busy) return;
-    here.find_contacts(pose, qvel, options_.sleep, lane, workspace.narrow_phase,
+    if (!lane.busy) return;
+    lane.find_contacts(pose, qvel, options_.sleep, lane_index, workspace.narrow_phase,
                        workspace.contact_block);
   } catch (const Error&) {
-    here.good = false;  // MuJoCo failed in the middle of a step; nothing has been stored
+    lane.ok = false;  // MuJoCo failed in the middle of a step; nothing has been stored
   }
 }
 
 // Stores an environment in its columns, if its state is plausible.
-void Simulator::finish_lane(WorkerWorkspace& workspace, int lane) {
-  Lane& here = *workspace.lanes[at(lane)];
+void Simulator::finish_lane(WorkerWorkspace& workspace, int lane_index) {
+  Lane& lane = *workspace.lanes[at(lane_index)];
   JointArray qpos;
   JointArray qvel;
-  workspace.block.get(LaneRows::kEndQ, lane, qpos.data(), kRobotJoints);
-  workspace.block.get(LaneRows::kEndV, lane, qvel.data(), kRobotJoints);
-  here.transfer.move_kinematic_props(options_.substeps, options_.substeps);
-  here.good = here.transfer.is_plausible(qpos, qvel);
-  if (!here.good) return;
-  if (options_.sleep) here.sleep_manager.count_slow_steps();
-  here.transfer.store(qpos, qvel);
-  if (here.busy) here.transfer.store_finger_forces(lane, workspace.contact_block);
-  mark(here.step.clock, StepPart::kGather);
-  if (options_.sleep) here.sleep_manager.sleep_resting();
-  mark(here.step.clock, StepPart::kWake);
+  workspace.block.get(LaneVectors::kEndQ, lane_index, qpos.data(), kRobotJoints);
+  workspace.block.get(LaneVectors::kEndV, lane_index, qvel.data(), kRobotJoints);
+  lane.transfer.move_kinematic_props(options_.substeps, options_.substeps);
+  lane.ok = lane.transfer.is_plausible(qpos, qvel);
+  if (!lane.ok) return;
+  if (options_.sleep) lane.sleep_manager.count_slow_steps();
+  lane.transfer.store(qpos, qvel);
+  if (lane.busy) lane.transfer.store_finger_forces(lane_index, workspace.contact_block);
+  mark(lane.step.clock, StepPart::kGather);
+  if (options_.sleep) lane.sleep_manager.sleep_resting();
+  mark(lane.step.clock, StepPart::kWake);
 }
 
 void Simulator::update_tcp(const State& state, int first, int count, int worker) {
@@ -354,14 +358,14 @@ void Simulator::update_tcp(const State& state, int first, int count, int worker)
   const int end = first + count;
   for (; first < end; first += lanes()) {
     const int used = std::min(lanes(), end - first);
-    for (int lane = 0; lane < used; ++lane) {
-      block.put(LaneRows::kQ, lane, state.qpos.row(first + lane), kArmJoints);
+    for (int lane_index = 0; lane_index < used; ++lane_index) {
+      block.put(LaneVectors::kQ, lane_index, state.qpos.row(first + lane_index), kArmJoints);
     }
-    block.pad(LaneRows::kQ, kArmJoints, used);
-    kernel_.forward_kinematics(model_.robot_model(), block.rows());
-    for (int lane = 0; lane < used; ++lane) {
-      block.get(LaneRows::kTcp, lane, state.tcp_pos.row(first + lane), 3);
-      block.get(LaneRows::kTcp + 3, lane, state.tcp_quat.row(first + lane), 4);
+    block.pad(LaneVectors::kQ, kArmJoints, used);
+    kernel_.forward_kinematics(model_.robot_model(), block.vectors());
+    for (int lane_index = 0; lane_index < used; ++lane_index) {
+      block.get(LaneVectors::kTcp, lane_index, state.tcp_pos.row(first + lane_index), 3);
+      block.get(LaneVectors::kTcp + 3, lane_index, state.tcp_quat.row(first + lane_index), 4);
     }
   }
 }

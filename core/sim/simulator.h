@@ -48,7 +48,7 @@ class Simulator {
   ~Simulator();
 
   // Most environments of one call of step.
-  static constexpr int kMostTogether = 64;
+  static constexpr int kMaxTogether = 64;
 
   // Environments that move side by side.
   int lanes() const { return kernel_.lanes; }
@@ -56,12 +56,12 @@ class Simulator {
   LaneBlock& block(int worker);
 
   // One control step of the environments from `first` on, one for each of the drives, at most
-  // kMostTogether, on the workspace of `worker`. Those with like contacts move side by side. Their
+  // kMaxTogether, on the workspace of `worker`. Those with like contacts move side by side. Their
   // drives must agree in their mode. Sets `good` of each environment; false: its physics diverged
   // (non-finite or huge values, or an error of MuJoCo), and its state stays as it was. `clock` may
   // be null.
   void step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
-            bool* good, StepClock::Worker* clock = nullptr);
+            bool* ok, StepClock::Worker* clock = nullptr);
   // One control step of one environment.
   bool step(const State& state, int env, int worker, const DriveTarget& drive,
             StepClock::Worker* clock = nullptr);
@@ -73,9 +73,9 @@ class Simulator {
   struct Lane;             // one environment's step
   struct WorkerWorkspace;  // working memory of one thread; nothing in it outlives a step
 
-  void sort_by_load(int first, std::span<int> places) const;
+  void sort_by_cost(int first, std::span<int> places) const;
   void step_block(const State& state, int first, std::span<const int> places, int worker,
-                  std::span<const DriveTarget> drives, bool* good, StepClock::Worker* clock);
+                  std::span<const DriveTarget> drives, bool* ok, StepClock::Worker* clock);
   void begin_lane(WorkerWorkspace& workspace, int lane);
   void substep(WorkerWorkspace& workspace, int count, bool last, bool velocity_mode,
                StepClock::Worker* clock);
@@ -92,7 +92,7 @@ class Simulator {
   std::vector<RobotBounds::Clearance> clearances_;
   // Work of each environment's contacts at the end of its last step: a guess of what comes next.
   // Not part of the state: it decides who moves side by side, which changes no result.
-  std::vector<int> loads_;
+  std::vector<int> costs_;
 };
 
 }  // namespace engram

@@ -1,13 +1,13 @@
 #include "core/sim/sleep_manager.h"
 
-#include "core/scene/approach.h"
+#include "core/scene/speculative_margin.h"
 
 namespace engram {
 namespace {
 
 // Gap below which the robot wakes a sleeping prop at rest, and at most; the displacement of a
 // substep is added to it, since contacts act before bodies touch.
-constexpr double kLeastWakeGap = 0.006;  // m
+constexpr double kMinWakeGap = 0.006;  // m
 constexpr double kWakeGap = kContactMargin;
 
 // Gap below which props wake one another; they may stand a millimetre apart and sleep.
@@ -50,7 +50,7 @@ void SleepManager::begin(int substeps) {
     if (!step_.is_asleep(prop) || !prop_model(prop).tangible()) continue;
     double radius = swept_radius(prop) + kWakeGap;
     if (step_.is_moving(prop)) {
-      radius += kApproach * displacement(prop).norm() / substeps;
+      radius += kSpeculativeFactor * displacement(prop).norm() / substeps;
     }
     workspace_.obstacles.push_back({workspace_.centers[at(prop)], radius});
   }
@@ -121,9 +121,9 @@ void SleepManager::pose_reach() {
     const Frame& body = step_.workspace.bodies.frames[at(shape.body)];
     step_.workspace.reach_frames[i] = {body.pos + body.axes * shape.frame.pos,
                                        body.axes * shape.frame.axes};
-    const double approach = kApproach * step_.model.robot_params().timestep *
+    const double approach = kSpeculativeFactor * step_.model.robot_params().timestep *
                             step_.workspace.bodies.speeds[at(shape.body)];
-    step_.workspace.reach_gaps[i] = std::min(kWakeGap, kLeastWakeGap + approach);
+    step_.workspace.reach_gaps[i] = std::min(kWakeGap, kMinWakeGap + approach);
   }
 }
 
@@ -181,7 +181,7 @@ double SleepManager::wake_gap(int prop, int other) const {
   for (const int one : {prop, other}) {
     if (step_.is_awake(one)) speed += step_.prop_speed(one);
   }
-  return kPropWakeGap + kApproach * step_.model.robot_params().timestep * speed;
+  return kPropWakeGap + kSpeculativeFactor * step_.model.robot_params().timestep * speed;
 }
 
 bool SleepManager::awake_prop_near(int prop) const {

@@ -51,7 +51,7 @@ enum : std::uint32_t {
   kPurposeProbeResampling = 0x4002'0001,
   kPurposeProbeOthers = 0x4002'0002,
   kPurposePerturbation = 0x4003'0000,  // + the axis
-  kPurposePictureNoise = 0x4004'0000,
+  kPurposeImageNoise = 0x4004'0000,
   kPurposeRandomPolicy = 0x8000'0000,  // + elapsed
   kPurposeActionNoise = 0xc000'0000,   // + elapsed
 };

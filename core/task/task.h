@@ -21,10 +21,10 @@
 
 namespace engram {
 
-class Expert;      // core/task/expert.h
-class Annotator;   // core/task/annotator.h
-class BatchRules;  // core/task/batch_rules.h
-struct Overlay;    // core/image/overlay.h
+class Expert;     // core/task/expert.h
+class Annotator;  // core/task/annotator.h
+class BatchTask;  // core/task/batch_task.h
+struct Overlay;   // core/image/overlay.h
 
 // Rule by which an episode ends before its horizon.
 enum class Termination { kNever, kSuccess, kSuccessOrFailed };
@@ -117,7 +117,7 @@ struct Bindings {
 // A task drives a batch through its phases. Calls get a range of environments, never one virtual
 // call per environment and step; environments do not know of one another. One object serves one
 // batch; different ranges may be worked on at the same time by different threads. A task that has
-// BatchRules gets those calls instead.
+// BatchTask gets those calls instead.
 class Task {
  public:
   virtual ~Task() = default;
@@ -152,7 +152,7 @@ class Task {
   virtual const Annotator* annotator() const { return nullptr; }
 
   // What is called instead of all methods with ranges and of the expert; null: those.
-  virtual BatchRules* batch_rules() { return nullptr; }
+  virtual BatchTask* batch_task() { return nullptr; }
 
   // The value of elapsed from which on nothing shows the hidden draw any more.
   virtual int cue_end(int env) const = 0;
@@ -168,7 +168,7 @@ class Task {
   virtual std::vector<std::string> paraphrases(std::string_view /*instruction*/) const {
     return {};
   }
-  // Adds what is written over a picture of one environment, apart from step and reward. Called for
+  // Adds what is written over an image of one environment, apart from step and reward. Called for
   // people's views only, never for observations.
   virtual void overlay(int /*env*/, Overlay& /*out*/) const {}
 };

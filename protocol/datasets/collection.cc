@@ -14,22 +14,22 @@ using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
 // Records the episodes of one item, as play_episodes plays them.
 struct EpisodeRecorder {
-  const Batch& env;
+  const Batch& batch;
   std::vector<DemonstrationRecorder> recorders;  // one per environment
   std::vector<Demonstration> demonstrations;     // one per episode
   NpzCompression compression;
   bool keep_failures;
 
-  void start(int slot, int /*episode*/) { recorder_of(slot).start(env, slot); }
-  void before_step(int slot, std::span<float> action) {
-    recorder_of(slot).before_step(env, slot, action);
+  void start(int env, int /*episode*/) { recorder_of(env).start(batch, env); }
+  void before_step(int env, std::span<float> action) {
+    recorder_of(env).before_step(batch, env, action);
   }
-  void after_step(int slot) { recorder_of(slot).after_step(env, slot); }
-  void finish(int slot, int episode) {
+  void after_step(int env) { recorder_of(env).after_step(batch, env); }
+  void finish(int env, int episode) {
     demonstrations[static_cast<std::size_t>(episode)] =
-        recorder_of(slot).finish(compression, keep_failures);
+        recorder_of(env).finish(compression, keep_failures);
   }
-  DemonstrationRecorder& recorder_of(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
+  DemonstrationRecorder& recorder_of(int env) { return recorders[static_cast<std::size_t>(env)]; }
 };
 
 // Source of seeds, attempt by attempt, while episodes are missing; passes results to the folders.
@@ -132,19 +132,19 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
       static_cast<std::size_t>(worker_threads(options.threads, ranks)));
   const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {
     const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
-    EpisodeBatch& batch = batches[static_cast<std::size_t>(context.worker())];
-    Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
+    EpisodeBatch& reusable = batches[static_cast<std::size_t>(context.worker())];
+    Batch& batch = reusable.of(task.id, item.count, options.num_envs, env_options);
     EpisodeRecorder recorder{
-        env,
-        std::vector<DemonstrationRecorder>(static_cast<std::size_t>(env.num_envs()),
+        batch,
+        std::vector<DemonstrationRecorder>(static_cast<std::size_t>(batch.num_envs()),
                                            DemonstrationRecorder(options.plan.additions)),
         std::vector<Demonstration>(static_cast<std::size_t>(item.count)),
         options.sink ? NpzCompression::kStored : NpzCompression::kDeflated,
         options.plan.keep_failures};
-    const ScriptedPolicy oracle(env, Policy::kOracle);
+    const ScriptedPolicy oracle(batch, Policy::kOracle);
     const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
-    if (!play_episodes(env, item.first_seed, item.count, context, act, recorder)) {
-      batch.clear();
+    if (!play_episodes(batch, item.first_seed, item.count, context, act, recorder)) {
+      reusable.clear();
       return {};
     }
     ByteWriter out;

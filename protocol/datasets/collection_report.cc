@@ -10,7 +10,7 @@
 namespace engram {
 namespace {
 
-constexpr std::size_t kPictures = 6;  // of an episode
+constexpr std::size_t kImages = 6;  // of an episode
 
 double mebibytes(const DemonstrationFolder& folder) {
   double bytes = 0;
@@ -27,7 +27,7 @@ std::vector<std::byte> strip(const NpzFile& file) {
   const auto steps = static_cast<std::size_t>(shape[0]);
   const auto height = static_cast<std::size_t>(shape[1]);
   const auto width = static_cast<std::size_t>(shape[2]);
-  const std::size_t count = std::min(kPictures, steps);
+  const std::size_t count = std::min(kImages, steps);
   std::vector<std::uint8_t> pixels(2 * height * count * width * 3);
   auto out = pixels.begin();
   for (std::size_t camera = 0; camera < 2; ++camera) {
@@ -83,9 +83,8 @@ std::string collection_report(std::span<const std::unique_ptr<DemonstrationFolde
   report.heading("First episodes");
   for (const auto& folder : folders) {
     if (folder->episodes() == 0) continue;
-    report.picture(
-        std::string(folder->entry().id) + ": " + std::string(folder->entry().instruction),
-        strip(NpzFile(folder->file(0))));
+    report.image(std::string(folder->entry().id) + ": " + std::string(folder->entry().instruction),
+                 strip(NpzFile(folder->file(0))));
   }
   return report.text();
 }

@@ -20,7 +20,7 @@ struct CollectionTiming {
 // The share of attempts that were kept.
 double keep_rate(const DemonstrationFolder& folder);
 
-// The document: rates, lengths, sizes, timing, and pictures of every task's first episode.
+// The document: rates, lengths, sizes, timing, and images of every task's first episode.
 std::string collection_report(std::span<const std::unique_ptr<DemonstrationFolder>> folders,
                               const CollectionTiming& timing);
 

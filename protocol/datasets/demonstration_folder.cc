@@ -8,9 +8,9 @@
 
 #include "core/batch/scripted_policy.h"
 #include "protocol/datasets/npz.h"
-#include "protocol/io/document_checksum.h"
-#include "protocol/io/document_values.h"
 #include "protocol/io/files.h"
+#include "protocol/io/json_checksum.h"
+#include "protocol/io/json_values.h"
 #include "protocol/make/perturbations_document.h"
 #include "protocol/make/variants.h"
 
@@ -41,8 +41,8 @@ int file_number(const std::string& name) {
   return error == std::errc() && last == end ? number : -1;
 }
 
-std::string text_of(const Document& document, std::string_view key) {
-  const Document* found = find(document, key);
+std::string text_of(const Json& document, std::string_view key) {
+  const Json* found = find(document, key);
   return found == nullptr ? std::string() : to_line(*found);
 }
 
@@ -54,18 +54,18 @@ std::string text_of(const Document& document, std::string_view key) {
 }
 
 // Names of the labels.
-Document label_document(const RegistryEntry& entry, const CollectionPlan& plan) {
+Json label_document(const RegistryEntry& entry, const CollectionPlan& plan) {
   const auto task = make_task(entry.id, plan.constants);
-  return DocumentTable{{"privileged", to_list(privileged_labels(task->info()))},
-                       {"open", to_list(open_labels())}};
+  return JsonTable{{"privileged", to_list(privileged_labels(task->info()))},
+                   {"open", to_list(open_labels())}};
 }
 
 // What is said of additions; null of those that are not asked for.
-DocumentTable addition_documents(const RegistryEntry& entry, const CollectionPlan& plan) {
+JsonTable addition_documents(const RegistryEntry& entry, const CollectionPlan& plan) {
   const Additions& asked = plan.additions;
-  return {{kLabels, asked.labels ? label_document(entry, plan) : Document()},
-          {kDepth, asked.depth ? Document(true) : Document()},
-          {kSegmentation, asked.segmentation ? Document(true) : Document()}};
+  return {{kLabels, asked.labels ? label_document(entry, plan) : Json()},
+          {kDepth, asked.depth ? Json(true) : Json()},
+          {kSegmentation, asked.segmentation ? Json(true) : Json()}};
 }
 
 ControlMode control_mode_of(const RegistryEntry& entry, const CollectionPlan& plan) {
@@ -80,7 +80,7 @@ CollectionRule rule_of(const RegistryEntry& entry, const CollectionPlan& plan) {
 
 }  // namespace
 
-DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
+JsonTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
   return {{"version", version()},
           {"start_seed", plan.start_seed},
           {"renderer", plan.renderer},
@@ -190,10 +190,10 @@ int DemonstrationFolder::count_files() const {
 }
 
 // Refuses to mix episodes of different plans. Without the file, those in the folder are trusted.
-void require_same_provenance(const fs::path& folder, const Document& found,
-                             const RegistryEntry& entry, const CollectionPlan& plan) {
+void require_same_provenance(const fs::path& folder, const Json& found, const RegistryEntry& entry,
+                             const CollectionPlan& plan) {
   for (const auto& [key, value] : provenance(entry, plan)) {
-    const Document before = value_or_null(found, key);
+    const Json before = value_or_null(found, key);
     if (before == value) continue;
     throw Error(Error::kInvalidArgument, "'" + folder.string() + "' was collected with " + key +
                                              " " + to_line(before) + ", " + to_line(value) +
@@ -205,10 +205,10 @@ void DemonstrationFolder::check_metadata() const {
   const fs::path path = path_ / kMetadata;
   const std::optional<std::string> text = lock_->folder().read_file(kMetadata);
   if (!text) return;
-  const Document document = parse_document(*text).value_or(Document());
-  const Document* id = find(document, "env_id");
-  const Document* before = find(document, "engram");
-  if (id == nullptr || *id != Document(entry_.id) || before == nullptr || !is_table(*before)) {
+  const Json document = parse_json(*text).value_or(Json());
+  const Json* id = find(document, "env_id");
+  const Json* before = find(document, "engram");
+  if (id == nullptr || *id != Json(entry_.id) || before == nullptr || !is_table(*before)) {
     fail(path, "is damaged or not engram's; without it, it is made anew from the data files");
   }
   if (text_of(*before, "version") == to_line(version()) && !has_valid_checksum(document)) {
@@ -218,7 +218,7 @@ void DemonstrationFolder::check_metadata() const {
   }
   require_same_provenance(path_, *before, entry_, plan_);
   for (const auto& [key, value] : addition_documents(entry_, plan_)) {
-    if (value_or_null(*before, key) != value) refuse_addition(path_, key, value != Document());
+    if (value_or_null(*before, key) != value) refuse_addition(path_, key, value != Json());
   }
 }
 
@@ -334,31 +334,31 @@ int DemonstrationFolder::attempts_kept() const {
   return count;
 }
 
-Document DemonstrationFolder::metadata() const {
-  DocumentList lengths;
-  DocumentList successes;
-  DocumentList rewards;
-  DocumentList seeds;
+Json DemonstrationFolder::metadata() const {
+  JsonList lengths;
+  JsonList successes;
+  JsonList rewards;
+  JsonList seeds;
   for (const Kept& kept : kept_) {
     lengths.emplace_back(kept.length);
     successes.emplace_back(kept.success);
     rewards.emplace_back(kept.reward_sum);
     seeds.emplace_back(kept.seed);
   }
-  DocumentTable made_how = provenance(entry_, plan_);
+  JsonTable made_how = provenance(entry_, plan_);
   made_how.emplace_back("attempts", attempts());
   for (auto& [key, value] : addition_documents(entry_, plan_)) {
-    if (value != Document()) made_how.emplace_back(key, std::move(value));
+    if (value != Json()) made_how.emplace_back(key, std::move(value));
   }
-  DocumentTable document{{"env_id", entry_.id},
-                         {"num_episodes", episodes()},
-                         {"episode_lengths", lengths},
-                         {"success_once", successes},
-                         {"reward_sums", rewards},
-                         {"episode_seeds", seeds},
-                         {"batched_source_dir", nullptr},  // there never is one
-                         {"unbatched_dir", "data_npz/" + std::string(entry_.id)},
-                         {"engram", std::move(made_how)}};
+  JsonTable document{{"env_id", entry_.id},
+                     {"num_episodes", episodes()},
+                     {"episode_lengths", lengths},
+                     {"success_once", successes},
+                     {"reward_sums", rewards},
+                     {"episode_seeds", seeds},
+                     {"batched_source_dir", nullptr},  // there never is one
+                     {"unbatched_dir", "data_npz/" + std::string(entry_.id)},
+                     {"engram", std::move(made_how)}};
   add_checksum(document);
   return document;
 }

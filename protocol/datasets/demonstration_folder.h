@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "protocol/datasets/recorder.h"
-#include "protocol/io/document.h"
 #include "protocol/io/folder_lock.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
@@ -37,9 +37,9 @@ struct CollectionPlan {
 };
 
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
-DocumentTable provenance(const RegistryEntry& entry, const CollectionPlan& plan);
+JsonTable provenance(const RegistryEntry& entry, const CollectionPlan& plan);
 // Throws Error (kInvalidArgument) unless the folder's provenance, as found, is that of the plan.
-void require_same_provenance(const std::filesystem::path& folder, const Document& found,
+void require_same_provenance(const std::filesystem::path& folder, const Json& found,
                              const RegistryEntry& entry, const CollectionPlan& plan);
 
 // Takes the content of a data file, in place of a folder.
@@ -88,7 +88,7 @@ class DemonstrationFolder {
   int attempts() const;
   int attempts_kept() const;
   // The content of metadata.json.
-  Document metadata() const;
+  Json metadata() const;
 
  private:
   struct Kept {

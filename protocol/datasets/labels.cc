@@ -17,7 +17,7 @@ struct Sighting {
   std::array<std::int32_t, EpisodeLabels::kPoint> point = {-1, -1, -1};
 };
 
-// Pictures of one environment: a value per row, column and camera.
+// Images of one environment: a value per row, column and camera.
 struct Cells {
   std::span<const std::int16_t> values;
   int width = 0;
@@ -84,18 +84,18 @@ std::vector<std::string> privileged_labels(const TaskInfo& info) {
 
 // --- recording ---
 
-void LabelRecorder::start(const Batch& env, int index) {
-  const Queries queries(env);
+void LabelRecorder::start(const Batch& batch, int index) {
+  const Queries queries(batch);
   if (queries.annotator() == nullptr) {
-    throw Error(Error::kUnavailable, env.info().id + " has no words for its episodes: no labels");
+    throw Error(Error::kUnavailable, batch.info().id + " has no words for its episodes: no labels");
   }
   labels_ = {};
   plan_.clear();
-  answers_ = !env.info().answer.empty();
+  answers_ = !batch.info().answer.empty();
   labels_.paraphrases = queries.paraphrases(index);
   segment_.clear();
-  const auto names = env.images().segmentation_names;
-  for (const PropModel& prop : env.physics_model().props()) {
+  const auto names = batch.images().segmentation_names;
+  for (const PropModel& prop : batch.physics_model().props()) {
     const auto found = std::find(names.begin(), names.end(), prop.name);
     segment_.push_back(found == names.end() ? std::int16_t{-1}
                                             : static_cast<std::int16_t>(found - names.begin()));
@@ -103,13 +103,13 @@ void LabelRecorder::start(const Batch& env, int index) {
   }
 }
 
-void LabelRecorder::before_step(const Batch& env, int index) {
-  note_words(env, index);
-  note_object(env, index, labels_.object_index.back());
+void LabelRecorder::before_step(const Batch& batch, int index) {
+  note_words(batch, index);
+  note_object(batch, index, labels_.object_index.back());
 }
 
-void LabelRecorder::note_words(const Batch& env, int index) {
-  const Annotator& annotator = *Queries(env).annotator();
+void LabelRecorder::note_words(const Batch& batch, int index) {
+  const Annotator& annotator = *Queries(batch).annotator();
   const auto step = static_cast<std::int32_t>(labels_.subtask_index.size());
   const auto subtask = static_cast<std::int32_t>(annotator.subtask(index));
   std::vector<std::string> plan = annotator.plan(index);
@@ -139,13 +139,14 @@ void LabelRecorder::note_words(const Batch& env, int index) {
   labels_.object_index.push_back(static_cast<std::int32_t>(annotator.object(index)));
 }
 
-void LabelRecorder::note_object(const Batch& env, int index, int prop) {
-  const ImageShape& shape = env.options().images;
+void LabelRecorder::note_object(const Batch& batch, int index, int prop) {
+  const ImageShape& shape = batch.options().images;
   const std::int16_t segment =
       prop < 0 ? std::int16_t{-1} : segment_[static_cast<std::size_t>(prop)];
-  const Cells segmentation{row_of(env.images().segmentation, env, index), shape.width,
+  const Cells segmentation{row_of(batch.images().segmentation, batch, index), shape.width,
                            EpisodeLabels::kCameras};
-  const Cells depth{row_of(env.images().depth, env, index), shape.width, EpisodeLabels::kCameras};
+  const Cells depth{row_of(batch.images().depth, batch, index), shape.width,
+                    EpisodeLabels::kCameras};
   for (int camera = 0; camera < EpisodeLabels::kCameras; ++camera) {
     const Sighting seen =
         segment < 0 ? Sighting() : look_for(segment, segmentation, depth, shape.height, camera);
@@ -154,16 +155,16 @@ void LabelRecorder::note_object(const Batch& env, int index, int prop) {
   }
 }
 
-void LabelRecorder::after_step(const Batch& env, int index) {
+void LabelRecorder::after_step(const Batch& batch, int index) {
   if (!answers_) return;
   const auto flag = [&](const char* name) {
-    return value_of<std::uint8_t>(env.output(name), index);
+    return value_of<std::uint8_t>(batch.output(name), index);
   };
   const bool answers_now =
       flag("answered") != 0 && (labels_.answered.empty() || labels_.answered.back() == 0);
   if (answers_now) labels_.is_keyframe.back() = 1;
   labels_.answered.push_back(flag("answered"));
-  labels_.first_answer.push_back(value_of<std::int32_t>(env.output("first_answer"), index));
+  labels_.first_answer.push_back(value_of<std::int32_t>(batch.output("first_answer"), index));
   labels_.first_answer_correct.push_back(flag("first_answer_correct"));
 }
 

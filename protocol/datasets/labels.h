@@ -48,15 +48,15 @@ inline std::vector<std::string> open_labels() { return {"paraphrases"}; }
 class LabelRecorder {
  public:
   // After the environment's reset. Throws Error if the task has no words for its episodes.
-  void start(const Batch& env, int index);
-  void before_step(const Batch& env, int index);
-  void after_step(const Batch& env, int index);
+  void start(const Batch& batch, int index);
+  void before_step(const Batch& batch, int index);
+  void after_step(const Batch& batch, int index);
 
   const EpisodeLabels& labels() const { return labels_; }
 
  private:
-  void note_words(const Batch& env, int index);
-  void note_object(const Batch& env, int index, int prop);
+  void note_words(const Batch& batch, int index);
+  void note_object(const Batch& batch, int index, int prop);
 
   EpisodeLabels labels_;
   bool answers_ = false;               // the task asks for an answer

@@ -290,8 +290,8 @@ std::vector<std::byte> NpzFile::read(const std::string& name, NpyType type,
   }
   std::size_t size = bytes_per_element(type);
   for (const std::int64_t count : shape) {
-    constexpr std::size_t kMost = std::size_t{1} << 40;
-    if (count > 0 && size > kMost / static_cast<std::size_t>(count)) {
+    constexpr std::size_t kMax = std::size_t{1} << 40;
+    if (count > 0 && size > kMax / static_cast<std::size_t>(count)) {
       fail("array '" + name + "' would be larger than any memory");
     }
     size *= static_cast<std::size_t>(count);

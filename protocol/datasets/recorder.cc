@@ -49,11 +49,11 @@ MakeOptions demonstration_options(const Additions& additions) {
 
 // --- one episode ---
 
-void DemonstrationRecorder::start(const Batch& env, int index) {
-  seed_ = static_cast<std::int64_t>(env.state().seed[index]);
-  instruction_ = Queries(env).instruction(index);
-  height_ = env.options().images.height;
-  width_ = env.options().images.width;
+void DemonstrationRecorder::start(const Batch& batch, int index) {
+  seed_ = static_cast<std::int64_t>(batch.state().seed[index]);
+  instruction_ = Queries(batch).instruction(index);
+  height_ = batch.options().images.height;
+  width_ = batch.options().images.width;
   rgb_.clear();
   proprio_.clear();
   actions_.clear();
@@ -62,37 +62,37 @@ void DemonstrationRecorder::start(const Batch& env, int index) {
   dones_.clear();
   depth_.clear();
   segmentation_.clear();
-  const auto names = env.images().segmentation_names;
+  const auto names = batch.images().segmentation_names;
   segmentation_names_.assign(names.begin(), names.end());
-  if (labels_) labels_->start(env, index);
+  if (labels_) labels_->start(batch, index);
 }
 
-void DemonstrationRecorder::before_step(const Batch& env, int index, std::span<float> action) {
-  const ActionSpace& space = env.action_space();
+void DemonstrationRecorder::before_step(const Batch& batch, int index, std::span<float> action) {
+  const ActionSpace& space = batch.action_space();
   for (std::size_t i = 0; i < action.size(); ++i) {
     action[i] = std::clamp(action[i], space.low[i], space.high[i]);
   }
-  append(rgb_, row_of(env.images().rgb, env, index));
-  append(proprio_, row_of(env.proprio(), env, index));
+  append(rgb_, row_of(batch.images().rgb, batch, index));
+  append(proprio_, row_of(batch.proprio(), batch, index));
   append(actions_, std::span<const float>(action));
   // None of their values is negative.
   const auto add = [&](std::vector<std::uint16_t>& to, std::span<const std::int16_t> values) {
-    const auto row = row_of(values, env, index);
+    const auto row = row_of(values, batch, index);
     to.insert(to.end(), row.begin(), row.end());
   };
-  if (additions_.depth) add(depth_, env.images().depth);
-  if (additions_.segmentation) add(segmentation_, env.images().segmentation);
-  if (labels_) labels_->before_step(env, index);
+  if (additions_.depth) add(depth_, batch.images().depth);
+  if (additions_.segmentation) add(segmentation_, batch.images().segmentation);
+  if (labels_) labels_->before_step(batch, index);
 }
 
-void DemonstrationRecorder::after_step(const Batch& env, int index) {
+void DemonstrationRecorder::after_step(const Batch& batch, int index) {
   const auto i = static_cast<std::size_t>(index);
-  const bool success = env.success()[i] != 0;
-  const bool ended = (env.terminated()[i] | env.truncated()[i]) != 0;
-  rewards_.push_back(env.reward()[i]);
+  const bool success = batch.success()[i] != 0;
+  const bool ended = (batch.terminated()[i] | batch.truncated()[i]) != 0;
+  rewards_.push_back(batch.reward()[i]);
   successes_.push_back(success ? 1 : 0);
   dones_.push_back(success || ended ? 1 : 0);
-  if (labels_) labels_->after_step(env, index);
+  if (labels_) labels_->after_step(batch, index);
 }
 
 Demonstration DemonstrationRecorder::finish(NpzCompression compression, bool keep_failures) const {

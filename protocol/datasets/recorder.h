@@ -71,11 +71,11 @@ class DemonstrationRecorder {
   }
 
   // After the environment's reset.
-  void start(const Batch& env, int index);
+  void start(const Batch& batch, int index);
   // Before a step: limits the environment's action to its space and keeps it with the observation.
-  void before_step(const Batch& env, int index, std::span<float> action);
+  void before_step(const Batch& batch, int index, std::span<float> action);
   // After it.
-  void after_step(const Batch& env, int index);
+  void after_step(const Batch& batch, int index);
   // The result, once the episode has ended.
   // Without keep_failures, one that fails has no file.
   Demonstration finish(NpzCompression compression = NpzCompression::kDeflated,

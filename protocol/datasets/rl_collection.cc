@@ -12,22 +12,22 @@ namespace {
 using Folders = std::vector<std::unique_ptr<RlFolder>>;
 
 // Episodes of an item: their files lie in memory until all are played.
-constexpr int kMostEpisodes = 10;
+constexpr int kMaxEpisodes = 10;
 
 struct EpisodeRecorder {
-  const Batch& env;
+  const Batch& batch;
   std::vector<RlRecorder> recorders;          // one per environment
   std::vector<std::vector<std::byte>> files;  // one per episode
 
-  void start(int slot, int /*episode*/) { of(slot).start(); }
-  void before_step(int slot, std::span<const float> action) {
-    of(slot).before_step(env, slot, action);
+  void start(int env, int /*episode*/) { of(env).start(); }
+  void before_step(int env, std::span<const float> action) {
+    of(env).before_step(batch, env, action);
   }
-  void after_step(int slot) { of(slot).after_step(env, slot); }
-  void finish(int slot, int episode) {
-    files[static_cast<std::size_t>(episode)] = of(slot).file(env);
+  void after_step(int env) { of(env).after_step(batch, env); }
+  void finish(int env, int episode) {
+    files[static_cast<std::size_t>(episode)] = of(env).file(batch);
   }
-  RlRecorder& of(int slot) { return recorders[static_cast<std::size_t>(slot)]; }
+  RlRecorder& of(int env) { return recorders[static_cast<std::size_t>(env)]; }
 };
 
 // Source of missing episodes, task by task; passes files to the folders.
@@ -46,7 +46,7 @@ class EpisodeSource : public WorkSource {
       const int first = folder.next_missing(episode_);
       if (first == planned) continue;
       int end = first;
-      while (end < planned && end - first < kMostEpisodes && !folder.has(end)) ++end;
+      while (end < planned && end - first < kMaxEpisodes && !folder.has(end)) ++end;
       episode_ = end;
       return WorkItem{static_cast<int>(task_), folder.seed(first), end - first};
     }
@@ -104,15 +104,15 @@ std::vector<std::unique_ptr<RlFolder>> collect_rl(
       static_cast<std::size_t>(worker_threads(options.threads, ranks)));
   const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {
     const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
-    EpisodeBatch& batch = batches[static_cast<std::size_t>(context.worker())];
-    Batch& env = batch.of(task.id, item.count, options.num_envs, env_options);
+    EpisodeBatch& reusable = batches[static_cast<std::size_t>(context.worker())];
+    Batch& batch = reusable.of(task.id, item.count, options.num_envs, env_options);
     EpisodeRecorder recorder{
-        env, std::vector<RlRecorder>(static_cast<std::size_t>(env.num_envs())),
+        batch, std::vector<RlRecorder>(static_cast<std::size_t>(batch.num_envs())),
         std::vector<std::vector<std::byte>>(static_cast<std::size_t>(item.count))};
-    const ScriptedPolicy oracle(env, Policy::kOracle);
+    const ScriptedPolicy oracle(batch, Policy::kOracle);
     const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
-    if (!play_episodes(env, item.first_seed, item.count, context, act, recorder)) {
-      batch.clear();
+    if (!play_episodes(batch, item.first_seed, item.count, context, act, recorder)) {
+      reusable.clear();
       return {};
     }
     ByteWriter out;

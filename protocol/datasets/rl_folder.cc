@@ -5,8 +5,8 @@
 
 #include "core/batch/scripted_policy.h"
 #include "protocol/datasets/npz.h"
-#include "protocol/io/document_values.h"
 #include "protocol/io/files.h"
+#include "protocol/io/json_values.h"
 #include "protocol/make/rows.h"
 
 namespace engram {
@@ -28,8 +28,8 @@ bool has_data(const fs::path& folder) {
 }
 
 // The plan, apart from the number of episodes, which may grow.
-Document plan_document(const RegistryEntry& entry, const CollectionPlan& plan) {
-  return DocumentTable{{"env_id", entry.id}, {"engram", provenance(entry, plan)}};
+Json plan_document(const RegistryEntry& entry, const CollectionPlan& plan) {
+  return JsonTable{{"env_id", entry.id}, {"engram", provenance(entry, plan)}};
 }
 
 }  // namespace
@@ -48,9 +48,9 @@ MakeOptions rl_recording_options(const CollectionPlan& plan) {
 
 void RlRecorder::start() { *this = RlRecorder(); }
 
-void RlRecorder::before_step(const Batch& env, int index, std::span<const float> action) {
-  const State& state = env.state();
-  append(rgb_, row_of(env.images().rgb, env, index));
+void RlRecorder::before_step(const Batch& batch, int index, std::span<const float> action) {
+  const State& state = batch.state();
+  append(rgb_, row_of(batch.images().rgb, batch, index));
   append_as_floats(joints_, state.tcp_pos.row(index), 3);
   append_as_floats(joints_, state.tcp_quat.row(index), 4);
   append_as_floats(joints_, state.qpos.row(index), kRobotJoints);
@@ -58,25 +58,25 @@ void RlRecorder::before_step(const Batch& env, int index, std::span<const float>
   append(actions_, action);
 }
 
-void RlRecorder::after_step(const Batch& env, int index) {
+void RlRecorder::after_step(const Batch& batch, int index) {
   const auto i = static_cast<std::size_t>(index);
-  rewards_.push_back(env.reward()[i]);
-  successes_.push_back(env.success()[i] != 0 ? 1 : 0);
-  dones_.push_back((env.terminated()[i] | env.truncated()[i]) != 0 ? 1 : 0);
+  rewards_.push_back(batch.reward()[i]);
+  successes_.push_back(batch.success()[i] != 0 ? 1 : 0);
+  dones_.push_back((batch.terminated()[i] | batch.truncated()[i]) != 0 ? 1 : 0);
 }
 
-std::vector<std::byte> RlRecorder::file(const Batch& env) const {
+std::vector<std::byte> RlRecorder::file(const Batch& batch) const {
   const auto steps = static_cast<std::int64_t>(rewards_.size());
-  if (steps != env.info().horizon) {
+  if (steps != batch.info().horizon) {
     throw Error(Error::kUnavailable,
-                env.info().id + ": an episode ended after " + std::to_string(steps) + " of " +
-                    std::to_string(env.info().horizon) + " control steps: its physics diverged");
+                batch.info().id + ": an episode ended after " + std::to_string(steps) + " of " +
+                    std::to_string(batch.info().horizon) + " control steps: its physics diverged");
   }
   const auto per_step = [steps](const auto& values) {
     return static_cast<std::int64_t>(values.size()) / steps;
   };
-  const std::int64_t height = env.options().images.height;
-  const std::int64_t width = env.options().images.width;
+  const std::int64_t height = batch.options().images.height;
+  const std::int64_t width = batch.options().images.width;
   const std::vector<NpyArray> arrays = {
       {"rgb", NpyType::kUint8, {steps, height, width, 6}, bytes_of(rgb_)},
       {"joints", NpyType::kFloat32, {steps, per_step(joints_)}, bytes_of(joints_)},
@@ -98,7 +98,7 @@ RlFolder::RlFolder(const fs::path& root, const RegistryEntry& entry, const Colle
   if (plan.additions != Additions() || plan.joint_proprio) {
     throw Error(Error::kInvalidArgument,
                 "labels, depth, segmentation or joint_proprio given; RL data have none of them: "
-                "arrays of pictures, joints, actions, rewards, success and done alone");
+                "arrays of images, joints, actions, rewards, success and done alone");
   }
   plan_.keep_failures = true;
   require_mode_of(Policy::kOracle, plan.control_mode.value_or(entry.control_mode));
@@ -137,8 +137,8 @@ void RlFolder::check_plan() const {
                 "'" + path_.string() + "' has episodes, but '" + note_.string() +
                     "', which says how engram collected them, is missing; another folder needed");
   }
-  const Document before = parse_document(*text).value_or(Document());
-  const Document* found = find(before, "engram");
+  const Json before = parse_json(*text).value_or(Json());
+  const Json* found = find(before, "engram");
   if (found == nullptr) {
     throw Error(Error::kIo, "'" + note_.string() + "' is not engram's; without it, the files of '" +
                                 path_.string() + "' are trusted");

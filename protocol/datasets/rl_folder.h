@@ -17,7 +17,7 @@ namespace engram {
 // Episodes of a task in the published data.
 inline constexpr int kRlEpisodes = 1000;
 
-// Options of the environments for recording: pictures, and episodes that go on to their horizon.
+// Options of the environments for recording: images, and episodes that go on to their horizon.
 MakeOptions rl_recording_options(const CollectionPlan& plan);
 
 // Records the episode of one environment of a batch from its first observation to its horizon.
@@ -26,12 +26,12 @@ class RlRecorder {
   // After the environment's reset.
   void start();
   // Before a step: keeps the observation, and the action as it is.
-  void before_step(const Batch& env, int index, std::span<const float> action);
+  void before_step(const Batch& batch, int index, std::span<const float> action);
   // After it.
-  void after_step(const Batch& env, int index);
+  void after_step(const Batch& batch, int index);
   // The .npz file's content, not compressed. Throws Error (kUnavailable) if the episode is shorter
   // than the task's horizon.
-  std::vector<std::byte> file(const Batch& env) const;
+  std::vector<std::byte> file(const Batch& batch) const;
 
  private:
   std::vector<std::uint8_t> rgb_;

@@ -20,7 +20,7 @@ std::vector<const RegistryEntry*> EvaluationRun::open_tasks() const {
 }
 
 void EvaluationRun::add(const TaskResult& result) {
-  Document document = task_document(result, settings_);
+  Json document = task_document(result, settings_);
   if (folder_) {
     // The result comes last: a task that has one is complete.
     folder_->write_sample(std::string(result.entry->id), result.sample);
@@ -34,9 +34,9 @@ void EvaluationRun::add(const TaskResult& result) {
 
 // Only now may anybody know the seeds. The settings come last: until then the run can be resumed.
 void EvaluationRun::open() {
-  settings_.opened = true;
+  settings_.revealed = true;
   for (auto& [id, document] : finished_) {
-    document = opened_document(document, settings_);
+    document = revealed_document(document, settings_);
     if (folder_) folder_->write_task(document);
   }
   if (folder_) folder_->begin(settings_);
@@ -53,8 +53,8 @@ void EvaluationRun::finish(const std::string& compute, bool keep_sealed) {
                                           {compute, wall.count()}));
 }
 
-DocumentList EvaluationRun::tasks() const {
-  DocumentList documents;
+JsonList EvaluationRun::tasks() const {
+  JsonList documents;
   for (const RegistryEntry* entry : all_entries()) {
     const auto found = finished_.find(std::string(entry->id));
     if (found != finished_.end()) documents.push_back(found->second);
@@ -62,9 +62,9 @@ DocumentList EvaluationRun::tasks() const {
   return documents;
 }
 
-Document EvaluationRun::document() const {
-  const DocumentList documents = tasks();
-  return DocumentTable{{"summary", summary_document(documents)}, {"tasks", documents}};
+Json EvaluationRun::document() const {
+  const JsonList documents = tasks();
+  return JsonTable{{"summary", summary_document(documents)}, {"tasks", documents}};
 }
 
 }  // namespace engram

@@ -27,8 +27,8 @@ class EvaluationRun {
   void finish(const std::string& compute, bool keep_sealed = false);
 
   // Results in the registry's order, and {summary, tasks}.
-  DocumentList tasks() const;
-  Document document() const;
+  JsonList tasks() const;
+  Json document() const;
   // Steps in which physics diverged.
   std::uint64_t unstable() const { return unstable_; }
 
@@ -37,7 +37,7 @@ class EvaluationRun {
 
   EvaluationSettings settings_;
   std::optional<ResultFolder> folder_;
-  std::map<std::string, Document> finished_;
+  std::map<std::string, Json> finished_;
   std::uint64_t unstable_ = 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

@@ -264,7 +264,7 @@ void HtmlReport::curves(const std::vector<Curve>& curves, const CurveAxes& axes)
   body_ += CurveChart(curves, axes).text();
 }
 
-void HtmlReport::picture(std::string_view caption, std::span<const std::byte> png) {
+void HtmlReport::image(std::string_view caption, std::span<const std::byte> png) {
   body_ += "<figure><figcaption>" + escaped(caption) + "</figcaption><img alt=\"" +
            escaped(caption) + "\" src=\"data:image/png;base64," + base64(png) + "\"></figure>\n";
 }

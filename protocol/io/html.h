@@ -1,4 +1,4 @@
-// Reports as one HTML file: headings, tables, bar charts and pictures, nothing loaded from
+// Reports as one HTML file: headings, tables, bar charts and images, nothing loaded from
 // elsewhere.
 #pragma once
 
@@ -55,7 +55,7 @@ class HtmlReport {
     double mark = -1;
   };
   void curves(const std::vector<Curve>& curves, const CurveAxes& axes);
-  void picture(std::string_view caption, std::span<const std::byte> png);
+  void image(std::string_view caption, std::span<const std::byte> png);
 
   // The whole document.
   std::string text() const;

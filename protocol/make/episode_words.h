@@ -2,13 +2,13 @@
 #pragma once
 
 #include "core/batch/batch.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
 // Of the present state: plan, subtask (its index), subtasks_done, memory, object (the name of a
 // prop, or null), and paraphrases of the instruction. Privileged, apart from these. Throws Error
 // before the first reset, and if the task has no words.
-DocumentTable describe_words(const Batch& env, int index);
+JsonTable describe_words(const Batch& batch, int index);
 
 }  // namespace engram

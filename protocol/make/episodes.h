@@ -28,12 +28,12 @@ namespace engram {
 // - after_step(slot): for the same ones, when the step is done
 // - finish(slot, i): when episode i has ended
 template <class Act, class Watcher>
-bool play_episodes(Batch& env, std::uint64_t first_seed, int count, const WorkContext& context,
+bool play_episodes(Batch& batch, std::uint64_t first_seed, int count, const WorkContext& context,
                    Act&& act, Watcher&& watcher) {
-  const int slots = env.num_envs();
-  const auto dim = static_cast<std::size_t>(env.action_dim());
-  std::vector<float> actions(static_cast<std::size_t>(slots) * dim);
-  std::vector<int> episode(static_cast<std::size_t>(slots), -1);  // -1: none
+  const int envs = batch.num_envs();
+  const auto dim = static_cast<std::size_t>(batch.action_dim());
+  std::vector<float> actions(static_cast<std::size_t>(envs) * dim);
+  std::vector<int> episode(static_cast<std::size_t>(envs), -1);  // -1: none
   std::vector<std::uint8_t> commanded(episode.size(), 1);
   std::vector<std::uint8_t> mask(episode.size());
   std::vector<std::uint64_t> seeds(episode.size());
@@ -42,16 +42,16 @@ bool play_episodes(Batch& env, std::uint64_t first_seed, int count, const WorkCo
   const auto start_waiting = [&] {
     if (started == count) return;
     std::fill(mask.begin(), mask.end(), std::uint8_t{0});
-    for (std::size_t slot = 0; slot < episode.size() && started < count; ++slot) {
-      if (episode[slot] >= 0) continue;
-      mask[slot] = 1;
-      seeds[slot] = first_seed + static_cast<std::uint64_t>(started);
-      episode[slot] = started++;
+    for (std::size_t env = 0; env < episode.size() && started < count; ++env) {
+      if (episode[env] >= 0) continue;
+      mask[env] = 1;
+      seeds[env] = first_seed + static_cast<std::uint64_t>(started);
+      episode[env] = started++;
     }
-    env.reset({.mask = mask, .seeds = seeds, .pins = nullptr});
-    for (int slot = 0; slot < slots; ++slot) {
-      const auto i = static_cast<std::size_t>(slot);
-      if (mask[i] != 0) watcher.start(slot, episode[i]);
+    batch.reset({.mask = mask, .seeds = seeds, .pins = nullptr});
+    for (int env = 0; env < envs; ++env) {
+      const auto i = static_cast<std::size_t>(env);
+      if (mask[i] != 0) watcher.start(env, episode[i]);
     }
   };
   start_waiting();
@@ -61,19 +61,19 @@ bool play_episodes(Batch& env, std::uint64_t first_seed, int count, const WorkCo
     } else {
       act(std::span<float>(actions), std::span<std::uint8_t>(commanded));
     }
-    for (int slot = 0; slot < slots; ++slot) {
-      const auto i = static_cast<std::size_t>(slot);
-      if (episode[i] >= 0) watcher.before_step(slot, std::span(actions).subspan(i * dim, dim));
+    for (int env = 0; env < envs; ++env) {
+      const auto i = static_cast<std::size_t>(env);
+      if (episode[i] >= 0) watcher.before_step(env, std::span(actions).subspan(i * dim, dim));
     }
-    env.step(actions, commanded);
+    batch.step(actions, commanded);
     context.count_env_steps(static_cast<std::uint64_t>(started - finished));
     bool vacancy = false;
-    for (int slot = 0; slot < slots; ++slot) {
-      const auto i = static_cast<std::size_t>(slot);
+    for (int env = 0; env < envs; ++env) {
+      const auto i = static_cast<std::size_t>(env);
       if (episode[i] < 0) continue;
-      watcher.after_step(slot);
-      if ((env.terminated()[i] | env.truncated()[i]) == 0) continue;
-      watcher.finish(slot, episode[i]);
+      watcher.after_step(env);
+      if ((batch.terminated()[i] | batch.truncated()[i]) == 0) continue;
+      watcher.finish(env, episode[i]);
       episode[i] = -1;
       ++finished;
       vacancy = true;
@@ -89,12 +89,12 @@ class EpisodeBatch {
   // A single-threaded batch that can play `count` episodes, with at most `num_envs` at a time.
   // options: of every batch; auto_reset, threads and num_envs are set here.
   Batch& of(std::string_view id, int count, int num_envs, const MakeOptions& options);
-  void clear() { env_.reset(); }
+  void clear() { batch_.reset(); }
 
  private:
   std::string id_;
   std::uint64_t policy_seed_ = 0;
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
 };
 
 }  // namespace engram

@@ -17,7 +17,7 @@ ConstantList describe_rows(const BatchGroup& group) {
   return describe_layout(fields);
 }
 
-// Columns of the group; final_mask and pictures are arrays of every batch.
+// Columns of the group; final_mask and images are arrays of every batch.
 ConstantList describe_outputs(const BatchGroup& group) {
   ConstantList list;
   for (const OutputArray& array : group.outputs()) {
@@ -42,8 +42,8 @@ ConstantTable describe_group(const BatchGroup& group) {
     ConstantTable description = describe_task(group.part(i));
     task.insert(task.end(), description.begin(), description.end());
     ids.push_back(group.part(i).info().id);
-    const Document known = std::move(description);
-    for (const Document& warning : list(part(known, "warnings"))) warnings.push_back(warning);
+    const Json known = std::move(description);
+    for (const Json& warning : list(part(known, "warnings"))) warnings.push_back(warning);
     action_spaces = part(known, "action_spaces");
     proprio = part(known, "proprio");
     tasks.emplace_back(std::move(task));

@@ -1,7 +1,7 @@
 // The description of a group of batches.
 #pragma once
 
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 #include "protocol/make/make.h"
 
 namespace engram {

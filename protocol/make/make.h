@@ -1,4 +1,4 @@
-// Makes batches of environments from ids, with everything that draws their pictures.
+// Makes batches of environments from ids, with everything that draws their images.
 #pragma once
 
 #include <memory>

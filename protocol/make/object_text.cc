@@ -16,7 +16,7 @@ using Values = std::span<const float>;
 
 constexpr std::size_t kFirstFinger = kArmJoints;  // in the row, both
 constexpr double kTenth = 0.1;
-constexpr double kLeastPress = 0.05;  // of a button's travel
+constexpr double kMinPress = 0.05;  // of a button's travel
 
 std::string place(Values position) {
   std::string text;
@@ -51,15 +51,14 @@ std::string describe_token(Values token) {
   text += " at " + place(token.subspan(Layout::kPosition, 3));
   const double state = static_cast<double>(token[Layout::kState]);
   if (of_kind == ObjectKind::kLamp) text += state > 0 ? ", lit" : ", off";
-  if (of_kind == ObjectKind::kButton && state > kLeastPress)
-    text += ", pressed " + in_tenths(state);
+  if (of_kind == ObjectKind::kButton && state > kMinPress) text += ", pressed " + in_tenths(state);
   return text;
 }
 
 }  // namespace
 
-ObjectText::ObjectText(const Batch& env) {
-  for (const RangedField& part : Queries(env).ranged_fields()) {
+ObjectText::ObjectText(const Batch& batch) {
+  for (const RangedField& part : Queries(batch).ranged_fields()) {
     if (part.field.name == "object_0_seen") break;
     tokens_ += static_cast<std::size_t>(part.field.width);
   }

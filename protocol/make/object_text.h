@@ -14,7 +14,7 @@ namespace engram {
 class ObjectText {
  public:
   // The batch observes objects.
-  explicit ObjectText(const Batch& env);
+  explicit ObjectText(const Batch& batch);
 
   std::string describe(std::span<const float> row) const;
 

@@ -4,11 +4,11 @@
 #include <span>
 
 #include "core/perturb/perturbation.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
 // {axis: level} of those above 0, in the order of the axes; null if there is none.
-Document perturbations_document(std::span<const PerturbationLevel> levels);
+Json perturbations_document(std::span<const PerturbationLevel> levels);
 
 }  // namespace engram

@@ -10,8 +10,8 @@ namespace engram {
 
 // Its row of an array that has one for every environment.
 template <class T>
-std::span<const T> row_of(std::span<const T> all, const Batch& env, int index) {
-  const std::size_t width = all.size() / static_cast<std::size_t>(env.num_envs());
+std::span<const T> row_of(std::span<const T> all, const Batch& batch, int index) {
+  const std::size_t width = all.size() / static_cast<std::size_t>(batch.num_envs());
   return all.subspan(static_cast<std::size_t>(index) * width, width);
 }
 

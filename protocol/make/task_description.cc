@@ -7,8 +7,8 @@
 #include "core/batch/queries.h"
 #include "core/observe/proprio.h"
 #include "core/sim/action_dim.h"
-#include "protocol/io/document_values.h"
-#include "protocol/make/ceilings.h"
+#include "protocol/io/json_values.h"
+#include "protocol/make/baseline_scores.h"
 #include "protocol/make/unused_constants.h"
 
 namespace engram {
@@ -50,13 +50,13 @@ ConstantList bounds(const std::vector<float>& values) {
 }
 
 // Action spaces by control mode; a bound of null is none.
-ConstantTable describe_actions(const Batch& env) {
-  const PhysicsModel& model = env.physics_model();
+ConstantTable describe_actions(const Batch& batch) {
+  const PhysicsModel& model = batch.physics_model();
   ConstantTable modes;
   for (int i = 0; i < kControlModes; ++i) {
     const auto mode = static_cast<ControlMode>(i);
     const Controller controller(mode, model.arm(), model.joint_ranges(),
-                                env.options().rotation_sign);
+                                batch.options().rotation_sign);
     const ActionSpace& space = controller.action_space();
     modes.emplace_back(name_of(mode), ConstantTable{{"dim", space.dim()},
                                                     {"low", bounds(space.low)},
@@ -105,11 +105,11 @@ ConstantList describe_sampled_values(const TaskInfo& info) {
 }
 
 // Options, with the value of this batch and that of the original's code.
-ConstantList describe_options(const Batch& env) {
+ConstantList describe_options(const Batch& batch) {
   ConstantList list;
-  const std::span<const double> values = Queries(env).option_values();
+  const std::span<const double> values = Queries(batch).option_values();
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const TaskOptionSpec& option = env.info().options[i];
+    const TaskOptionSpec& option = batch.info().options[i];
     const auto as_number = [&](double value) { return number(option.integer, value); };
     ConstantTable about = describe_quantity(option, "default", as_number(option.value));
     about.emplace_back("original", as_number(option.value_under(Rules::kOriginal)));
@@ -164,15 +164,15 @@ ConstantList describe_changeable(const TaskInfo& info) {
   return list;
 }
 
-ConstantList describe_observation(const Batch& env) {
-  const std::span<const RangedField> ranged = Queries(env).ranged_fields();
-  return ranged.empty() ? describe_layout(env.state_fields()) : describe_layout(ranged);
+ConstantList describe_observation(const Batch& batch) {
+  const std::span<const RangedField> ranged = Queries(batch).ranged_fields();
+  return ranged.empty() ? describe_layout(batch.state_fields()) : describe_layout(ranged);
 }
 
-ConstantList describe_outputs(const Batch& env) {
+ConstantList describe_outputs(const Batch& batch) {
   ConstantList list;
-  for (std::size_t i = 0; i < env.outputs().size(); ++i) {
-    list.emplace_back(describe_output(*env.output(env.outputs()[i].field->name).field));
+  for (std::size_t i = 0; i < batch.outputs().size(); ++i) {
+    list.emplace_back(describe_output(*batch.output(batch.outputs()[i].field->name).field));
   }
   return list;
 }
@@ -205,19 +205,19 @@ int canonical_state_dim(const TaskInfo& info) {
 }
 
 // Measured scores of policies; nothing for tasks that differ from the benchmark's.
-Constant describe_ceilings(const TaskInfo& info) {
+Constant describe_baseline_scores(const TaskInfo& info) {
   const RegistryEntry* entry = find_entry(info.id);
   const bool as_measured = std::ranges::none_of(info.constants, &TaskConstant::changed) &&
                            entry != nullptr && entry->horizon == info.horizon;
-  const Ceiling* ceiling = as_measured ? find_ceiling(info.id) : nullptr;
-  if (ceiling == nullptr) return {};
+  const BaselineScores* baseline = as_measured ? find_baseline_scores(info.id) : nullptr;
+  if (baseline == nullptr) return {};
   const auto share = [](double value) { return value < 0 ? Constant() : Constant(value); };
   const auto rates = [&share](double success, double answer) {
     return ConstantTable{{"success_once", success}, {"first_answer_correct", share(answer)}};
   };
-  return ConstantTable{{"blind", rates(ceiling->blind, ceiling->blind_answer)},
-                       {"sweep", rates(ceiling->sweep, ceiling->sweep_answer)},
-                       {"oracle", rates(ceiling->oracle, ceiling->oracle_answer)}};
+  return ConstantTable{{"blind", rates(baseline->blind, baseline->blind_answer)},
+                       {"sweep", rates(baseline->sweep, baseline->sweep_answer)},
+                       {"oracle", rates(baseline->oracle, baseline->oracle_answer)}};
 }
 
 // The beginning of a description, which holds of the task in every batch.
@@ -233,13 +233,13 @@ ConstantTable describe_rules(const TaskInfo& info) {
           {"chance", info.chance()},
           {"answer", info.answer.empty() ? Constant() : Constant(info.answer)},
           {"answer_chance", info.answer.empty() ? Constant() : Constant(info.answer_chance())},
-          {"ceilings", describe_ceilings(info)},
+          {"ceilings", describe_baseline_scores(info)},
           {"termination", termination_name(info.termination)},
           {"frozen_cue", info.frozen_cue}};
 }
 
 // The answers that a policy may choose from (docs/choices.md); null if there is no list.
-Constant describe_choices(const TaskInfo& info, const Choices* choices) {
+Constant describe_choices(const TaskInfo& info, const AnswerController* choices) {
   if (choices == nullptr) return {};
   const double chance = choices->choice_chance();
   const ChoiceForm form = choices->choice_form();
@@ -300,40 +300,40 @@ ConstantTable describe_entry(const RegistryEntry& entry) {
   ConstantTable known = describe_rules(task->info());
   known.emplace_back("action_dim", action_dim(entry.control_mode));
   known.emplace_back("state_dim", canonical_state_dim(task->info()));
-  const Document description = std::move(known);
+  const Json description = std::move(known);
   ConstantTable listed;
   for (const char* key : kListed) listed.emplace_back(key, part(description, key));
   return listed;
 }
 
-ConstantTable describe_task(const Batch& env) {
-  const TaskInfo& info = env.info();
+ConstantTable describe_task(const Batch& batch) {
+  const TaskInfo& info = batch.info();
   ConstantTable description = describe_rules(info);
   const ConstantTable rest = {
-      {"action_dim", env.action_dim()},
-      {"control_mode", name_of(env.control_mode())},
-      {"action_spaces", describe_actions(env)},
-      {"draws", describe_random_variables(Queries(env).random_variables())},
+      {"action_dim", batch.action_dim()},
+      {"control_mode", name_of(batch.control_mode())},
+      {"action_spaces", describe_actions(batch)},
+      {"draws", describe_random_variables(Queries(batch).random_variables())},
       {"drawn", describe_sampled_values(info)},
       {"hidden", info.hidden_variable},
-      {"rules", name_of(env.options().rules)},
-      {"options", describe_options(env)},
+      {"rules", name_of(batch.options().rules)},
+      {"options", describe_options(batch)},
       {"changeable", describe_changeable(info)},
       {"changed", changed_constants(info.constants)},
-      {"paraphrases", to_list(Queries(env).paraphrases())},
-      {"warnings", to_list(unused_constants(info, env.options()))},
-      {"choices", describe_choices(info, Queries(env).choices())},
+      {"paraphrases", to_list(Queries(batch).paraphrases())},
+      {"warnings", to_list(unused_constants(info, batch.options()))},
+      {"choices", describe_choices(info, Queries(batch).choices())},
       {"phases", describe_phases(info)},
-      {"state_dim", env.state_dim()},
-      {"state_fields", describe_observation(env)},
-      {"proprio", describe_layout(proprio_fields(env.options().joint_proprio))},
-      {"segmentation_names", to_list(env.images().segmentation_names)},
+      {"state_dim", batch.state_dim()},
+      {"state_fields", describe_observation(batch)},
+      {"proprio", describe_layout(proprio_fields(batch.options().joint_proprio))},
+      {"segmentation_names", to_list(batch.images().segmentation_names)},
       {"task_cue_dim", info.task_cue_dim},
       {"oracle_dim", info.oracle_dim},
-      {"outputs", describe_outputs(env)},
+      {"outputs", describe_outputs(batch)},
       {"success_reward", info.success_reward},
       {"reward_terms", names_of(info.reward_terms)},
-      {"props", describe_props(env.physics_model())},
+      {"props", describe_props(batch.physics_model())},
       {"constants", published_constants(info.constants)}};
   description.insert(description.end(), rest.begin(), rest.end());
   return description;

@@ -1,13 +1,13 @@
 // Everything that users can know of a task before they run it, as constants.
 #pragma once
 
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 #include "protocol/make/make.h"
 
 namespace engram {
 
 // One table: registry, actions, draws, observation, outputs, constants, rewards, phases, props.
-ConstantTable describe_task(const Batch& env);
+ConstantTable describe_task(const Batch& batch);
 
 // Its parts, for descriptions of several tasks: fields of a row, one behind the other; with the
 // ranges of their values; an output.

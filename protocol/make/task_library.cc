@@ -65,7 +65,7 @@ void require_compatible(const TaskLibrary& library) {
 
 bool are_registered(std::span<const Family* const> families) {
   return std::ranges::all_of(families, [](const Family* family) {
-    return std::ranges::all_of(family->tasks, [&](const TaskRow& row) {
+    return std::ranges::all_of(family->tasks, [&](const TaskSpec& row) {
       const RegistryEntry* entry = find_entry(row.id);
       return entry != nullptr && entry->definition == family;
     });

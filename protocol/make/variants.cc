@@ -18,28 +18,28 @@ constexpr std::array kKeys = {"id", "base", "constants", "instruction"};
 }
 
 // Returns the text under a key; "" where the key is missing and need not be there.
-std::string text_of(const Document& document, const char* key, bool needed, std::string_view what) {
-  const Document* found = find(document, key);
+std::string text_of(const Json& document, const char* key, bool needed, std::string_view what) {
+  const Json* found = find(document, key);
   if (found == nullptr && !needed) return "";
   const auto* value = found == nullptr ? nullptr : std::get_if<std::string>(&found->value);
   if (value == nullptr) refuse(what, std::string("a text '") + key + "' needed");
   return *value;
 }
 
-std::vector<TaskVariant> variants_in(const Document& document, const std::string& what) {
-  const Document* variants = find(document, "variants");
-  const auto* list = variants == nullptr ? nullptr : std::get_if<DocumentList>(&variants->value);
+std::vector<TaskVariant> variants_in(const Json& document, const std::string& what) {
+  const Json* variants = find(document, "variants");
+  const auto* list = variants == nullptr ? nullptr : std::get_if<JsonList>(&variants->value);
   if (list == nullptr) refuse(what, R"(not of the form {"variants": [...]})");
   std::vector<TaskVariant> all;
-  for (const Document& one : *list) all.push_back(to_variant(one, what));
+  for (const Json& one : *list) all.push_back(to_variant(one, what));
   return all;
 }
 
 }  // namespace
 
 ConstantTable parse_constants(std::string_view json) {
-  std::optional<Document> document = parse_document(json);
-  auto* table = document ? std::get_if<DocumentTable>(&document->value) : nullptr;
+  std::optional<Json> document = parse_json(json);
+  auto* table = document ? std::get_if<JsonTable>(&document->value) : nullptr;
   if (table == nullptr) {
     refuse("constants",
            "'" + std::string(json) + R"(' given, a JSON object such as {"COLORS": 7} needed)");
@@ -47,15 +47,14 @@ ConstantTable parse_constants(std::string_view json) {
   return std::move(*table);
 }
 
-Document to_document(const TaskVariant& variant) {
-  DocumentTable table = {
-      {"id", variant.id}, {"base", variant.base}, {"constants", variant.constants}};
+Json to_document(const TaskVariant& variant) {
+  JsonTable table = {{"id", variant.id}, {"base", variant.base}, {"constants", variant.constants}};
   if (!variant.instruction.empty()) table.emplace_back("instruction", variant.instruction);
   return table;
 }
 
-TaskVariant to_variant(const Document& document, std::string_view what) {
-  const auto* keys = std::get_if<DocumentTable>(&document.value);
+TaskVariant to_variant(const Json& document, std::string_view what) {
+  const auto* keys = std::get_if<JsonTable>(&document.value);
   if (keys == nullptr) refuse(what, "a variant has to be a table of " + join(kKeys));
   for (const auto& [key, value] : *keys) {
     if (std::ranges::find(kKeys, key) != kKeys.end()) continue;
@@ -65,8 +64,8 @@ TaskVariant to_variant(const Document& document, std::string_view what) {
   variant.id = text_of(document, "id", true, what);
   variant.base = text_of(document, "base", true, what);
   variant.instruction = text_of(document, "instruction", false, what);
-  if (const Document* constants = find(document, "constants")) {
-    const auto* table = std::get_if<DocumentTable>(&constants->value);
+  if (const Json* constants = find(document, "constants")) {
+    const auto* table = std::get_if<JsonTable>(&constants->value);
     if (table == nullptr) refuse(what, "the constants of '" + variant.id + "' have to be a table");
     variant.constants = *table;
   }
@@ -78,7 +77,7 @@ void load_variants(const std::filesystem::path& file) {
   const std::optional<std::string> text = read_input(file);
   if (!text)
     throw Error(Error::kIo, "'" + file.string() + "' cannot be read; a file of variants needed");
-  const std::optional<Document> document = parse_document(*text);
+  const std::optional<Json> document = parse_json(*text);
   if (!document) refuse(what, "not JSON");
   try {
     register_variants(variants_in(*document, what));
@@ -88,11 +87,11 @@ void load_variants(const std::filesystem::path& file) {
   }
 }
 
-Document variant_document(const RegistryEntry& entry, const ConstantTable& constants) {
+Json variant_document(const RegistryEntry& entry, const ConstantTable& constants) {
   const ConstantTable all =
       entry.constants == nullptr ? constants : merge_constants(*entry.constants, constants);
   if (all.empty() && entry.constants == nullptr) return nullptr;
-  return DocumentTable{{"base", entry.base}, {"constants", all}};
+  return JsonTable{{"base", entry.base}, {"constants", all}};
 }
 
 }  // namespace engram

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 #include "tasks/registry.h"
 
 namespace engram {
@@ -14,10 +14,10 @@ namespace engram {
 ConstantTable parse_constants(std::string_view json);
 
 // One variant: id, base, constants, and instruction where it has its own.
-Document to_document(const TaskVariant& variant);
+Json to_document(const TaskVariant& variant);
 // Throws Error (kInvalidArgument) if a key is missing, unknown or of the wrong type. what: the name
 // of the whole document, for the message.
-TaskVariant to_variant(const Document& document, std::string_view what);
+TaskVariant to_variant(const Json& document, std::string_view what);
 
 // Registers all variants of a file, {"variants": [variant, ...]}, or none. Throws Error: kIo if
 // it cannot be read, kInvalidArgument or kUnknownId, naming the file, if it is not such a file or a
@@ -26,6 +26,6 @@ void load_variants(const std::filesystem::path& file);
 
 // The variant that results are of: base and constants; null for one of the benchmark's tasks with
 // its own constants. constants: those given by argument.
-Document variant_document(const RegistryEntry& entry, const ConstantTable& constants);
+Json variant_document(const RegistryEntry& entry, const ConstantTable& constants);
 
 }  // namespace engram

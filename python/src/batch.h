@@ -98,7 +98,7 @@ class Batch {
   // The arrays must outlive the batch.
   void write_outputs(const std::vector<OutputTarget>& first,
                      const std::optional<std::vector<OutputTarget>>& second);
-  int output_turn() const { return engram_output_turn(open()->env()); }
+  int output_buffer() const { return engram_output_buffer(open()->env()); }
 
   std::vector<std::string> output_names() const;
   nb::object output(const std::string& name) const;

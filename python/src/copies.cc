@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::align_val_t kAlignment{64};
 // Loops hold two or three observations; more released arrays are freed.
-constexpr std::size_t kMostSpare = 4;
+constexpr std::size_t kMaxSpare = 4;
 
 struct Free {
   void operator()(std::uint8_t* bytes) const { ::operator delete(bytes, kAlignment); }
@@ -29,7 +29,7 @@ struct Block {
 // Arrays may die in any thread.
 class Copies::Store {
  public:
-  Store() { spare_.reserve(kMostSpare); }
+  Store() { spare_.reserve(kMaxSpare); }
 
   Block take(std::size_t size) {
     {
@@ -47,7 +47,7 @@ class Copies::Store {
 
   void give_back(Block block) {
     const std::lock_guard lock(mutex_);
-    if (spare_.size() < kMostSpare) spare_.push_back(std::move(block));
+    if (spare_.size() < kMaxSpare) spare_.push_back(std::move(block));
   }
 
   std::size_t spare() const {

@@ -11,7 +11,7 @@ namespace engram_python {
 
 namespace nb = nanobind;
 
-// Pictures of a whole batch fill many megabytes. Fresh memory of that size comes from the system
+// Images of a whole batch fill many megabytes. Fresh memory of that size comes from the system
 // page by page, which takes longer than to fill it. So a copy's memory goes back to where it came
 // from when the array that was handed out has died, and with it every view and every tensor that
 // was made of it: they hold the array, and it holds its memory. What is held is never written to.

@@ -76,12 +76,12 @@ int bind(void* instance, const engram_task_array* arrays, size_t count, int32_t 
          engram_task_reply* reply) {
   return with_lock(reply, [&] {
     nb::dict all;
-    nb::dict some;
+    nb::dict subset_rows;
     for (std::size_t i = 0; i < count; ++i) {
       all[arrays[i].name] = rows(arrays[i], arrays[i].all, num_envs);
-      some[arrays[i].name] = rows(arrays[i], arrays[i].some, num_envs);
+      subset_rows[arrays[i].name] = rows(arrays[i], arrays[i].subset_rows, num_envs);
     }
-    instance_of(instance).attr("bind")(all, some);
+    instance_of(instance).attr("bind")(all, subset_rows);
   });
 }
 

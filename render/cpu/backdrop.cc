@@ -6,8 +6,8 @@
 namespace engram::cpu {
 namespace {
 
-// Larger pictures have no backdrop.
-constexpr std::int64_t kMostPixels = 1 << 20;
+// Larger images have no backdrop.
+constexpr std::int64_t kMaxPixels = 1 << 20;
 
 int padded(int size) { return (size + kBlock - 1) / kBlock * kBlock; }
 
@@ -32,13 +32,13 @@ void draw(const FrameData& frame, const Kernel& kernel, TileRow& row, int stride
 
 }  // namespace
 
-Backdrops::Backdrops(const PreparedScene& prepared, std::int64_t most_pixels, bool segments)
-    : capacity_(std::min(most_pixels, kMostPixels)),
+Backdrops::Backdrops(const PreparedScene& prepared, std::int64_t max_pixels, bool segments)
+    : capacity_(std::min(max_pixels, kMaxPixels)),
       segments_(segments),
       slots_(prepared.scene.cameras.size()) {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     if (!prepared.scene.cameras[i].still || capacity_ == 0) continue;
-    // Pages that no picture needs are never touched.
+    // Pages that no image needs are never touched.
     slots_[i].w = std::make_unique_for_overwrite<float[]>(static_cast<std::size_t>(capacity_));
     slots_[i].color =
         std::make_unique_for_overwrite<std::uint32_t[]>(static_cast<std::size_t>(capacity_));

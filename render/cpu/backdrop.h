@@ -1,4 +1,4 @@
-// Pictures of what never moves, shared by all workers.
+// Images of what never moves, shared by all workers.
 #pragma once
 
 #include <atomic>
@@ -16,8 +16,8 @@ namespace engram::cpu {
 // asks first draws it; until it is there, others draw without, which gives the same pixels.
 class Backdrops {
  public:
-  // `most_pixels`: of the largest picture. `segments`: they have those for colours.
-  Backdrops(const PreparedScene& prepared, std::int64_t most_pixels, bool segments = false);
+  // `max_pixels`: of the largest image. `segments`: they have those for colours.
+  Backdrops(const PreparedScene& prepared, std::int64_t max_pixels, bool segments = false);
 
   // Null if there is none (yet) of that size. `view` and `row` are working memory; does not
   // allocate.

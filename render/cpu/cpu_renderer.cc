@@ -114,8 +114,8 @@ bool are_interleaved(const RenderImage& first, const RenderImage& second) {
 
 // The kernels' arithmetic: from w = 1 / depth.
 std::int16_t millimetres(float w) {
-  constexpr float kMost = 32767;
-  return static_cast<std::int16_t>(std::lrint(std::min(1000 / w, kMost)));
+  constexpr float kMax = 32767;
+  return static_cast<std::int16_t>(std::lrint(std::min(1000 / w, kMax)));
 }
 
 class CpuRenderer final : public Renderer {
@@ -124,8 +124,8 @@ class CpuRenderer final : public Renderer {
       : prepared_(scene, options),
         options_(options),
         kernel_(find_kernel(options.instruction_set)),
-        backdrops_(prepared_, draws_tiles() ? most_pixels(samples()) : 0),
-        segmented_(prepared_, draws_tiles() ? most_pixels(1) : 0, true) {
+        backdrops_(prepared_, draws_tiles() ? max_pixels(samples()) : 0),
+        segmented_(prepared_, draws_tiles() ? max_pixels(1) : 0, true) {
     for (int i = 0; i < workers; ++i) workspaces_.push_back(std::make_unique<Workspace>(*this));
   }
 
@@ -197,7 +197,7 @@ class CpuRenderer final : public Renderer {
     const Backdrop* backdrop;
   };
 
-  // The pictures of a camera that are drawn from one frame.
+  // The images of a camera that are drawn from one frame.
   struct Outputs {
     bool colors;
     bool depth;
@@ -217,7 +217,7 @@ class CpuRenderer final : public Renderer {
 
   int samples() const { return options_.antialias ? 2 : 1; }
 
-  std::int64_t most_pixels(int scale) const {
+  std::int64_t max_pixels(int scale) const {
     return std::int64_t{padded(scale * options_.max_width)} * scale * options_.max_height;
   }
 
@@ -239,7 +239,7 @@ class CpuRenderer final : public Renderer {
            image.height <= options_.max_height;
   }
 
-  // Tiles are for pictures without shadows that observations can have: most pictures.
+  // Tiles are for images without shadows that observations can have: most images.
   bool draws_tiles() const { return !prepared_.casts_shadows(); }
   // Two cameras whose pixels lie side by side, at once.
   bool draws_pairs() const { return draws_tiles() && !options_.antialias; }

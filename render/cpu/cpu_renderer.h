@@ -1,4 +1,4 @@
-// The ray caster: pictures from the processor alone, the same on every machine.
+// The ray caster: images from the processor alone, the same on every machine.
 #pragma once
 
 #include <memory>

@@ -10,11 +10,11 @@ namespace {
 
 using namespace simd;
 
-constexpr float kMostMillimetres = 32767;
+constexpr float kMaxMillimetres = 32767;
 
 // The background has the w of the far end.
 ENGRAM_INLINE Int millimetres(Float w, float far_w) {
-  const Int nearest = round(min(1000.0F / w, broadcast(kMostMillimetres)));
+  const Int nearest = round(min(1000.0F / w, broadcast(kMaxMillimetres)));
   return select(less(broadcast(far_w), w), nearest, Int{});
 }
 

@@ -112,7 +112,7 @@ struct Gloss {
   float* nodes[2];
 };
 
-// A picture of the wood's brightness, 0..255, in ever coarser levels.
+// An image of the wood's brightness, 0..255, in ever coarser levels.
 struct WoodTexture {
   static constexpr int kLevels = 8;
   static constexpr int kAlongBits = 9;
@@ -179,7 +179,7 @@ struct Rank {
   int primitive;
 };
 
-// Picture of everything that never moves, for one camera.
+// Image of everything that never moves, for one camera.
 struct Backdrop {
   const float* w;
   const std::uint32_t* color;
@@ -193,7 +193,7 @@ struct TileCandidate {
   std::uint64_t tiles;
 };
 
-// Part of a row of tiles of one picture, and working memory for it.
+// Part of a row of tiles of one image, and working memory for it.
 struct TileRow {
   int x, y;          // of its first pixel
   int tiles, rows;   // at most kPanelTiles, kBlock

@@ -150,8 +150,8 @@ ENGRAM_INLINE void light_round(const ViewParams& camera, const GeomBatch& batch,
 ENGRAM_INLINE void light_flat(const ViewParams& camera, const RoundLight& lit,
                               const Floats (&amount)[kMaxLights], Ints& code) {
   constexpr float kRound = 12582912.0F;  // 1.5 * 2^23: no bits are left for a fraction
-  constexpr PartFloat kLeast = {};
-  constexpr PartFloat kMost = kLeast + 255.0F;
+  constexpr PartFloat kMin = {};
+  constexpr PartFloat kMax = kMin + 255.0F;
   for (int at = 0; at < kBatch; at += kBatchPart) {
     PartInt packed = {};
     for (int k = 0; k < 3; ++k) {
@@ -159,8 +159,8 @@ ENGRAM_INLINE void light_flat(const ViewParams& camera, const RoundLight& lit,
       for (int light = 0; light < camera.light_count; ++light) {
         level += part_of(lit.light[light][k], at) * part_of(amount[light], at);
       }
-      level = level < kLeast ? kLeast : level;
-      level = level > kMost ? kMost : level;
+      level = level < kMin ? kMin : level;
+      level = level > kMax ? kMax : level;
       packed |= __builtin_convertvector((level + kRound) - kRound, PartInt) << (8 * k);
     }
     __builtin_memcpy(code.lane + at, &packed, sizeof packed);

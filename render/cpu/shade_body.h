@@ -209,7 +209,7 @@ ENGRAM_INLINE Color wood(const FrameData& frame, const Surface& s, const Pixels&
   return color;
 }
 
-// Wood with the same light all over: the table top, the larger part of most pictures.
+// Wood with the same light all over: the table top, the larger part of most images.
 struct EvenWood {
   float slope[3], least[3];
 

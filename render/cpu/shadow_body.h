@@ -88,15 +88,15 @@ struct Quadric {
 
 // A block of pixels that share their search for what may be between them and the lights.
 struct ShadowTile {
-  static constexpr int kMost = kBlock * kBlock;
+  static constexpr int kMax = kBlock * kBlock;
 
-  int count = 0;               // pixels, row after row
-  alignas(64) float x[kMost];  // points in camera axes
-  alignas(64) float y[kMost];
-  alignas(64) float z[kMost];
-  alignas(64) std::int32_t id[kMost];
-  alignas(64) float lit[kMaxLights][kMost];  // how much of each light arrives, 0..1
-  Mask dark[kFloats][kMost / kFloats];       // of some rays of a light
+  int count = 0;              // pixels, row after row
+  alignas(64) float x[kMax];  // points in camera axes
+  alignas(64) float y[kMax];
+  alignas(64) float z[kMax];
+  alignas(64) std::int32_t id[kMax];
+  alignas(64) float lit[kMaxLights][kMax];  // how much of each light arrives, 0..1
+  Mask dark[kFloats][kMax / kFloats];       // of some rays of a light
 };
 
 // Darkens the pixels from which `meets` says that a ray meets the primitive.

@@ -120,7 +120,7 @@ void find_candidates(const FrameData& frame, TileRow& row) {
   }
 }
 
-// The tiles that lie in a rectangle as far as they lie in the picture.
+// The tiles that lie in a rectangle as far as they lie in the image.
 ENGRAM_INLINE Tiles tiles_within(const FrameData& frame, const Rect& rect, const TileRow& row) {
   if (rect.y0 > row.y || rect.y1 < row.y + row.rows) return 0;
   const int first = rect.x0 > row.x ? (rect.x0 - row.x + kBlock - 1) / kBlock : 0;

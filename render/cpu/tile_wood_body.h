@@ -53,7 +53,7 @@ struct TileGloss {
   alignas(64) float first[2][kBlock];
   alignas(64) float step[2][kBlock];
 
-  // `x` and `y`: the tile's place in the picture.
+  // `x` and `y`: the tile's place in the image.
   ENGRAM_INLINE TileGloss(const FrameData& frame, const Gloss& gloss, int x, int y) {
     alignas(64) static constexpr float kColumn[16] = {0, 1, 2, 0, 1, 2, 0, 1, 2};
     alignas(64) static constexpr float kRow[16] = {0, 0, 0, 1, 1, 1, 2, 2, 2};

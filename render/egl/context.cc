@@ -92,11 +92,11 @@ class Displays {
   // Opens what is there.
   Displays() : egl(load_egl()) {
     setenv("LP_NUM_THREADS", "0", 0);
-    constexpr EGLint kMostDevices = 32;
-    std::vector<EGLDeviceEXT> devices(kMostDevices);
+    constexpr EGLint kMaxDevices = 32;
+    std::vector<EGLDeviceEXT> devices(kMaxDevices);
     EGLint count = 0;
     if (egl.QueryDevices == nullptr ||
-        egl.QueryDevices(kMostDevices, devices.data(), &count) == EGL_FALSE) {
+        egl.QueryDevices(kMaxDevices, devices.data(), &count) == EGL_FALSE) {
       count = 0;
     }
     for (EGLint i = 0; i < count; ++i) {

@@ -88,11 +88,11 @@ void check_options(const EglRendererOptions& options, int workers) {
   if (samples != 1 && samples != 2 && samples != 4 && samples != 8) {
     refuse(std::to_string(samples) + " samples; allowed are 1, 2, 4 and 8");
   }
-  constexpr int kMostPixels = 8192;
+  constexpr int kMaxPixels = 8192;
   const auto check = [](const char* what, int value, int least) {
-    if (value < least || value > kMostPixels) {
+    if (value < least || value > kMaxPixels) {
       refuse(std::string(what) + " " + std::to_string(value) + "; allowed are " +
-             std::to_string(least) + " to " + std::to_string(kMostPixels));
+             std::to_string(least) + " to " + std::to_string(kMaxPixels));
     }
   };
   check("max_width", options.max_width, 1);

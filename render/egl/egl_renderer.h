@@ -1,4 +1,4 @@
-// Pictures drawn by OpenGL through EGL: human views, videos, and machines with a GPU.
+// Images drawn by OpenGL through EGL: human views, videos, and machines with a GPU.
 #pragma once
 
 #include <memory>

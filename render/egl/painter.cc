@@ -12,7 +12,7 @@
 namespace engram::gl {
 namespace {
 
-constexpr std::size_t kMostTargets = 4;
+constexpr std::size_t kMaxTargets = 4;
 
 const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
 
@@ -34,19 +34,19 @@ std::array<float, 2 * kShadowTaps> spiral() {
 GlPainter::GlPainter(const Gl& gl, const RenderScene& scene, const Shapes& shapes,
                      const EglRendererOptions& options)
     : gl_(gl), scene_(scene), shapes_(shapes), options_(options), list_(scene, shapes) {
-  GLint most_samples = 0;
-  gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
-  if (options.samples > most_samples) {
+  GLint max_samples = 0;
+  gl_.GetIntegerv(GL_MAX_SAMPLES, &max_samples);
+  if (options.samples > max_samples) {
     throw Error(Error::kUnavailable, "egl renderer: " + std::to_string(options.samples) +
                                          " samples asked for, the device has " +
-                                         std::to_string(most_samples));
+                                         std::to_string(max_samples));
   }
   to_light_.resize(scene.lights.size());
   for (const RenderLight& light : scene.lights) {
     const bool casts = options.shadows && light.casts_shadow;
     shadow_layer_.push_back(casts ? shadow_layers_++ : -1);
   }
-  targets_.reserve(kMostTargets);
+  targets_.reserve(kMaxTargets);
 
   make_arrays();
   plain_ = make_color(false);
@@ -319,12 +319,12 @@ RenderTarget* GlPainter::target(int width, int height) {
     return each.width() == width && each.height() == height;
   });
   if (found != targets_.end()) return found->ok() ? &*found : nullptr;
-  if (targets_.size() < kMostTargets) {
+  if (targets_.size() < kMaxTargets) {
     targets_.emplace_back(gl_, width, height, options_.samples);
     return targets_.back().ok() ? &targets_.back() : nullptr;
   }
   RenderTarget& place = targets_[next_target_];
-  next_target_ = (next_target_ + 1) % kMostTargets;
+  next_target_ = (next_target_ + 1) % kMaxTargets;
   place.release();
   place = RenderTarget(gl_, width, height, options_.samples);
   return place.ok() ? &place : nullptr;

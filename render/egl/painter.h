@@ -1,4 +1,4 @@
-// Draws pictures in one OpenGL context: programs, shadow maps and framebuffers.
+// Draws images in one OpenGL context: programs, shadow maps and framebuffers.
 #pragma once
 
 #include <Eigen/Dense>
@@ -41,7 +41,7 @@ class GlPainter {
 
   void make_arrays();
   ColorProgram make_color(bool patterns) const;
-  // Lights of the pictures that follow; null: the scene's.
+  // Lights of the images that follow; null: the scene's.
   void light(const RenderLighting* lighting);
   void set_lights(const ColorProgram& program, const RenderLight* lights, const float* ambient);
   void set_shadow(const ColorProgram& program, std::size_t light, const Viewpoint& view,

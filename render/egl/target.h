@@ -1,4 +1,4 @@
-// Framebuffers of one size: what pictures are drawn into and read from.
+// Framebuffers of one size: what images are drawn into and read from.
 #pragma once
 
 #include <cstdint>

@@ -171,9 +171,9 @@ Viewpoint DrawList::light_viewpoint(const RenderInstances& rows, const Vector3f&
     low = low.cwiseMin(center - half);
     high = high.cwiseMax(center + half);
   }
-  constexpr float kLeast = 0.1F;
+  constexpr float kMin = 0.1F;
   if (low.x() > high.x()) low = high = Vector3f::Zero();
-  width = std::max(1.02F * (high - low).maxCoeff(), kLeast);
+  width = std::max(1.02F * (high - low).maxCoeff(), kMin);
 
   Viewpoint view = {};
   const Vector3f middle = 0.5F * (low + high);

@@ -1,4 +1,4 @@
-// Draw list of one picture from an environment's rows: instances, their detail, and the viewpoint.
+// Draw list of one image from an environment's rows: instances, their detail, and the viewpoint.
 #pragma once
 
 #include <Eigen/Dense>
@@ -36,7 +36,7 @@ struct Viewpoint {
   float pixels;  // size on the screen of 1 m at 1 m
 };
 
-// Rows of pictures run from the top, so y is flipped. That also turns the triangles' order round.
+// Rows of images run from the top, so y is flipped. That also turns the triangles' order round.
 Viewpoint camera_viewpoint(const RenderScene& scene, const RenderInstances& rows, int camera,
                            int width, int height);
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/task/task.h"
-#include "tasks/batteries_checker/rules.h"
+#include "tasks/batteries_checker/reward.h"
 
 namespace engram::tasks {
 

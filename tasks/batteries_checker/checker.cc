@@ -12,7 +12,7 @@
 #include "tasks/batteries_checker/expert.h"
 #include "tasks/batteries_checker/params.h"
 #include "tasks/batteries_checker/rack.h"
-#include "tasks/batteries_checker/rules.h"
+#include "tasks/batteries_checker/reward.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/lamp.h"
 #include "tasks/common/reward_dict.h"
@@ -141,8 +141,8 @@ class BatteryChecker final : public FamilyBase {
 
   // --- observation ---
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("battery_pose", 7 * NUM_BATTERIES, "m", "pose of every battery",
               [&](RowWriter& out) { add_batteries(out, env); });
     row.field("tray_pose", 7, "m", "", [&] { return prop_pose(env, rack_.tray_prop()); });
@@ -311,8 +311,8 @@ const Family kBatteriesCheckerEasy = {
         "result, and then pressing the button to confirm.",
     .tasks = kEasyRows,
     .make = make_variant<BatteryChecker, kEasyVariants>,
-    .expectations = {.least_reward = -0.0517, .most_reward = 0.705},
-    .memory = {.no_twins = "there is no cue: the robot finds out by tests of its own"}};
+    .expectations = {.min_reward = -0.0517, .max_reward = 0.705},
+    .memory = {.no_counterfactuals = "there is no cue: the robot finds out by tests of its own"}};
 
 const Family kBatteriesCheckerHard = {
     .name = "BatteriesCheckerHard",
@@ -323,7 +323,7 @@ const Family kBatteriesCheckerHard = {
         "button to confirm.",
     .tasks = kHardRows,
     .make = make_variant<BatteryChecker, kHardVariants>,
-    .expectations = {.least_reward = -0.0517, .most_reward = 0.705},
-    .memory = {.no_twins = "there is no cue: the robot finds out by tests of its own"}};
+    .expectations = {.min_reward = -0.0517, .max_reward = 0.705},
+    .memory = {.no_counterfactuals = "there is no cue: the robot finds out by tests of its own"}};
 
 }  // namespace engram::tasks

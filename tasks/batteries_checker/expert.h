@@ -2,7 +2,7 @@
 // steps.
 #pragma once
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 #include "tasks/batteries_checker/check_columns.h"
 #include "tasks/batteries_checker/params.h"
@@ -11,7 +11,7 @@
 
 namespace engram::tasks {
 
-class BatteryExpert final : public Expert, public Choices {
+class BatteryExpert final : public Expert, public AnswerController {
  public:
   // Privileged view of the task. Hidden: which batteries have been checked.
   struct View {

@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/base/index.h"
 #include "core/base/join.h"
-#include "tasks/batteries_checker/rules.h"
+#include "tasks/batteries_checker/reward.h"
 #include "tasks/common/colors.h"
 #include "tasks/common/lamp.h"
 

@@ -23,7 +23,7 @@ constexpr PressButtonParams battery_button() {
 }
 
 struct BatteryParams {
-  TaskRow task;
+  TaskSpec task;
   bool easy;  // an inserted battery returns by itself
   int ACTIVE_BATTERY_COUNT;
   int WORKING_BATTERY_COUNT;

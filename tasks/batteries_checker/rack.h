@@ -5,7 +5,7 @@
 #include "core/task/task.h"
 #include "mjcf/scene.h"
 #include "tasks/batteries_checker/params.h"
-#include "tasks/batteries_checker/rules.h"
+#include "tasks/batteries_checker/reward.h"
 #include "tasks/common/layout.h"
 
 namespace engram::tasks {

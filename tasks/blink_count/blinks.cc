@@ -3,8 +3,8 @@
 namespace engram::tasks {
 
 void Blinks::bind(ColumnStore& memory) {
-  start_ = memory.add<std::int32_t>("blink_start", most_, "control steps");
-  length_ = memory.add<std::int32_t>("blink_length", most_, "control steps");
+  start_ = memory.add<std::int32_t>("blink_start", max_, "control steps");
+  length_ = memory.add<std::int32_t>("blink_length", max_, "control steps");
 }
 
 int Blinks::draw(const Episode& episode, int blinks) const {

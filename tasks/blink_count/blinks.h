@@ -9,7 +9,7 @@ namespace engram::tasks {
 class Blinks {
  public:
   Blinks(const BlinkCountParams& params, const BlinkVariables& variables)
-      : most_(params.BLINK_COUNT_RANGE.high), variables_(variables) {}
+      : max_(params.BLINK_COUNT_RANGE.high), variables_(variables) {}
 
   void bind(ColumnStore& memory);
   // Draws a first darkness, then so many blinks, each with its own darkness after it. Returns
@@ -21,7 +21,7 @@ class Blinks {
   int begun(int env, int blinks, int elapsed) const;
 
  private:
-  int most_;  // blinks
+  int max_;  // blinks
   BlinkVariables variables_;
   Column<std::int32_t> start_;   // (most blinks) elapsed at which each begins
   Column<std::int32_t> length_;  // (most blinks) control steps

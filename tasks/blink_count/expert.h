@@ -1,7 +1,7 @@
 // Expert of BlinkCountButtonPress: presses red until the count is right, then black.
 #pragma once
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 #include "tasks/blink_count/params.h"
 #include "tasks/common/phase_clock.h"
@@ -9,7 +9,7 @@
 
 namespace engram::tasks {
 
-class BlinkCountExpert final : public Expert, public Choices {
+class BlinkCountExpert final : public Expert, public AnswerController {
  public:
   // Privileged view of the task.
   struct View {

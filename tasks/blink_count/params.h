@@ -14,7 +14,7 @@
 namespace engram::tasks {
 
 struct BlinkCountParams {
-  TaskRow task;
+  TaskSpec task;
   StepRange BLINK_COUNT_RANGE;
   StepRange PRE_BLINK_OFF_STEPS;
   StepRange BLINK_ON_STEPS{3, 3};

@@ -52,8 +52,8 @@ struct BlinkRewardTerms {
 BlinkRewardTerms blink_reward(const BlinkRewardInputs& inputs, const BlinkCountParams& params);
 
 // The terms of info "reward_dict", name beside value.
-template <class Row>
-void list_blink_terms(Row& row, const BlinkRewardInputs& in, const BlinkRewardTerms& terms) {
+template <class Visitor>
+void list_blink_terms(Visitor& row, const BlinkRewardInputs& in, const BlinkRewardTerms& terms) {
   row.term("reaching_reward", "", terms.reach);
   row.term("press_progress_reward", "", terms.press);
   row.term("count_progress", "", terms.progress);

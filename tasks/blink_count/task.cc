@@ -90,8 +90,8 @@ class BlinkCount final : public FamilyBase {
 
   int cue_end(int env) const override { return clock_.cue_end(env); }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     clock_.sampled_row(row, env);
     row.field("target_blinks", 1, "", "how often the lamp blinks", [&] { return target_[env]; });
   }
@@ -160,8 +160,8 @@ class BlinkCount final : public FamilyBase {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     const auto pose = [&row](const char* name, const auto& value) {
       row.field(name, 7, "m", "position, quaternion (w, x, y, z)", value);
     };
@@ -348,9 +348,9 @@ const Family kBlinkCountButtonPress = {
         "answer.",
     .tasks = kRows,
     .make = make_variant<BlinkCount, kBlinkVariants>,
-    .expectations = {.least_reward = -0.985, .most_reward = 0.425, .settles = false},
+    .expectations = {.min_reward = -0.985, .max_reward = 0.425, .settles = false},
     .memory = {.answer_cut = AnswerCut::kCount,
-               .irrelevant = PastChange::kDraw,
+               .irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "pre_blink_off_steps",
                .items = "target_blinks"}};
 

@@ -12,8 +12,8 @@
 namespace engram::tasks {
 namespace {
 
-constexpr double kTravelHeight = 0.115;   // m: the TCP between two touches touches nothing
-constexpr double kMostAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
+constexpr double kTravelHeight = 0.115;  // m: the TCP between two touches touches nothing
+constexpr double kMaxAboveTouch = 0.02;  // m: clear of the cube, even when it overshoots
 // Where touches are all:
 constexpr double kTravelMargin = 0.005;               // m above where a cube can be touched
 const Eigen::Vector3d kWaitingPlace(-0.06, 0, 0.08);  // m: amid the cubes, above them
@@ -32,7 +32,7 @@ Passing passing(double touch_radius) {
 }
 
 // Without memory, in control steps:
-constexpr int kMostPerTouch = 20;
+constexpr int kMaxPerTouch = 20;
 constexpr int kPressSteps = 14;  // to the button, and down
 constexpr int kLiftSteps = 8;
 
@@ -73,7 +73,7 @@ int ColorRecallExpert::next_target(int env) const {
 
 // Waypoint that stops a little above the touch point.
 Eigen::Vector3d ColorRecallExpert::touch_waypoint(int env, int color) const {
-  const double above = std::min(kMostAboveTouch, 0.6 * view_.touch.radius());
+  const double above = std::min(kMaxAboveTouch, 0.6 * view_.touch.radius());
   return view_.touch.touch_point(env, color) + Eigen::Vector3d(0, 0, above);
 }
 
@@ -175,7 +175,7 @@ void ColorRecallExpert::sweep(int env, float* action) const {
   const int start = view_.params.latest_start();
   const int last = view_.button == nullptr ? 0 : kPressSteps + kLiftSteps;
   const int left = view_.info.horizon - start - last;
-  const int stride = std::clamp(left / length, 1, kMostPerTouch);
+  const int stride = std::clamp(left / length, 1, kMaxPerTouch);
   const int since = state.elapsed[env] - start;
   const int turn = std::max(0, since / stride);
   if (turn >= length) {

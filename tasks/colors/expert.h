@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
@@ -14,7 +14,7 @@
 
 namespace engram::tasks {
 
-class ColorRecallExpert final : public Expert, public Choices {
+class ColorRecallExpert final : public Expert, public AnswerController {
  public:
   // Privileged view of the task.
   struct View {

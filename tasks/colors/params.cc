@@ -36,9 +36,9 @@ void check_answers(const ColorRecallParams& params) {
 }  // namespace
 
 void ColorRecallParams::declare(ConstantBinder& constants) {
-  constexpr auto kMost = static_cast<double>(COLOR_MAPPING.size());
-  constants.integer("SEQUENCE_LENGTH", SEQUENCE_LENGTH, {1, kMost}, "", "cubes that the cue shows");
-  constants.integer("COLORS", COLORS, {2, kMost}, "",
+  constexpr auto kMax = static_cast<double>(COLOR_MAPPING.size());
+  constants.integer("SEQUENCE_LENGTH", SEQUENCE_LENGTH, {1, kMax}, "", "cubes that the cue shows");
+  constants.integer("COLORS", COLORS, {2, kMax}, "",
                     "cubes, in the first so many colours of the colour table");
   constants.fixed({{"COLOR_MAPPING", color_mapping_constant()}});
   declare_phases(constants);

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/task/task.h"
-#include "tasks/colors/rules.h"
+#include "tasks/colors/reward.h"
 #include "tasks/common/constant_binder.h"
 #include "tasks/common/press_button.h"
 #include "tasks/common/random_variables.h"
@@ -16,7 +16,7 @@
 namespace engram::tasks {
 
 struct ColorRecallParams {
-  TaskRow task;
+  TaskSpec task;
   ColorRule rule;
   int SEQUENCE_LENGTH;
   StepRange cue;  // Bunch: CUE_PHASE_STEPS, of the whole cue; else CUE_STEP_DURATION, of every item

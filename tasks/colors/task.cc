@@ -109,8 +109,8 @@ class ColorRecall final : public ColorTouchBase {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     goal_fields(row, env);
     row.field("button_xy", 2, "m", "", [&](RowWriter& out) {
       out.add(button_.center(env).x());
@@ -127,8 +127,8 @@ class ColorRecall final : public ColorTouchBase {
   const Annotator* annotator() const override { return &annotator_; }
 
  private:
-  template <class Row>
-  static void list_terms(Row& row, ColorRule rule, const ColorRewardInputs& in,
+  template <class Visitor>
+  static void list_terms(Visitor& row, ColorRule rule, const ColorRewardInputs& in,
                          const ColorRewardTerms& terms) {
     list_color_touch_terms(row, rule, in.touches, terms.touches);
     list_color_terms(row, in, terms);
@@ -177,10 +177,10 @@ const Family kSeqOfColors = {
         "any order and press the center button.",
     .tasks = kSeqRows,
     .make = make_color_task<kSeqVariants>,
-    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true},
+    .expectations = {.min_reward = -0.25, .max_reward = 0.2288, .hides = true},
     .memory = {.any_order = true,
                .answer_cut = AnswerCut::kDigits,
-               .irrelevant = PastChange::kOrder,
+               .irrelevant = CounterfactualChange::kOrder,
                .delay = "EMPTY_PHASE_STEPS",
                .items = "SEQUENCE_LENGTH"}};
 
@@ -192,9 +192,9 @@ const Family kChainOfColors = {
         "the same order as the cubes were shown and press the center button.",
     .tasks = kChainRows,
     .make = make_color_task<kChainVariants>,
-    .expectations = {.least_reward = -0.275, .most_reward = 0.2288, .hides = true},
+    .expectations = {.min_reward = -0.275, .max_reward = 0.2288, .hides = true},
     .memory = {.answer_cut = AnswerCut::kDigits,
-               .irrelevant = PastChange::kDraw,
+               .irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "cue_step_duration",
                .delay = "EMPTY_PHASE_STEPS",
                .items = "SEQUENCE_LENGTH"}};
@@ -207,10 +207,10 @@ const Family kBunchOfColors = {
         "any order and press the center button.",
     .tasks = kBunchRows,
     .make = make_color_task<kBunchVariants>,
-    .expectations = {.least_reward = -0.25, .most_reward = 0.2288, .hides = true},
+    .expectations = {.min_reward = -0.25, .max_reward = 0.2288, .hides = true},
     .memory = {.any_order = true,
                .answer_cut = AnswerCut::kDigits,
-               .irrelevant = PastChange::kDraw,
+               .irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "cue_steps",
                .delay = "EMPTY_PHASE_STEPS",
                .items = "SEQUENCE_LENGTH"}};

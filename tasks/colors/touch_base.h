@@ -9,7 +9,7 @@
 
 #include "tasks/colors/cubes.h"
 #include "tasks/colors/params.h"
-#include "tasks/colors/rules.h"
+#include "tasks/colors/reward.h"
 #include "tasks/common/family_base.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/reward_dict.h"
@@ -21,8 +21,8 @@ class ColorTouchBase : public FamilyBase {
  public:
   int cue_end(int env) const final { return clock_.cue_end(env); }
   void sampled_values(int env, float* out) const final { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     clock_.sampled_row(row, env);
   }
   void overlay(int env, Overlay& out) const final;
@@ -59,18 +59,18 @@ class ColorTouchBase : public FamilyBase {
   ColorTouchRewardInputs reward_inputs(int env) const;
 
   // The first fields of the state observation.
-  template <class Row>
-  void goal_fields(Row& row, int env) const {
+  template <class Visitor>
+  void goal_fields(Visitor& row, int env) const {
     row.field("obj_to_goal_pos", 3, "m", "touch point of the next target minus TCP",
               [&] { return goal_.row(env); });
     row.field("oracle_info", params_.SEQUENCE_LENGTH, "", "colours of the cue, in its order",
               [&] { return sequence_.row(env); });
   }
   // The last ones. next_target: gives the colour to be touched next, -1: none.
-  template <class Row, class Next>
-  void cube_fields(Row& row, int env, const Next& next_target) const {
+  template <class Visitor, class Next>
+  void cube_fields(Visitor& row, int env, const Next& next_target) const {
     int next = -1;
-    if constexpr (std::is_same_v<Row, RowWriter>) next = next_target();
+    if constexpr (std::is_same_v<Visitor, RowWriter>) next = next_target();
     for (int color = 0; color < params_.COLORS; ++color) {
       row.field(NumberedName{"cube_", color, "_pose"}, 3, "m", "position",
                 [&] { return engine_.state->prop_pos_of(env, color); });

@@ -18,8 +18,8 @@ class ColorTouch final : public ColorTouchBase {
   void evaluate(Range envs) override;
   void dense_reward(Range envs, FloatRows out) override;
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     goal_fields(row, env);
     cube_fields(row, env, [&] { return next_target(env); });
   }

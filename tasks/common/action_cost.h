@@ -37,8 +37,8 @@ struct SmoothnessTerms {
 
 // Parts of the penalty, as terms of the reward; "smooth_penalty" itself stands apart, where each
 // family has it.
-template <class Row>
-void list_smoothness(Row& row, const SmoothnessTerms& terms) {
+template <class Visitor>
+void list_smoothness(Visitor& row, const SmoothnessTerms& terms) {
   row.term("action_l2", "", terms.action_l2);
   row.term("delta_action_l2", "", terms.action_delta_l2);
   row.term("qvel_l2", "", terms.qvel_l2);

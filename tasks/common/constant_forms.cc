@@ -16,8 +16,8 @@ using Kind = TaskConstant::Kind;
 
 // The values of a table whose keys are 0, 1, ..., in the order of the keys; nothing for any other.
 std::optional<ConstantList> in_key_order(const ConstantTable& table) {
-  constexpr std::size_t kMost = 100;  // no constant has nearly as many
-  if (table.size() > kMost) return std::nullopt;
+  constexpr std::size_t kMax = 100;  // no constant has nearly as many
+  if (table.size() > kMax) return std::nullopt;
   ConstantList values(table.size());
   std::vector<bool> seen(table.size());
   for (const auto& [key, value] : table) {

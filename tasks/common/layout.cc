@@ -33,7 +33,7 @@ bool keeps_distance(const Vec2& point, const Layout& others, std::size_t count, 
 
 }  // namespace
 
-double least_distance(const Layout& layout) {
+double min_distance(const Layout& layout) {
   double least = std::numeric_limits<double>::max();
   for (std::size_t i = 0; i < layout.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
@@ -79,7 +79,7 @@ Layout jitter_layout(const Layout& nominal, double size, RandomStream& random) {
     Layout candidate;
     for (const Vec2& slot : nominal)
       candidate.push_back(slot + normal_pair(kJitter * size, random));
-    const double distance = least_distance(candidate);
+    const double distance = min_distance(candidate);
     if (distance <= best_distance) continue;
     best = candidate;
     best_distance = distance;

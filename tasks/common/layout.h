@@ -38,7 +38,7 @@ struct ArcParams {
 };
 
 // Between the nearest two points, m.
-double least_distance(const Layout& layout);
+double min_distance(const Layout& layout);
 
 // Slots of three objects in a row, of more on an arc.
 Layout nominal_slots(int count, const ArcParams& arc = {});

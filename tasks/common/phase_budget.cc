@@ -6,8 +6,8 @@
 
 namespace engram::tasks {
 
-void check_horizon(int horizon, std::initializer_list<PhaseBudget> phases, int least_to_act) {
-  int sum = least_to_act;
+void check_horizon(int horizon, std::initializer_list<PhaseBudget> phases, int min_to_act) {
+  int sum = min_to_act;
   std::string words;
   for (const PhaseBudget& phase : phases) {
     sum += phase.steps;
@@ -15,7 +15,7 @@ void check_horizon(int horizon, std::initializer_list<PhaseBudget> phases, int l
   }
   if (sum <= horizon) return;
   throw Error(Error::kInvalidArgument,
-              "constants leave no time to act: " + words + std::to_string(least_to_act) +
+              "constants leave no time to act: " + words + std::to_string(min_to_act) +
                   " to act = " + std::to_string(sum) +
                   " control steps, more than max_episode_steps " + std::to_string(horizon));
 }

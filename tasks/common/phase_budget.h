@@ -18,6 +18,6 @@ struct PhaseBudget {
 
 // Throws Error (kInvalidArgument), with the sum, unless the horizon leaves so many control steps to
 // act.
-void check_horizon(int horizon, std::initializer_list<PhaseBudget> phases, int least_to_act);
+void check_horizon(int horizon, std::initializer_list<PhaseBudget> phases, int min_to_act);
 
 }  // namespace engram::tasks

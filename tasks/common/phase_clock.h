@@ -34,8 +34,8 @@ class PhaseClock {
   int manipulation_start(int env) const { return cue_steps_[env] + empty_steps_[env]; }
 
   // The lengths of the phases, as scripts for the original benchmark name them.
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "length of the cue phase",
               [&] { return cue_steps_[env]; });
     row.field("empty_steps_per_env", 1, "control steps", "length of the empty phase",

@@ -65,16 +65,16 @@ void displace_tcp(const State& state, int env, const Eigen::Vector3d& command,
 
 void reach_point(const State& state, const Arm& arm, int env, const Eigen::Vector3d& goal,
                  double gripper, float* action) {
-  constexpr double kReachGain = 2.2;      // little overshoot does no harm to a touch
-  constexpr double kUpright = 0.2;        // of the tilt is taken back in one action
-  constexpr double kMostUpright = 0.005;  // rad: slow enough to count as rest
+  constexpr double kReachGain = 2.2;     // little overshoot does no harm to a touch
+  constexpr double kUpright = 0.2;       // of the tilt is taken back in one action
+  constexpr double kMaxUpright = 0.005;  // rad: slow enough to count as rest
   ArmJacobian jacobian;
   const auto pose = arm.forward(state.qpos.row(env), jacobian);
   const Vector3d way = kReachGain * (goal - tcp_pos(state, env));
   ArmVector step = Arm::pseudo_inverse_step(jacobian, way);
   step /= std::max(1.0, step.cwiseAbs().maxCoeff() / kJointScale);
   Vector3d upright = kUpright * rotation_vector(kToolDown * pose.quat.conjugate());
-  upright /= std::max(1.0, upright.norm() / kMostUpright);
+  upright /= std::max(1.0, upright.norm() / kMaxUpright);
   write_translation(jacobian.topRows<3>() * step, action);
   write_rotation(-(jacobian.bottomRows<3>() * step + upright) / kRotationScale, action);
   action[6] = static_cast<float>(gripper);
@@ -95,10 +95,10 @@ void swing_tcp(const State& state, const Arm& arm, int env, const Eigen::Vector3
 }
 
 void limit_speed_near(const State& state, int env, double height, float* action) {
-  constexpr double kLeast = 0.25;  // of full speed
+  constexpr double kMin = 0.25;  // of full speed
   constexpr double kPerMetre = 8;
   const double above = state.tcp_pos.row(env)[2] - height;
-  const double most = std::clamp(kLeast + kPerMetre * above, kLeast, 1.0);
+  const double most = std::clamp(kMin + kPerMetre * above, kMin, 1.0);
   const auto length = static_cast<double>(length_of_three(action));
   if (length > most) {
     const auto slower = static_cast<float>(most / length);

@@ -5,8 +5,8 @@
 namespace engram::tasks {
 namespace {
 
-template <class Row>
-void list_terms(Row& row, bool action_cost, const TouchRewardInputs& in,
+template <class Visitor>
+void list_terms(Visitor& row, bool action_cost, const TouchRewardInputs& in,
                 const TouchRewardTerms& terms) {
   row.term("tcp_to_obj_dist", "m", in.distance);
   row.term("reaching_reward", "", terms.reaching);

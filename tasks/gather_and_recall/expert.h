@@ -5,7 +5,7 @@
 #include <array>
 
 #include "core/base/index.h"
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 #include "tasks/common/layout.h"
 #include "tasks/common/press_button.h"
@@ -13,7 +13,7 @@
 
 namespace engram::tasks {
 
-class GatherExpert final : public Expert, public Choices {
+class GatherExpert final : public Expert, public AnswerController {
  public:
   // Privileged view of the task. The cubes are its first props.
   struct View {

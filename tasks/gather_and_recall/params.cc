@@ -98,12 +98,12 @@ PressButtonParams gather_button(int color) {
   return params;
 }
 
-int most_triggers(int cubes) { return std::max(1, cubes - 1); }
+int max_triggers(int cubes) { return std::max(1, cubes - 1); }
 
 GatherVariables::GatherVariables(RandomVariables list, const GatherParams& params)
     : flash_color(list.integer("flash_color", {0, kColors - 1}, "",
                                "colour of the flash and of the right button")),
-      trigger_count(list.integer("flash_trigger_count", {1, most_triggers(params.N_CUBES)}, "",
+      trigger_count(list.integer("flash_trigger_count", {1, max_triggers(params.N_CUBES)}, "",
                                  "cubes on the disc with which the flash begins")),
       duration(list.of(params.FLASH_DURATION_STEPS)),
       disc_x(list.real("disc_x", {DISC_X_MIN, DISC_X_MAX}, "m", "centre of the disc")),

@@ -11,12 +11,12 @@
 #include "tasks/common/press_button.h"
 #include "tasks/common/random_variables.h"
 #include "tasks/family.h"
-#include "tasks/gather_and_recall/rules.h"
+#include "tasks/gather_and_recall/reward.h"
 
 namespace engram::tasks {
 
 struct GatherParams {
-  TaskRow task;
+  TaskSpec task;
   int N_CUBES;
   StepRange FLASH_DURATION_STEPS{8, 14};
   double DISC_RADIUS = 0.12;     // m
@@ -73,7 +73,7 @@ struct GatherVariables {
 PressButtonParams gather_button(int color);
 
 // The largest number of placed cubes that may begin the flash.
-int most_triggers(int cubes);
+int max_triggers(int cubes);
 
 // Fills in TaskInfo, apart from what the registry knows, reward terms and state fields.
 void describe_gather(TaskInfo& info);

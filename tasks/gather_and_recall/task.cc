@@ -15,7 +15,7 @@
 #include "tasks/gather_and_recall/annotator.h"
 #include "tasks/gather_and_recall/expert.h"
 #include "tasks/gather_and_recall/params.h"
-#include "tasks/gather_and_recall/rules.h"
+#include "tasks/gather_and_recall/reward.h"
 
 namespace engram::tasks {
 namespace {
@@ -81,8 +81,8 @@ class GatherAndRecall final : public FamilyBase {
   }
 
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("flash_trigger_count", 1, "", "cubes on the disc at which the lamp flashes",
               [&] { return trigger_count_[env]; });
     row.field("flash_duration", 1, "control steps", "length of the flash",
@@ -176,8 +176,8 @@ class GatherAndRecall final : public FamilyBase {
 
   // --- observation ---
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("obj_to_goal_pos", 3, "m", "next goal minus TCP position",
               [&] { return static_cast<const double*>(goal_.row(env)); });
     row.field("oracle_info", 1, "", "colour of the flash", [&] { return flash_color_[env]; });
@@ -330,8 +330,9 @@ const Family kGatherAndRecall = {
         "cubes are placed, press the button matching the flash color.",
     .tasks = kRows,
     .make = make_variant<GatherAndRecall, kGatherVariants>,
-    .expectations = {.least_reward = -0.5, .most_reward = 0.4},
-    .memory = {
-        .irrelevant = PastChange::kDraw, .irrelevant_draw = "flash_duration", .items = "N_CUBES"}};
+    .expectations = {.min_reward = -0.5, .max_reward = 0.4},
+    .memory = {.irrelevant = CounterfactualChange::kDraw,
+               .irrelevant_draw = "flash_duration",
+               .items = "N_CUBES"}};
 
 }  // namespace engram::tasks

@@ -15,7 +15,7 @@ constexpr double kWayIntoReach = 0.39;  // m
 constexpr double kRolling = 5 / 7.0;    // of the launch's speed is left once it rolls
 constexpr double kControlStep = 0.05;   // s
 constexpr int kTimeToAct = 15;          // control steps that a catch takes
-constexpr double kMostDrift = 0.05;     // m/s, in x
+constexpr double kMaxDrift = 0.05;      // m/s, in x
 
 using Vector = Eigen::Vector3d;
 
@@ -44,7 +44,7 @@ mjcf::Prop launched_ball(double radius) { return mjcf::ball("ball", radius, {1, 
 BallVariables::BallVariables(RandomVariables list, const BallParams& params)
     : ball_x(list.real("ball_x", {-0.35, -0.05}, "m", "where the ball starts")),
       ball_y(list.real("ball_y", {-0.9, -0.65}, "m", "where the ball starts")),
-      velocity_x(list.real("velocity_x", {0, params.rests() ? 0 : kMostDrift}, "m/s",
+      velocity_x(list.real("velocity_x", {0, params.rests() ? 0 : kMaxDrift}, "m/s",
                            "of the ball's launch")),
       velocity_y(list.of(params.VELOCITY_RANGE)) {}
 

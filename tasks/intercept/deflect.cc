@@ -21,7 +21,7 @@ using Vector = Eigen::Vector3d;
 // --- parameters ---
 
 struct Params {
-  TaskRow task;
+  TaskSpec task;
   BallParams ball;
   double GOAL_RADIUS = 0.1;  // m
 
@@ -53,8 +53,8 @@ constexpr mjcf::Rgba kTargetRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
 
 constexpr int kGoalProp = 1;
 
-template <class Row>
-void list_terms(Row& row, const InterceptRewardTerms& terms) {
+template <class Visitor>
+void list_terms(Visitor& row, const InterceptRewardTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("reached_status", "", terms.reached);
   row.term("place_reward", "", terms.place);
@@ -107,8 +107,8 @@ class Intercept final : public FamilyBase {
   void advance(Range /*envs*/) override {}
   int cue_end(int /*env*/) const override { return 0; }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("initial_velocity", 3, "m/s", "of the ball",
               [&] { return launch_.initial_velocity(env); });
   }
@@ -141,8 +141,8 @@ class Intercept final : public FamilyBase {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("goal_pos", 3, "m", "centre of the target", [&] { return goal(env); });
     row.field("ball_pose", 7, "m", "position, quaternion (w, x, y, z)",
               [&](RowWriter& out) { launch_.add_pose(env, out); });
@@ -200,10 +200,10 @@ const Family kIntercept = {
         "Intercept the rolling ball by moving to its path and deflecting it toward the target.",
     .tasks = kRows,
     .make = make_variant<Intercept, kVariants>,
-    .expectations = {.least_reward = 0,
-                     .most_reward = 0.1501,
+    .expectations = {.min_reward = 0,
+                     .max_reward = 0.1501,
                      .moves_untouched = true,
                      .settles = false},
-    .memory = {.no_twins = "nothing is hidden"}};
+    .memory = {.no_counterfactuals = "nothing is hidden"}};
 
 }  // namespace engram::tasks

@@ -128,7 +128,7 @@ bool stop_ball(const Bindings& engine, int env, const BallParams& params, const 
     return true;
   }
   // The fingers go up beside the ball before they open and come down around it.
-  constexpr double kLeastGap = 0.005;  // m
+  constexpr double kMinGap = 0.005;  // m
   const double* fingers = state.qpos.row(env) + kArmJoints;
   const double width = fingers[0] + fingers[1];
   const bool open = width > 0.075;
@@ -137,8 +137,8 @@ bool stop_ball(const Bindings& engine, int env, const BallParams& params, const 
     if (offset.head<2>().norm() < width / 2) return false;
     // Away from the ball first: fingers that rub along it would make it roll.
     const double gap = offset.head<2>().norm() - sizes.contact_distance;
-    const double rise = gap < kLeastGap ? 0 : 1.6 * (sizes.hover_height - tcp.z());
-    displace_tcp(state, env, {0, gap < kLeastGap ? 0.03 : 0, rise}, tool_down(0), kGripperClosed,
+    const double rise = gap < kMinGap ? 0 : 1.6 * (sizes.hover_height - tcp.z());
+    displace_tcp(state, env, {0, gap < kMinGap ? 0.03 : 0, rise}, tool_down(0), kGripperClosed,
                  action);
     return true;
   }

@@ -20,7 +20,7 @@ using Vector = Eigen::Vector3d;
 // --- parameters ---
 
 struct Params {
-  TaskRow task;
+  TaskSpec task;
   BallParams ball;
   GrabBonuses bonuses = {};
 
@@ -41,8 +41,8 @@ constexpr std::array<Params, 6> kVariants = {{
 
 constexpr double kSuccessReward = 300;
 
-template <class Row>
-void list_terms(Row& row, const GrabRewardInputs& in, const GrabRewardTerms& terms) {
+template <class Visitor>
+void list_terms(Visitor& row, const GrabRewardInputs& in, const GrabRewardTerms& terms) {
   row.term("tcp_to_obj_dist", "m", terms.distance);
   row.term("is_grasped_reward", "", in.grasped);
   row.term("ball_in_gripper", "", terms.in_gripper);
@@ -90,8 +90,8 @@ class InterceptGrab final : public FamilyBase {
   void advance(Range /*envs*/) override {}
   int cue_end(int /*env*/) const override { return 0; }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("initial_velocity", 3, "m/s", "of the ball",
               [&] { return launch_.initial_velocity(env); });
   }
@@ -135,8 +135,8 @@ class InterceptGrab final : public FamilyBase {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("ball_pose", 7, "m", "position, quaternion (w, x, y, z)",
               [&](RowWriter& out) { launch_.add_pose(env, out); });
     row.field("oracle_info", 3, "m/s", "initial velocity of the ball",
@@ -211,10 +211,10 @@ const Family kInterceptGrab = {.name = "InterceptGrab",
                                .instruction = "Intercept the rolling ball and grasp it to stop it.",
                                .tasks = kRows,
                                .make = make_variant<InterceptGrab, kVariants>,
-                               .expectations = {.least_reward = 0,
-                                                .most_reward = 1.4334,
+                               .expectations = {.min_reward = 0,
+                                                .max_reward = 1.4334,
                                                 .moves_untouched = true,
                                                 .settles = false},
-                               .memory = {.no_twins = "nothing is hidden"}};
+                               .memory = {.no_counterfactuals = "nothing is hidden"}};
 
 }  // namespace engram::tasks

@@ -55,7 +55,7 @@ int ObjectRecallAnnotator::subtask(int env) const {
   return near ? kTouch : kMove;
 }
 
-// The cue shows from the first picture on.
+// The cue shows from the first image on.
 std::string ObjectRecallAnnotator::memory(int env) const {
   if (!view_.imposter) return "the cue was a " + view_.objects.name(view_.target[env]);
   std::vector<std::string> shown;

@@ -2,7 +2,7 @@
 // the other.
 #pragma once
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 #include "tasks/common/phase_clock.h"
 #include "tasks/common/touch_target.h"
@@ -10,7 +10,7 @@
 
 namespace engram::tasks {
 
-class ObjectRecallExpert final : public Expert, public Choices {
+class ObjectRecallExpert final : public Expert, public AnswerController {
  public:
   // Privileged view of the task. Objects are its first props, keys are indices.
   struct View {

@@ -204,8 +204,8 @@ const Family kRememberColor = {
     .instruction = "Observe the cube's color, wait, then touch the cube of the same color.",
     .tasks = kColorRows,
     .make = make_variant<FindSame, kColors>,
-    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw,
+    .expectations = {.min_reward = -0.0267, .max_reward = 0.6667, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "cue_steps",
                .delay = "EMPTY_PHASE_STEPS",
                .items = "COLORS"}};
@@ -216,8 +216,8 @@ const Family kRememberShape = {
     .instruction = "Observe the object's shape, wait, then touch the object of the same shape.",
     .tasks = kShapeRows,
     .make = make_variant<FindSame, kShapes>,
-    .expectations = {.least_reward = -0.0267, .most_reward = 0.6667, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw,
+    .expectations = {.min_reward = -0.0267, .max_reward = 0.6667, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "cue_steps",
                .delay = "EMPTY_PHASE_STEPS",
                .items = "SHAPES"}};
@@ -230,8 +230,8 @@ const Family kRememberShapeAndColor = {
         "and color.",
     .tasks = kShapeAndColorRows,
     .make = make_variant<FindSame, kShapesAndColors>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw,
+    .expectations = {.min_reward = 0, .max_reward = 0.6667, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "cue_steps",
                .delay = "EMPTY_PHASE_STEPS",
                .items = "SHAPES"}};

@@ -46,7 +46,7 @@ void check_layouts(const ObjectRecallParams& params) {
     throw Error(Error::kInvalidArgument, std::to_string(objects.count()) +
                                              " objects of half size " + shortest(objects.size()) +
                                              " m do not stand apart: their places are " +
-                                             in_millimetres(least_distance(slots)) +
+                                             in_millimetres(min_distance(slots)) +
                                              " from one another, and an object is up to " +
                                              in_millimetres(objects.greatest_width()) + " wide");
   }
@@ -209,8 +209,8 @@ void ObjectRecall::dense_reward(Range envs, FloatRows out) {
 
 // --- observation ---
 
-template <class Row>
-void ObjectRecall::state_row(Row& row, int env) const {
+template <class Visitor>
+void ObjectRecall::state_row(Visitor& row, int env) const {
   row.field("oracle_info", info_.oracle_dim, "",
             info_.oracle_dim == 1 ? "key of the object to touch" : "ids of its shape and colour",
             [&] { return objects_.identity(target_[env]).data(); });

@@ -29,7 +29,7 @@ constexpr SmoothnessParams default_smoothness(Vocabulary vocabulary) {
 
 // One row of a family's table.
 struct ObjectRecallParams {
-  TaskRow task;
+  TaskSpec task;
   ObjectSetParams objects;
   StepRange CUE_PHASE_STEPS;
   StepRange EMPTY_PHASE_STEPS;
@@ -105,10 +105,10 @@ class ObjectRecall : public FamilyBase {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
   }
   friend class FamilyBase;
-  template <class Row>
-  void state_row(Row& row, int env) const;
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const;
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     clock_.sampled_row(row, env);
   }
   void note_answer(int env) const;

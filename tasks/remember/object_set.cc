@@ -44,7 +44,7 @@ ConstantTable shape_table(const NameList& shapes) {
 
 void ObjectSetParams::declare(ConstantBinder& constants, bool spreads) {
   constexpr Bounds kSize{0.01, 0.035};
-  constexpr double kMost = Layout::kCapacity;
+  constexpr double kMax = Layout::kCapacity;
   constexpr double kMinDistance = SpreadParams{}.MANIP_MIN_DISTANCE;
   const auto names = shape_names();
   switch (vocabulary) {
@@ -64,7 +64,7 @@ void ObjectSetParams::declare(ConstantBinder& constants, bool spreads) {
       if (spreads) constants.fixed({{"MANIP_MIN_SHAPE_DISTANCE", kMinDistance}});
       break;
     case Vocabulary::kShapeAndColor:
-      constants.integer("SHAPES", count, {2, kMost}, "",
+      constants.integer("SHAPES", count, {2, kMax}, "",
                         "objects, of the first so many combinations: all colours of a shape, then "
                         "the next shape");
       constants.names("BASE_SHAPES", shapes, names, 1, "shapes that are combined with colours",

@@ -89,7 +89,7 @@ class ObjectSet {
     };
   }
   double greatest_width() const;  // m
-  // Writes "Target:" and the object's label over a picture.
+  // Writes "Target:" and the object's label over an image.
   void overlay(int key, Overlay& out) const;
 
  private:

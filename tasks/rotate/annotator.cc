@@ -32,7 +32,7 @@ int RotateAnnotator::subtask(int env) const {
   return beside ? kTurn : kMove;
 }
 
-// The angle of a turn is measured from where the peg lies in the first picture.
+// The angle of a turn is measured from where the peg lies in the first image.
 std::string RotateAnnotator::memory(int env) const {
   return "the peg pointed first at a yaw of " + in_degrees(view_.initial_yaw[env]);
 }

@@ -38,10 +38,10 @@ Peg measure_peg(const State& state, int env) {
 
 // --- pushing ---
 
-constexpr double kApproachGap = 0.025;   // m beside the peg
-constexpr double kStopWithin = 0.035;    // rad, where the threshold is the usual one
-constexpr double kLeastAdvance = 0.008;  // m: less would not overcome the peg's friction
-constexpr double kPushAdvance = 0.038;   // m: at most, by which a step's goal is ahead
+constexpr double kApproachGap = 0.025;  // m beside the peg
+constexpr double kStopWithin = 0.035;   // rad, where the threshold is the usual one
+constexpr double kMinAdvance = 0.008;   // m: less would not overcome the peg's friction
+constexpr double kPushAdvance = 0.038;  // m: at most, by which a step's goal is ahead
 
 // Lengths that follow from the size of the peg, m.
 struct Push {
@@ -179,7 +179,7 @@ void RotateExpert::push_peg(int env, const Goal& goal, float* action) const {
     const Vec2 push = end * sign * peg.across;
     const double gap = std::max(0.0, side - sizes.half_width - finger_extent(push));
     const double advance =
-        std::clamp(gap + 0.5 * sizes.lever * std::abs(goal.turn), kLeastAdvance, kPushAdvance);
+        std::clamp(gap + 0.5 * sizes.lever * std::abs(goal.turn), kMinAdvance, kPushAdvance);
     const Vec2 command =
         advance * push / kStepResponse * 0.6 + 0.8 * (end * sizes.lever - along) * peg.along;
     displace_tcp(state, env, {command.x(), command.y(), 1.6 * (sizes.height - tcp.z())},
@@ -201,12 +201,12 @@ constexpr double kGraspGap = 0.002;  // m above the peg's axis
 constexpr double kHoverGap = 0.025;  // m above the peg: the open fingertips clear it
 constexpr double kLowGap = 0.005;    // m above the peg: the fingertips are beside it
 // Rad, where the open fingers leave the usual room on both sides of the peg.
-constexpr double kMostMisalignment = 0.3;  // the closing fingers turn the peg by as much
+constexpr double kMaxMisalignment = 0.3;  // the closing fingers turn the peg by as much
 constexpr double kMayComeDown = 0.55;
 constexpr double kFingerOpening = 0.04;  // m to either side
 constexpr double kUsualRoom = 0.015;     // m
-constexpr double kLeastYaw = -2.0;       // rad: what the wrist can do
-constexpr double kMostYaw = 3.5;
+constexpr double kMinYaw = -2.0;         // rad: what the wrist can do
+constexpr double kMaxYaw = 3.5;
 constexpr double kTurnedWithin = 0.03;  // rad, where the threshold is the usual one
 
 // Yaw of the hand for a grasp: across the peg, turned ahead by at most `most` in the direction of
@@ -218,7 +218,7 @@ double grasp_yaw(const Peg& peg, double turn, double most) {
   for (int k = -3; k <= 3; ++k) {
     const double yaw = peg.yaw + ahead + k * kPi;
     const double last = yaw + turn - ahead;
-    if (std::min(yaw, last) < kLeastYaw || std::max(yaw, last) > kMostYaw) continue;
+    if (std::min(yaw, last) < kMinYaw || std::max(yaw, last) > kMaxYaw) continue;
     const double cost = std::abs(yaw);
     if (cost < least) {
       least = cost;
@@ -254,8 +254,8 @@ void RotateExpert::turn_peg(int env, const Goal& goal, float* action) const {
   // While it descends and closes, the hand keeps its yaw.
   const double misaligned = std::abs(wrap_angle(2 * (yaw - peg.yaw)) / 2);
   const bool low = tcp.z() < peg_height + kLowGap && offset.norm() < 0.03;
-  const double most_ahead = goal.wait ? 0 : kMostMisalignment * room;
-  const double wanted = low ? yaw : grasp_yaw(peg, goal.turn, most_ahead);
+  const double max_ahead = goal.wait ? 0 : kMaxMisalignment * room;
+  const double wanted = low ? yaw : grasp_yaw(peg, goal.turn, max_ahead);
   const bool ready = low || (std::abs(wrap_angle(wanted - yaw)) < 0.06 && offset.norm() < 0.008 &&
                              misaligned < kMayComeDown * room);
   const double height = ready ? grasp_height : peg_height + kHoverGap;

@@ -36,7 +36,7 @@ struct TermNames {
 };
 
 struct Params {
-  TaskRow task;
+  TaskSpec task;
   RotateMode MODE;
   bool strict;
   double success_reward;
@@ -85,7 +85,7 @@ void Params::check(int horizon) const {
 }
 
 // A row of the RL tasks, which show no success in the first five steps.
-constexpr Params rl_row(const TaskRow& task, RotateMode mode, bool strict, double success_reward) {
+constexpr Params rl_row(const TaskSpec& task, RotateMode mode, bool strict, double success_reward) {
   return {.task = task,
           .MODE = mode,
           .strict = strict,
@@ -100,7 +100,7 @@ constexpr std::array<Params, 4> kLenient = {{
     rl_row({"RotateLenientPos-v0", 90, Split::kRl}, RotateMode::kPosAngle, false, 25),
     rl_row({"RotateLenientPosNeg-v0", 90, Split::kRl}, RotateMode::kPosNegAngle, false, 25),
 }};
-constexpr TaskRow strict_rl_task(std::string_view id) {
+constexpr TaskSpec strict_rl_task(std::string_view id) {
   return {.id = id, .horizon = 90, .split = Split::kRl, .memory_type = "Object"};
 }
 constexpr std::array<Params, 4> kStrict = {{
@@ -110,8 +110,8 @@ constexpr std::array<Params, 4> kStrict = {{
     rl_row(strict_rl_task("RotateStrictPosNeg-v0"), RotateMode::kPosNegAngle, true, 100),
 }};
 
-constexpr double kMostOffset = 0.05;  // m, in x and in y, of the strict family
-constexpr double kLeastTurn = 0.01;   // rad in a control step: a peg that turns less rests
+constexpr double kMaxOffset = 0.05;   // m, in x and in y, of the strict family
+constexpr double kMinTurn = 0.01;     // rad in a control step: a peg that turns less rests
 constexpr double kTurnedShare = 0.5;  // of the threshold: a peg that has turned less is as it was
 constexpr double kStartSpan = 0.1;    // m, to either side
 constexpr mjcf::Rgba kPegBlue = {12 / 255.0, 42 / 255.0, 160 / 255.0, 1};
@@ -121,13 +121,13 @@ constexpr int kPeg = 0;
 struct Variables {
   Variables(RandomVariables list, const Params& params)
       : target_angle(
-            list.add({"target_angle", 1, false, least_target(params), largest_angle(params.MODE),
+            list.add({"target_angle", 1, false, min_target(params), largest_angle(params.MODE),
                       "rad", "by which to turn the peg; rounded to half precision"})),
         initial_yaw(list.real("initial_yaw", {0, 2 * kPi}, "rad", "of the peg")),
         peg_x(list.real("peg_x", {-kStartSpan, kStartSpan}, "m", "where the peg lies")),
         peg_y(list.real("peg_y", {-kStartSpan, kStartSpan}, "m", "where the peg lies")) {}
 
-  static double least_target(const Params& params) {
+  static double min_target(const Params& params) {
     const bool both = params.MODE == RotateMode::kPosNegAngle;
     return both ? -largest_angle(params.MODE) : params.angle_threshold;
   }
@@ -212,8 +212,8 @@ class Rotate final : public FamilyBase {
   // The target is in the instruction and in task_cue all the time.
   int cue_end(int /*env*/) const override { return 0; }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("target_angle", 1, "rad", "by which to turn the peg", [&] { return target_[env]; });
   }
 
@@ -256,7 +256,7 @@ class Rotate final : public FamilyBase {
         const Eigen::Vector2d shift = position_error(env);
         x_pos_error_[env] = static_cast<float>(shift.x());
         y_pos_error_[env] = static_cast<float>(shift.y());
-        in_place = shift.cwiseAbs().maxCoeff() < kMostOffset;
+        in_place = shift.cwiseAbs().maxCoeff() < kMaxOffset;
       }
       note_answer(env, turn);
       last_angle_[env] = turn.relative;
@@ -295,8 +295,9 @@ class Rotate final : public FamilyBase {
     }
   }
 
-  template <class Row>
-  void list_terms(Row& row, const RotateRewardInputs& in, const RotateRewardTerms& terms) const {
+  template <class Visitor>
+  void list_terms(Visitor& row, const RotateRewardInputs& in,
+                  const RotateRewardTerms& terms) const {
     row.term("to_grip_dist", "m", in.distance);
     row.term("reaching_reward", "", terms.reaching);
     row.term("reached_status", "", terms.reached);
@@ -321,8 +322,8 @@ class Rotate final : public FamilyBase {
 
   // --- observation ---
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("oracle_info", 1, "rad", "rotation still to be done",
               [&] { return measure(env).error; });
     row.field("peg_pose", 7, "m", "position, quaternion (w, x, y, z)",
@@ -357,7 +358,7 @@ class Rotate final : public FamilyBase {
     const State& state = *engine_.state;
     const bool turned = std::abs(turn.relative) > kTurnedShare * params_.angle_threshold;
     // A peg that is held keeps a velocity that its pose does not follow.
-    const bool rests = std::abs(wrap_angle(turn.relative - last_angle_[env])) < kLeastTurn;
+    const bool rests = std::abs(wrap_angle(turn.relative - last_angle_[env])) < kMinTurn;
     if (!turned || !rests || !robot_is_static(state, env)) return;
     give_answer(env, turn);
   }
@@ -416,7 +417,7 @@ RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
   terms.reached = in.distance < 0.04;
   terms.x_pos = real::exp(-5 * std::abs(in.x_pos_error));
   terms.y_pos = real::exp(-5 * std::abs(in.y_pos_error));
-  terms.position_ok = std::max(std::abs(in.x_pos_error), std::abs(in.y_pos_error)) < kMostOffset;
+  terms.position_ok = std::max(std::abs(in.x_pos_error), std::abs(in.y_pos_error)) < kMaxOffset;
   terms.rotate = real::exp(-1.0 * error);
   terms.reward = terms.reaching - terms.smooth.penalty;
   const bool at_work = terms.reached && terms.position_ok;
@@ -438,8 +439,9 @@ const Family kRotateLenient = {
     .instruction = "Rotate the peg by {angle_deg} degrees to match the target angle.",
     .tasks = kLenientRows,
     .make = make_variant<Rotate, kLenient>,
-    .expectations = {.least_reward = 0, .most_reward = 0.35},
-    .memory = {.no_twins = "the past is the pose of the peg, which the present goes on from"}};
+    .expectations = {.min_reward = 0, .max_reward = 0.35},
+    .memory = {.no_counterfactuals =
+                   "the past is the pose of the peg, which the present goes on from"}};
 
 const Family kRotateStrict = {
     .name = "RotateStrict",
@@ -449,7 +451,8 @@ const Family kRotateStrict = {
         "center of the peg in place.",
     .tasks = kStrictRows,
     .make = make_variant<Rotate, kStrict>,
-    .expectations = {.least_reward = 0, .most_reward = 0.555},
-    .memory = {.no_twins = "the past is the pose of the peg, which the present goes on from"}};
+    .expectations = {.min_reward = 0, .max_reward = 0.555},
+    .memory = {.no_counterfactuals =
+                   "the past is the pose of the peg, which the present goes on from"}};
 
 }  // namespace engram::tasks

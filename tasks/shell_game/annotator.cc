@@ -44,13 +44,13 @@ std::string ShellGameAnnotator::cup_words(int env) const {
   return view_.lamp != nullptr ? "the cup with the lamp's color" : "the cup with the ball";
 }
 
-std::vector<std::string> ShellGameAnnotator::deeds(const std::string& cup) const {
-  switch (view_.deed) {
-    case Deed::kTouch:
+std::vector<std::string> ShellGameAnnotator::skill_subtasks(const std::string& cup) const {
+  switch (view_.skill) {
+    case Skill::kTouch:
       return {"move to " + cup, "touch " + cup};
-    case Deed::kPush:
+    case Skill::kPush:
       return {"move behind " + cup, "push " + cup + " forward"};
-    case Deed::kPick:
+    case Skill::kPick:
       break;
   }
   return {"move to the handle of " + cup, "grasp " + cup + " by its handle", "lift " + cup};
@@ -61,19 +61,19 @@ std::vector<std::string> ShellGameAnnotator::plan(int env) const {
   plan.emplace_back(view_.lamp != nullptr ? "remember which color is under each cup"
                                           : "remember where the ball is");
   if (view_.shuffle != nullptr) plan.emplace_back("follow the cups as they are shuffled");
-  for (std::string& deed : deeds(cup_words(env))) plan.push_back(std::move(deed));
+  for (std::string& skill : skill_subtasks(cup_words(env))) plan.push_back(std::move(skill));
   return plan;
 }
 
-int ShellGameAnnotator::deeds_done(int env) const {
+int ShellGameAnnotator::skill_subtasks_done(int env) const {
   const State& state = view_.game.state();
   const Eigen::Vector3d pos = view_.game.mugs().pos(env, mug(env));
-  switch (view_.deed) {
-    case Deed::kTouch:
+  switch (view_.skill) {
+    case Skill::kTouch:
       return tool_is_at(state, env, pos, kOverMug) ? 1 : 0;
-    case Deed::kPush:
+    case Skill::kPush:
       return tool_is_at(state, env, pos, kBehindMug) ? 1 : 0;
-    case Deed::kPick:
+    case Skill::kPick:
       break;
   }
   if (is_grasping(state, env, mug(env))) return 2;
@@ -83,12 +83,12 @@ int ShellGameAnnotator::deeds_done(int env) const {
 int ShellGameAnnotator::subtask(int env) const {
   if (is_cue(env)) return 0;
   if (!view_.game.is_manipulation(env)) return 1;
-  return (view_.shuffle != nullptr ? 2 : 1) + deeds_done(env);
+  return (view_.shuffle != nullptr ? 2 : 1) + skill_subtasks_done(env);
 }
 
 // --- memory ---
 
-// Balls show from the first picture on.
+// Balls show from the first image on.
 std::string ShellGameAnnotator::balls(int env, bool at_the_end) const {
   const auto slot = [&](int mug) { return at_the_end ? final_slot(env, mug) : mug; };
   if (view_.lamp == nullptr) {

@@ -10,12 +10,12 @@ namespace engram::tasks {
 class ShellGameAnnotator final : public Annotator {
  public:
   // What has to be done with the mug.
-  enum class Deed { kTouch, kPush, kPick };
+  enum class Skill { kTouch, kPush, kPick };
 
   // Privileged view of the game.
   struct View {
     const ShellGame& game;
-    Deed deed = Deed::kTouch;
+    Skill skill = Skill::kTouch;
     int ball = -1;                          // prop, where there is one ball
     const LampCue* lamp = nullptr;          // where there are three
     const ShufflePhase* shuffle = nullptr;  // where mugs change places
@@ -36,8 +36,8 @@ class ShellGameAnnotator final : public Annotator {
   int final_slot(int env, int mug) const;
   std::string cup_words(int env) const;
   std::string balls(int env, bool at_the_end) const;
-  std::vector<std::string> deeds(const std::string& cup) const;
-  int deeds_done(int env) const;
+  std::vector<std::string> skill_subtasks(const std::string& cup) const;
+  int skill_subtasks_done(int env) const;
 
   View view_;
 };

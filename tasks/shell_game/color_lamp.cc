@@ -66,7 +66,7 @@ class ColorLamp final : public ShellGame {
       const int slot = cue_.mug_of(env, target_[env]);
       engine_.oracle_info[env] = slot;
       cue_.publish_color(env, target_[env]);
-      conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
+      set_outcome(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
       note_answer(env, rule_.touched_mug(*this, env));
     }
   }
@@ -77,8 +77,8 @@ class ColorLamp final : public ShellGame {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     LampCue::state_row(row, *this, env);
   }
 
@@ -108,7 +108,7 @@ const Family kShellGameColorLampTouch = {
         "Observe which color is under each cup, then touch the cup matching the lamp color.",
     .tasks = kRows,
     .make = make_variant<ColorLamp, kVariants>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true},
-    .memory = {.irrelevant = PastChange::kSameAnswer}};
+    .expectations = {.min_reward = 0, .max_reward = 0.6667, .settles = false, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kSameAnswer}};
 
 }  // namespace engram::tasks

@@ -1,13 +1,13 @@
 // Base of the experts of all shell games.
 #pragma once
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 #include "tasks/shell_game/game.h"
 
 namespace engram::tasks {
 
-class ShellGameExpert : public Expert, public Choices {
+class ShellGameExpert : public Expert, public AnswerController {
  public:
   ChoiceForm choice_form() const override;
   bool is_choice_due(int env) const override {

@@ -22,7 +22,7 @@ ShellGame::Variables::Variables(RandomVariables list, const ShellGameParams& par
 
 ShellGame::ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup)
     : FamilyBase(entry),
-      mugs_(scene_, params, setup.stances),
+      mugs_(scene_, params, setup.orientations),
       params_(params),
       setup_(setup),
       variables_(RandomVariables(info_.random_variables), params, setup) {
@@ -89,7 +89,7 @@ void ShellGame::place_sphere(int env, int sphere, const Eigen::Vector3d& pos) co
   engine_.state->place_prop(env, sphere, pos.data(), kUprightQuat);
 }
 
-void ShellGame::play_free_mugs(int env, int ball, bool lifted_along) const {
+void ShellGame::update_free_mugs(int env, int ball, bool lifted_along) const {
   const int cup = target_[env];
   if (engine_.state->elapsed[env] == 0) {
     place_sphere(env, ball, mugs_.slot_pos(env, cup, params_.BALL_RADIUS));
@@ -117,16 +117,16 @@ void ShellGame::carry_ball(int env, int ball, int mug) const {
 
 // --- success and info ---
 
-void ShellGame::conclude(int env, const Verdict& verdict) const {
+void ShellGame::set_outcome(int env, const Outcome& outcome) const {
   for (int i = 0; i < 3; ++i) {
-    offset_.row(env)[i] = verdict.obj_to_goal[i];
-    obj_to_goal_pos_.row(env)[i] = static_cast<float>(verdict.obj_to_goal[i]);
+    offset_.row(env)[i] = outcome.obj_to_goal[i];
+    obj_to_goal_pos_.row(env)[i] = static_cast<float>(outcome.obj_to_goal[i]);
   }
-  is_obj_placed_[env] = verdict.placed ? 1 : 0;
-  is_robot_static_[env] = verdict.still ? 1 : 0;
+  is_obj_placed_[env] = outcome.placed ? 1 : 0;
+  is_robot_static_[env] = outcome.still ? 1 : 0;
   const bool counts =
       engine_.state->elapsed[env] >= manipulation_start_[env] + params_.first_success;
-  const bool success = verdict.placed && verdict.still && verdict.fair && counts;
+  const bool success = outcome.placed && outcome.still && outcome.extra_condition && counts;
   engine_.success[env] = success ? 1 : 0;
   reward_dict_.publish(env);
 }

@@ -24,8 +24,8 @@ class ShellGame : public FamilyBase {
   void reset(const Episode& episode) override;
   int cue_end(int env) const override { return cue_steps_[env]; }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "length of the cue phase",
               [&] { return cue_steps_[env]; });
     if (!setup_.shuffles) return;
@@ -68,11 +68,11 @@ class ShellGame : public FamilyBase {
     in.success = engine_.success[env] != 0;
   }
 
-  struct Verdict {
+  struct Outcome {
     Eigen::Vector3d obj_to_goal;  // m
     bool placed = false;
     bool still = false;
-    bool fair = true;  // the game's further conditions
+    bool extra_condition = true;  // the game's further conditions
   };
 
  protected:
@@ -83,7 +83,7 @@ class ShellGame : public FamilyBase {
     // The canonical wrapper of VLA tasks zeroes actions before the manipulation phase.
     bool frozen = true;
     double success_reward = 3;
-    std::span<const MugStance> stances{&kUpsideDown, 1};
+    std::span<const MugOrientation> orientations{&kUpsideDown, 1};
     bool shuffles = false;  // between cue and manipulation
   };
   ShellGame(const RegistryEntry& entry, const ShellGameParams& params, const Setup& setup);
@@ -105,7 +105,7 @@ class ShellGame : public FamilyBase {
   // One step of the mugs and the ball where physics moves the mugs: hidden while the ball shows in
   // its slot, then standing over it, then free. The ball goes with its mug while that is low, or,
   // if it is `lifted_along`, wherever that goes.
-  void play_free_mugs(int env, int ball, bool lifted_along = false) const;
+  void update_free_mugs(int env, int ball, bool lifted_along = false) const;
   // Notes whether the mug over a ball keeps it from being seen.
   void cover_ball(int env, int ball, int mug) const;
   // Puts a ball inside its mug, and notes likewise.
@@ -114,7 +114,7 @@ class ShellGame : public FamilyBase {
   // --- success and info ---
 
   // Success, as far as the phase allows it, and the info fields that all games have.
-  void conclude(int env, const Verdict& verdict) const;
+  void set_outcome(int env, const Outcome& outcome) const;
   // Free mug that was moved or lifted farthest in the manipulation phase, if that is
   // farther than `least`, m; otherwise -1.
   int moved_mug(int env, double least) const;

@@ -37,8 +37,8 @@ class LampCue {
   void publish_color(int env, int color) const { task_cue_[env] = static_cast<float>(color); }
 
   // The state observation of the lamp games.
-  template <class Row>
-  static void state_row(Row& row, const ShellGame& game, int env) {
+  template <class Visitor>
+  static void state_row(Visitor& row, const ShellGame& game, int env) {
     row.field("obj_to_goal_pos", 3, "m", "position of the target slot minus TCP",
               [&] { return game.obj_to_goal(env); });
     row.field("target_color", 1, "", "0 red, 1 green, 2 blue", [&] { return game.target(env); });

@@ -15,10 +15,11 @@ namespace {
 constexpr std::array<const char*, kCups> kNames = {"mug_left", "mug_center", "mug_right"};
 constexpr double kBaseRange = 0.1;  // m
 
-mjcf::Prop standing_mug(int slot, const ShellGameParams& params, const MugStance& stance) {
-  mjcf::Prop mug = mjcf::mug(kNames[at(slot)], stance.handle_yaw, params.MUG_SCALE);
+mjcf::Prop standing_mug(int slot, const ShellGameParams& params,
+                        const MugOrientation& orientation) {
+  mjcf::Prop mug = mjcf::mug(kNames[at(slot)], orientation.handle_yaw, params.MUG_SCALE);
   mug.pos = {0, (slot - 1) * params.MIN_DIST, params.resting_height()};
-  mug.quat = stance.quat;
+  mug.quat = orientation.quat;
   return mug;
 }
 
@@ -47,17 +48,17 @@ double gap_between(mjcf::Prop mug, double slot_distance) {
 }  // namespace
 
 // Half turns about horizontal axes at 26.57 and 68.20 degrees.
-const MugStance kUpsideDown{mjcf::kMugHandleYaw, {0, 0.894427190999916, 0.447213595499958, 0}};
-const MugStance kHandleTowardsRobot{0, {0, 0.371390676354104, 0.928476690885259, 0}};
+const MugOrientation kUpsideDown{mjcf::kMugHandleYaw, {0, 0.894427190999916, 0.447213595499958, 0}};
+const MugOrientation kHandleTowardsRobot{0, {0, 0.371390676354104, 0.928476690885259, 0}};
 // Of c = 2.3, 2.5, 2.7: at 66.50, 68.20 and 69.68 degrees.
-const std::array<MugStance, 3> kHandleTurns = {{
+const std::array<MugOrientation, 3> kHandleTurns = {{
     {mjcf::kMugHandleYaw, {0, 0.398726111414450, 0.917070056253235, 0}, 0.535915348071814},
     {mjcf::kMugHandleYaw, {0, 0.371390676354104, 0.928476690885259, 0}, 0.595157274930067},
     {mjcf::kMugHandleYaw, {0, 0.347314355823594, 0.937748760723702, 0}, 0.646758725132916},
 }};
 
-void check_mugs(const ShellGameParams& params, const MugStance& stance, double room) {
-  const double gap = gap_between(standing_mug(0, params, stance), params.MIN_DIST);
+void check_mugs(const ShellGameParams& params, const MugOrientation& orientation, double room) {
+  const double gap = gap_between(standing_mug(0, params, orientation), params.MIN_DIST);
   if (gap < room) {
     throw Error(Error::kInvalidArgument, "cups of MUG_SCALE " + shortest(params.MUG_SCALE) +
                                              " do not stand apart: MIN_DIST " +
@@ -77,22 +78,23 @@ VariableHandle Mugs::declare_base(RandomVariables list) {
   return list.add({"base", 2, false, -kBaseRange, kBaseRange, "m", "x, y of the center slot"});
 }
 
-Mugs::Mugs(mjcf::Scene& scene, const ShellGameParams& params, std::span<const MugStance> stances)
-    : stances_(stances.begin(), stances.end()),
+Mugs::Mugs(mjcf::Scene& scene, const ShellGameParams& params,
+           std::span<const MugOrientation> orientations)
+    : orientations_(orientations.begin(), orientations.end()),
       slot_distance_(params.MIN_DIST),
       resting_height_(params.resting_height()),
       hiding_radius_(mjcf::kMugHides * params.mug_ratio()) {
   for (int slot = 0; slot < kCups; ++slot) {
-    scene.props.push_back(standing_mug(slot, params, stances_[0]));
+    scene.props.push_back(standing_mug(slot, params, orientations_[0]));
   }
 }
 
 void Mugs::bind(const Bindings& bindings) {
   engine_ = bindings;
   base_ = bindings.memory->add<double>("base", 2, "m");
-  if (stances_.size() == 1) return;
-  stance_of_ = bindings.memory->add<std::int32_t>("mug_stance");
-  bindings.memory->limit("mug_stance", 0, static_cast<int>(stances_.size()) - 1);
+  if (orientations_.size() == 1) return;
+  orientation_of_ = bindings.memory->add<std::int32_t>("mug_stance");
+  bindings.memory->limit("mug_stance", 0, static_cast<int>(orientations_.size()) - 1);
 }
 
 void Mugs::reset(const Episode& episode, const VariableHandle& base) const {
@@ -105,16 +107,18 @@ void Mugs::reset(const Episode& episode, const VariableHandle& base) const {
   }
   for (int mug = 0; mug < kCups; ++mug) {
     const Eigen::Vector3d pos = slot_pos(env, mug, resting_height_ + HEIGHT_OFFSET);
-    engine_.state->place_prop(env, mug, pos.data(), stance(env).quat.data(), PropStatus::kHidden);
+    engine_.state->place_prop(env, mug, pos.data(), orientation(env).quat.data(),
+                              PropStatus::kHidden);
   }
 }
 
-void Mugs::choose_stance(int env, int index) const {
-  stance_of_[env] = index;
+void Mugs::choose_orientation(int env, int index) const {
+  orientation_of_[env] = index;
   const State& state = *engine_.state;
   for (int mug = 0; mug < kCups; ++mug) {
     const Eigen::Vector3d there = pos(env, mug);
-    state.place_prop(env, mug, there.data(), stance(env).quat.data(), state.status_of(env, mug));
+    state.place_prop(env, mug, there.data(), orientation(env).quat.data(),
+                     state.status_of(env, mug));
   }
 }
 
@@ -123,7 +127,7 @@ Eigen::Vector3d Mugs::standing_pos(int env, int slot) const {
 }
 
 void Mugs::stand(int env, int mug, const Eigen::Vector3d& pos) const {
-  engine_.state->place_prop(env, mug, pos.data(), stance(env).quat.data());
+  engine_.state->place_prop(env, mug, pos.data(), orientation(env).quat.data());
 }
 
 bool Mugs::hides(int env, int mug) const {

@@ -15,19 +15,20 @@
 namespace engram::tasks {
 
 // Stance of the mugs of a game: the model's handle, and the half turn that puts the rim down.
-struct MugStance {
+struct MugOrientation {
   double handle_yaw = 0;  // rad, in the mug's frame
   std::array<double, 4> quat{};
   // Direction of the handle in the world, from that of kHandleTowardsRobot, rad.
   double handle_turn = 0;
 };
-extern const MugStance kUpsideDown;
-extern const MugStance kHandleTowardsRobot;          // where ShellGamePick-VLA-v0 expects it
-extern const std::array<MugStance, 3> kHandleTurns;  // one of which ShellGamePick-v0 draws
+extern const MugOrientation kUpsideDown;
+extern const MugOrientation kHandleTowardsRobot;          // where ShellGamePick-VLA-v0 expects it
+extern const std::array<MugOrientation, 3> kHandleTurns;  // one of which ShellGamePick-v0 draws
 
 // Throws Error unless mugs that stand like that have so much room in between, m, and hide the balls
 // under them.
-void check_mugs(const ShellGameParams& params, const MugStance& stance, double room = 0.001);
+void check_mugs(const ShellGameParams& params, const MugOrientation& orientation,
+                double room = 0.001);
 
 // Light comes under the rim of a mug that is lifted by more, m.
 inline constexpr double kLiftThatShows = 0.004;
@@ -39,15 +40,16 @@ class Mugs {
 
   // Appends the mugs to the scene. They are its props 0, 1, 2, named after the slots in which they
   // start. `stances`: of which an episode has one; the scans are the same in all.
-  Mugs(mjcf::Scene& scene, const ShellGameParams& params, std::span<const MugStance> stances);
+  Mugs(mjcf::Scene& scene, const ShellGameParams& params,
+       std::span<const MugOrientation> orientations);
 
   void bind(const Bindings& bindings);
   // Draws the place of the row from its variable, and hides the mugs above it.
   void reset(const Episode& episode, const VariableHandle& base) const;
   // The stance of this episode, by index, where there are several; to be called after reset.
-  void choose_stance(int env, int index) const;
+  void choose_orientation(int env, int index) const;
   // Direction of the handles, from that of kHandleTowardsRobot, rad.
-  double handle_turn(int env) const { return stance(env).handle_turn; }
+  double handle_turn(int env) const { return orientation(env).handle_turn; }
 
   // The center slot, on the table.
   Eigen::Vector3d base(int env) const { return {base_.row(env)[0], base_.row(env)[1], 0}; }
@@ -76,19 +78,19 @@ class Mugs {
   Eigen::Vector3d pos_inside(int env, int mug, double radius) const;
 
  private:
-  const MugStance& stance(int env) const {
-    return stances_[stances_.size() > 1 ? at(stance_of_[env]) : 0];
+  const MugOrientation& orientation(int env) const {
+    return orientations_[orientations_.size() > 1 ? at(orientation_of_[env]) : 0];
   }
   // Height of the tip of a mug's axis, from foot to rim, as a unit vector: -1 upside down.
   double axis_height(int env, int mug) const;
 
-  std::vector<MugStance> stances_;
+  std::vector<MugOrientation> orientations_;
   double slot_distance_;   // m
   double resting_height_;  // m
   double hiding_radius_;   // m
   Bindings engine_;
   Column<double> base_;  // (2) m: the center slot
-  Column<std::int32_t> stance_of_;
+  Column<std::int32_t> orientation_of_;
 };
 
 }  // namespace engram::tasks

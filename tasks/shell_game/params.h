@@ -23,7 +23,7 @@ enum class GoalItem { kBall, kMug };
 
 // One row of a family's table.
 struct ShellGameParams {
-  TaskRow task;
+  TaskSpec task;
   double GOAL_THRESH = 0.08;  // m
   StepRange CUE_PHASE_STEPS{1, 5};
   double MIN_DIST = 0.2;      // m, from slot to slot along y

@@ -14,11 +14,11 @@ namespace engram::tasks {
 namespace {
 
 constexpr double kGripperOpening = 0.08;  // m
-constexpr double kLeastRise = 0.01;       // m, of the ball where its slot is in the goal region
+constexpr double kMinRise = 0.01;         // m, of the ball where its slot is in the goal region
 const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // m, world axes
 
-template <class Row>
-void list_terms(Row& row, const PickInputs& in, const PickTerms& terms) {
+template <class Visitor>
+void list_terms(Visitor& row, const PickInputs& in, const PickTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("open_gripper_reward", "", terms.open);
   row.term("grasp_reward", "", terms.grasp);
@@ -42,13 +42,13 @@ class Pick final : public ShellGame {
       : ShellGame(entry, params,
                   {.frozen = false,
                    .success_reward = kPickSuccessReward,
-                   .stances = {&kHandleTowardsRobot, 1}}),
+                   .orientations = {&kHandleTowardsRobot, 1}}),
         pick_(params),
         choice_(info_, params),
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
         expert_(*this, params),
-        annotator_({.game = *this, .deed = ShellGameAnnotator::Deed::kPick, .ball = ball_}) {
+        annotator_({.game = *this, .skill = ShellGameAnnotator::Skill::kPick, .ball = ball_}) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer =
@@ -76,7 +76,7 @@ class Pick final : public ShellGame {
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       if (engine_.state->elapsed[env] == 0) place_sphere(env, goal_, goal_pos(env));
-      play_free_mugs(env, ball_, /*lifted_along=*/item_ == GoalItem::kBall);
+      update_free_mugs(env, ball_, /*lifted_along=*/item_ == GoalItem::kBall);
     }
   }
 
@@ -87,9 +87,9 @@ class Pick final : public ShellGame {
       engine_.oracle_info[env] = target_[env];
       is_grasped_[env] = is_grasping(*engine_.state, env, target_[env]) ? 1 : 0;
       const Eigen::Vector3d offset = goal_pos(env) - item_pos(env);
-      conclude(env, {.obj_to_goal = offset,
-                     .placed = offset.norm() <= pick_.placed_distance(item_) && is_lifted(env),
-                     .still = robot_is_static(*engine_.state, env)});
+      set_outcome(env, {.obj_to_goal = offset,
+                        .placed = offset.norm() <= pick_.placed_distance(item_) && is_lifted(env),
+                        .still = robot_is_static(*engine_.state, env)});
       note_answer(env, moved_mug(env, answer_distance_));
     }
   }
@@ -116,8 +116,8 @@ class Pick final : public ShellGame {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("goal_pos", 3, "m", "centre of the goal region", [&] { return goal_pos(env); });
     row.field("obj_pose", 7, "m", "of the mug over the ball",
               [&](RowWriter& out) { add_pose(env, target_[env], out); });
@@ -147,7 +147,7 @@ class Pick final : public ShellGame {
   // A ball that lies in the goal region from the start has to be lifted all the same.
   bool is_lifted(int env) const {
     const double rise = prop_pos(env, ball_).z() - params().BALL_RADIUS;
-    return item_ == GoalItem::kMug || rise >= kLeastRise;
+    return item_ == GoalItem::kMug || rise >= kMinRise;
   }
   double gripper_width(int env) const {
     const double* qpos = engine_.state->qpos.row(env);
@@ -205,10 +205,7 @@ const Family kShellGamePick = {
     .instruction = "Observe which cup hides the ball, wait, then pick up that cup and lift it.",
     .tasks = kRows,
     .make = make_pick,
-    .expectations = {.least_reward = 0,
-                     .most_reward = 0.6667,
-                     .goal_for_people = true,
-                     .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "cue_steps"}};
+    .expectations = {.min_reward = 0, .max_reward = 0.6667, .goal_for_people = true, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "cue_steps"}};
 
 }  // namespace engram::tasks

@@ -27,7 +27,7 @@ constexpr double kIntoGoal = 0.006;      // m
 constexpr double kSqueeze = -1;          // drives the fingers into what they hold
 constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
 constexpr double kBallIntoGoal = 0.012;  // m
-constexpr double kMostLead = 0.045;      // m: faster, and the mug slips
+constexpr double kMaxLead = 0.045;       // m: faster, and the mug slips
 constexpr double kTakenUp = 0.002;       // m: a mug this high hangs in the fingers
 
 Eigen::Vector3d turned(const Eigen::Vector3d& v, double angle) {
@@ -102,7 +102,7 @@ Eigen::Vector3d PickExpert::raised(int env, int slot) const {
   const double radius = game_.params().BALL_RADIUS;
   Eigen::Vector3d way =
       mugs.slot_pos(env, slot, radius + ball_height_) - mugs.pos_inside(env, slot, radius);
-  if (way.norm() > kMostLead) way *= kMostLead / way.norm();
+  if (way.norm() > kMaxLead) way *= kMaxLead / way.norm();
   return game_.tcp_pos(env) + way;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 // Least requirements of a lift.
 constexpr double kFingerRoom = 0.028;  // m, between two mugs
-constexpr double kLeastLift = 0.001;   // m
+constexpr double kMinLift = 0.001;     // m
 constexpr double kLiftPerStep = 0.01;  // m
 constexpr double kUsualLift = 0.02;    // m, in kTimeToPick
 constexpr int kTimeToPick = 19;        // control steps, the hand hovers over the mug
@@ -25,7 +25,7 @@ double PickParams::answer_distance(GoalItem item) const {
 }
 
 std::string PickParams::contradiction(GoalItem item) const {
-  if (item == GoalItem::kBall || lift() >= kLeastLift) return {};
+  if (item == GoalItem::kBall || lift() >= kMinLift) return {};
   return "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
          in_millimetres(placed_distance(item)) + ", and its centre is " + in_millimetres(height()) +
          " above a cup that nobody has moved";
@@ -39,7 +39,8 @@ void PickParams::declare(ConstantBinder& constants) {
 
 void PickParams::check(int horizon) const {
   if (task.is_rl()) {
-    for (const MugStance& stance : kHandleTurns) check_mugs(*this, stance, kFingerRoom);
+    for (const MugOrientation& orientation : kHandleTurns)
+      check_mugs(*this, orientation, kFingerRoom);
   } else {
     check_mugs(*this, kHandleTowardsRobot, kFingerRoom);
   }

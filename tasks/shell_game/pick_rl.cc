@@ -14,10 +14,10 @@ namespace engram::tasks {
 namespace {
 
 // The original's stance by slot of the ball, an index of kHandleTurns.
-constexpr std::array<int, kCups> kStanceBySlot = {0, 2, 1};
+constexpr std::array<int, kCups> kOrientationBySlot = {0, 2, 1};
 
-template <class Row>
-void list_terms(Row& row, const MugPickInputs& in, const MugPickTerms& terms) {
+template <class Visitor>
+void list_terms(Visitor& row, const MugPickInputs& in, const MugPickTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("reached_status", "", terms.reached);
   row.term("info[\"is_grasped\"]", "", in.grasped);
@@ -34,8 +34,9 @@ void list_terms(Row& row, const MugPickInputs& in, const MugPickTerms& terms) {
 class MugPick final : public ShellGame {
  public:
   MugPick(const RegistryEntry& entry, const PickParams& params)
-      : ShellGame(entry, params,
-                  {.frozen = false, .success_reward = kPickSuccessReward, .stances = kHandleTurns}),
+      : ShellGame(
+            entry, params,
+            {.frozen = false, .success_reward = kPickSuccessReward, .orientations = kHandleTurns}),
         pick_(params),
         handle_(RandomVariables(info_.random_variables)
                     .integer("handle", {0, static_cast<int>(kHandleTurns.size()) - 1}, "",
@@ -49,7 +50,7 @@ class MugPick final : public ShellGame {
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
         expert_(*this, params),
-        annotator_({.game = *this, .deed = ShellGameAnnotator::Deed::kPick, .ball = ball_}) {
+        annotator_({.game = *this, .skill = ShellGameAnnotator::Skill::kPick, .ball = ball_}) {
     info_.phases = cue_manipulation_phases();
     info_.answer =
         "the first cup that is moved by more than 4 mm, from where on it may show what is under "
@@ -70,11 +71,11 @@ class MugPick final : public ShellGame {
   void reset(const Episode& episode) override {
     ShellGame::reset(episode);
     const int env = episode.env();
-    const int by_slot = kStanceBySlot[at(target_[env])];
+    const int by_slot = kOrientationBySlot[at(target_[env])];
     const bool follows = upstream_handle_.is_on(engine_);
-    mugs_.choose_stance(env,
-                        handle_.sample_from(episode, follows ? Interval<int>{by_slot, by_slot}
-                                                             : Interval<int>{0, handle_.high()}));
+    mugs_.choose_orientation(
+        env, handle_.sample_from(episode, follows ? Interval<int>{by_slot, by_slot}
+                                                  : Interval<int>{0, handle_.high()}));
   }
 
   // --- phases ---
@@ -82,7 +83,7 @@ class MugPick final : public ShellGame {
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       if (engine_.state->elapsed[env] == 0) place_sphere(env, goal_, goal_pos(env));
-      play_free_mugs(env, ball_);
+      update_free_mugs(env, ball_);
     }
   }
 
@@ -93,9 +94,9 @@ class MugPick final : public ShellGame {
       engine_.oracle_info[env] = target_[env];
       is_grasped_[env] = is_grasping(*engine_.state, env, target_[env]) ? 1 : 0;
       const Eigen::Vector3d offset = goal_pos(env) - mugs_.pos(env, target_[env]);
-      conclude(env, {.obj_to_goal = offset,
-                     .placed = offset.norm() <= pick_.placed_distance(GoalItem::kMug),
-                     .still = robot_is_static(*engine_.state, env)});
+      set_outcome(env, {.obj_to_goal = offset,
+                        .placed = offset.norm() <= pick_.placed_distance(GoalItem::kMug),
+                        .still = robot_is_static(*engine_.state, env)});
       note_answer(env, moved_mug(env, pick_.answer_distance(GoalItem::kMug)));
     }
   }
@@ -119,8 +120,8 @@ class MugPick final : public ShellGame {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("goal_pos", 3, "m", "centre of the goal region", [&] { return goal_pos(env); });
     row.field("obj_pose", 7, "m", "of the mug over the ball",
               [&](RowWriter& out) { add_pose(env, target_[env], out); });

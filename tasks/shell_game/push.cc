@@ -21,9 +21,9 @@ constexpr double kSuccessReward = 4;
 constexpr double kGoalAhead = 0.1;  // m, of the ball
 
 // Least requirements of a push.
-constexpr double kLeastTravel = 0.001;  // m
-constexpr double kLeastPush = 0.01;     // m, where the ball's slot is in the goal region
-constexpr int kTimeToPush = 19;         // control steps
+constexpr double kMinTravel = 0.001;  // m
+constexpr double kMinPush = 0.01;     // m, where the ball's slot is in the goal region
+constexpr int kTimeToPush = 19;       // control steps
 
 struct PushParams : ShellGameParams {
   double goal_height = 0.03;  // m, of the goal's centre above the ball's
@@ -40,7 +40,7 @@ struct PushParams : ShellGameParams {
     const double height = offset(item).z();
     const double reach = placed_distance(item);
     const double way = offset(item).x() - std::sqrt(reach * reach - height * height);
-    return item == GoalItem::kMug ? way : std::max(way, kLeastPush);
+    return item == GoalItem::kMug ? way : std::max(way, kMinPush);
   }
   // A mug that is moved farther is the robot's answer, m.
   double answer_distance(GoalItem item) const {
@@ -69,7 +69,7 @@ std::string PushParams::contradiction(GoalItem item) const {
   const double placed = placed_distance(item);
   const double height = offset(item).z();
   if (item == GoalItem::kBall) {
-    if (placed - height >= kLeastTravel) return {};
+    if (placed - height >= kMinTravel) return {};
     return "balls never are in the goal region: GOAL_THRESH = " + in_millimetres(placed) +
            ", and its centre is " + in_millimetres(height) + " above a ball's";
   }
@@ -77,7 +77,7 @@ std::string PushParams::contradiction(GoalItem item) const {
     return "cups never are in the goal region: 1.6 x GOAL_THRESH = " + in_millimetres(placed) +
            ", and its centre is " + in_millimetres(height) + " above a cup's origin";
   }
-  if (travel(item) >= kLeastTravel) return {};
+  if (travel(item) >= kMinTravel) return {};
   return "cups are in the goal region from the start: 1.6 x GOAL_THRESH = " +
          in_millimetres(placed) + ", and its centre is " + in_millimetres(offset(item).norm()) +
          " from a cup that nobody has moved";
@@ -89,8 +89,8 @@ void PushParams::check(int horizon) const {
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
 }
 
-template <class Row>
-void list_terms(Row& row, bool rl, const PushInputs& in, const PushTerms& terms) {
+template <class Visitor>
+void list_terms(Visitor& row, bool rl, const PushInputs& in, const PushTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("static_reward", "", terms.stillness);
   if (!rl) row.term("is_robot_static", "", in.robot_static);
@@ -110,7 +110,7 @@ class Push final : public ShellGame {
         ball_(add_red_ball()),
         goal_(add_goal_site(params.GOAL_THRESH)),
         expert_(*this, params),
-        annotator_({.game = *this, .deed = ShellGameAnnotator::Deed::kPush, .ball = ball_}) {
+        annotator_({.game = *this, .skill = ShellGameAnnotator::Skill::kPush, .ball = ball_}) {
     info_.termination = Termination::kSuccess;
     info_.phases = cue_manipulation_phases();
     info_.answer = params.task.is_rl()
@@ -137,7 +137,7 @@ class Push final : public ShellGame {
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       if (engine_.state->elapsed[env] == 0) place_sphere(env, goal_, goal_pos(env));
-      play_free_mugs(env, ball_);
+      update_free_mugs(env, ball_);
     }
   }
 
@@ -147,9 +147,9 @@ class Push final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       engine_.oracle_info[env] = target_[env];
       const Eigen::Vector3d offset = goal_pos(env) - item_pos(env);
-      conclude(env, {.obj_to_goal = offset,
-                     .placed = offset.norm() <= push_.placed_distance(item_) && is_pushed(env),
-                     .still = robot_is_static(*engine_.state, env, push_.static_speed)});
+      set_outcome(env, {.obj_to_goal = offset,
+                        .placed = offset.norm() <= push_.placed_distance(item_) && is_pushed(env),
+                        .still = robot_is_static(*engine_.state, env, push_.static_speed)});
       note_answer(env, moved_mug(env, answer_distance_));
     }
   }
@@ -172,8 +172,8 @@ class Push final : public ShellGame {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("goal_pos", 3, "m", "centre of the goal region", [&] { return goal_pos(env); });
     row.field("obj_pose", 7, "m", "of the mug over the ball",
               [&](RowWriter& out) { add_pose(env, target_[env], out); });
@@ -198,7 +198,7 @@ class Push final : public ShellGame {
   // A ball that lies in the goal region from the start has to be pushed all the same.
   bool is_pushed(int env) const {
     const double way = prop_pos(env, ball_).x() - mugs_.base(env).x();
-    return item_ == GoalItem::kMug || way >= kLeastPush;
+    return item_ == GoalItem::kMug || way >= kMinPush;
   }
 
   PushParams push_;
@@ -238,7 +238,7 @@ const Family kShellGamePush = {
     .instruction = "Observe which cup hides the ball, wait, then push that cup forward.",
     .tasks = kRows,
     .make = make_variant<Push, kVariants>,
-    .expectations = {.least_reward = 0, .most_reward = 0.8, .goal_for_people = true, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "cue_steps"}};
+    .expectations = {.min_reward = 0, .max_reward = 0.8, .goal_for_people = true, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "cue_steps"}};
 
 }  // namespace engram::tasks

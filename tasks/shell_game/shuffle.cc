@@ -13,10 +13,10 @@ namespace {
 
 // --- parameters ---
 
-constexpr ShuffleParams brief(const TaskRow& task) {
+constexpr ShuffleParams brief(const TaskSpec& task) {
   return {{{.task = task, .CUE_PHASE_STEPS = {1, 5}}}, {20, 35}, {2, 4}, true};
 }
-constexpr ShuffleParams lasting(const TaskRow& task) {
+constexpr ShuffleParams lasting(const TaskSpec& task) {
   return {{{.task = task, .CUE_PHASE_STEPS = {10, 100}}}, {100, 400}, {5, 15}, false};
 }
 
@@ -99,7 +99,7 @@ class ShuffleTouch final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int cup = target_[env];
       engine_.oracle_info[env] = shuffle_.final_slot(env, cup);
-      conclude(env, rule_.judge(*this, env, mugs_.pos(env, cup)));
+      set_outcome(env, rule_.judge(*this, env, mugs_.pos(env, cup)));
       const int touched = rule_.touched_mug(*this, env);
       note_answer(env, touched < 0 ? -1 : shuffle_.final_slot(env, touched));
     }
@@ -117,8 +117,8 @@ class ShuffleTouch final : public ShellGame {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("obj_pose", 7, "m", "of the mug over the ball",
               [&](RowWriter& out) { add_pose(env, target_[env], out); });
     row.field("ball_pose", 7, "m", "of the red ball",
@@ -215,7 +215,7 @@ class ShuffleColorLamp final : public ShellGame {
       const int slot = shuffle_.final_slot(env, cue_.mug_of(env, target_[env]));
       engine_.oracle_info[env] = slot;
       cue_.publish_color(env, target_[env]);
-      conclude(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
+      set_outcome(env, rule_.judge(*this, env, mugs_.standing_pos(env, slot)));
       const int touched = rule_.touched_mug(*this, env);
       note_answer(env, touched < 0 ? -1 : shuffle_.final_slot(env, touched));
     }
@@ -227,8 +227,8 @@ class ShuffleColorLamp final : public ShellGame {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     LampCue::state_row(row, *this, env);
   }
 
@@ -258,8 +258,8 @@ const Family kShellGameShuffleTouch = {
         "correct cup.",
     .tasks = kTouchRows,
     .make = make_variant<ShuffleTouch, kTouchVariants>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw,
+    .expectations = {.min_reward = 0, .max_reward = 0.6667, .settles = false, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "cue_steps",
                .delay = "SHUFFLE_PHASE_STEPS",
                .items = "num_swaps"}};
@@ -272,8 +272,8 @@ const Family kShellGameShuffleColorLampTouch = {
         "cup matching the lamp color.",
     .tasks = kColorLampRows,
     .make = make_variant<ShuffleColorLamp, kColorLampVariants>,
-    .expectations = {.least_reward = 0, .most_reward = 0.6667, .settles = false, .hides = true},
-    .memory = {.irrelevant = PastChange::kSameAnswer,
+    .expectations = {.min_reward = 0, .max_reward = 0.6667, .settles = false, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kSameAnswer,
                .delay = "SHUFFLE_PHASE_STEPS",
                .items = "num_swaps"}};
 

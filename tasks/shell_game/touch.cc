@@ -47,7 +47,7 @@ class Touch final : public ShellGame {
 
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      play_free_mugs(env, ball_);
+      update_free_mugs(env, ball_);
       if (manipulation_begins(env)) remember_mugs(env);
     }
   }
@@ -58,7 +58,7 @@ class Touch final : public ShellGame {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int cup = target_[env];
       engine_.oracle_info[env] = cup;
-      conclude(env, rule_.judge(*this, env, mugs_.pos(env, cup), max_displacement(env)));
+      set_outcome(env, rule_.judge(*this, env, mugs_.pos(env, cup), max_displacement(env)));
       // A mug that is shoved or tilted may show what is under it.
       const int touched = rule_.touched_mug(*this, env);
       note_answer(env, touched >= 0 ? touched : moved_mug(env, kMovedMug));
@@ -71,8 +71,8 @@ class Touch final : public ShellGame {
 
   void observe(Range envs, FloatRows out) override { write_state(*this, envs, out); }
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("obj_pose", 7, "m", "of the mug over the ball",
               [&](RowWriter& out) { add_pose(env, target_[env], out); });
     row.field("ball_pose", 7, "m", "of the red ball",
@@ -127,7 +127,7 @@ const Family kShellGameTouch = {
     .instruction = "Observe which cup hides the ball, wait, then touch that cup.",
     .tasks = kRows,
     .make = make_variant<Touch, kVariants>,
-    .expectations = {.least_reward = -0.0334, .most_reward = 1, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "cue_steps"}};
+    .expectations = {.min_reward = -0.0334, .max_reward = 1, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "cue_steps"}};
 
 }  // namespace engram::tasks

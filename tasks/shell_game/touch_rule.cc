@@ -10,10 +10,12 @@ constexpr double MUG_DISPLACEMENT_PENALTY_COEF = 0.1;
 constexpr double MUG_DISPLACEMENT_SUCCESS_THRESH = 0.05;  // m
 constexpr double kSuccessReward = 3;
 
-bool is_fair(double displacement) { return displacement <= MUG_DISPLACEMENT_SUCCESS_THRESH; }
+bool meets_extra_condition(double displacement) {
+  return displacement <= MUG_DISPLACEMENT_SUCCESS_THRESH;
+}
 
-template <class Row>
-void list_terms(Row& row, const TouchRule::Form& form, const TouchRule::RewardInputs& in,
+template <class Visitor>
+void list_terms(Visitor& row, const TouchRule::Form& form, const TouchRule::RewardInputs& in,
                 const TouchRule::RewardTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("static_reward", "", terms.stillness);
@@ -21,7 +23,7 @@ void list_terms(Row& row, const TouchRule::Form& form, const TouchRule::RewardIn
   if (form.shoving) {
     row.term("mug_max_displacement", "m", in.displacement);
     row.term("mug_shift_penalty", "", terms.shift);
-    row.term("is_mug_displacement_ok", "", is_fair(in.displacement));
+    row.term("is_mug_displacement_ok", "", meets_extra_condition(in.displacement));
   }
   row.term(form.placed_term, "", in.placed);
 }
@@ -50,18 +52,18 @@ void TouchRule::bind(const Bindings& bindings) {
 
 // --- success ---
 
-ShellGame::Verdict TouchRule::judge(const ShellGame& game, int env, const Eigen::Vector3d& goal,
+ShellGame::Outcome TouchRule::judge(const ShellGame& game, int env, const Eigen::Vector3d& goal,
                                     double displacement) const {
   const Eigen::Vector3d offset = goal - game.tcp_pos(env);
   displacement_[env] = displacement;
   if (form_.shoving) {
     mug_max_displacement_[env] = static_cast<float>(displacement);
-    is_mug_displacement_ok_[env] = is_fair(displacement) ? 1 : 0;
+    is_mug_displacement_ok_[env] = meets_extra_condition(displacement) ? 1 : 0;
   }
   return {.obj_to_goal = offset,
           .placed = offset.norm() <= goal_thresh_,
           .still = robot_is_static(game.state(), env),
-          .fair = is_fair(displacement)};
+          .extra_condition = meets_extra_condition(displacement)};
 }
 
 int TouchRule::touched_mug(const ShellGame& game, int env) const {

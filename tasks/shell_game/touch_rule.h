@@ -46,7 +46,7 @@ class TouchRule {
   void bind(const Bindings& bindings);
 
   // Success of a TCP at the goal, with mugs that were shoved by at most `displacement` m.
-  ShellGame::Verdict judge(const ShellGame& game, int env, const Eigen::Vector3d& goal,
+  ShellGame::Outcome judge(const ShellGame& game, int env, const Eigen::Vector3d& goal,
                            double displacement = 0) const;
   // The mug that is touched in the manipulation phase, the nearest one if there are several; -1:
   // none.

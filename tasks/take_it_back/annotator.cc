@@ -24,7 +24,7 @@ int TakeItBackAnnotator::subtask(int env) const {
   return tool_is_at(state, env, prop_pos(state, env, kCube), kAtCube) ? kThere : kMove;
 }
 
-// The cube stands there in the first picture.
+// The cube stands there in the first image.
 std::string TakeItBackAnnotator::memory(int env) const {
   const double* initial = view_.initial.row(env);
   return "the cube was first at x = " + in_centimetres(initial[0]) +

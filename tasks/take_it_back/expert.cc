@@ -16,12 +16,12 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 using Vector = Eigen::Vector3d;
 
-constexpr double kCloseEnough = 0.03;   // m: of the start, for letting go
-constexpr double kWellInside = 0.6;     // of the radius
-constexpr double kLeastHeight = 0.014;  // m, of the grip: the fingertips clear the table
-constexpr double kTravelGap = 0.04;     // m above the cube during the approach
-constexpr double kCarryGap = 0.015;     // m above a cube on the table
-constexpr double kNearPart = 0.85;      // of the radius, from the target's centre
+constexpr double kCloseEnough = 0.03;  // m: of the start, for letting go
+constexpr double kWellInside = 0.6;    // of the radius
+constexpr double kMinHeight = 0.014;   // m, of the grip: the fingertips clear the table
+constexpr double kTravelGap = 0.04;    // m above the cube during the approach
+constexpr double kCarryGap = 0.015;    // m above a cube on the table
+constexpr double kNearPart = 0.85;     // of the radius, from the target's centre
 // m, along x: beyond, the arm is nearly straight, and a small step of the TCP takes large ones of
 // the joints.
 constexpr double kFarthest = 0.21;
@@ -50,7 +50,7 @@ void TakeItBackExpert::act(Range envs, Script script, FloatRows actions) const {
 void TakeItBackExpert::grasp_cube(int env, bool let_go, float* action) const {
   const State& state = *view_.engine.state;
   Vector at = prop_pos(state, env, kCube);
-  at.z() = std::max(at.z(), kLeastHeight);
+  at.z() = std::max(at.z(), kMinHeight);
   const Vector offset = at - tcp_pos(state, env);
   const bool around = offset.norm() < 0.012;
   if (let_go) {
@@ -85,7 +85,7 @@ bool TakeItBackExpert::is_to_return(int env) const {
 ChoiceForm TakeItBackExpert::choice_form() const {
   const char* const words[kSlots] = {"on the left", "in the middle", "on the right"};
   ChoiceForm form{.question = "Where was the cube first?"};
-  for (int key = 0; key < kSlots; ++key) {  // left as in pictures
+  for (int key = 0; key < kSlots; ++key) {  // left as in images
     form.items.push_back(words[key] + std::string(", near y ") +
                          in_metres(middle_of_slot(key - kMiddle).y()));
   }

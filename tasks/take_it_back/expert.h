@@ -3,12 +3,12 @@
 
 #include <Eigen/Core>
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 
 namespace engram::tasks {
 
-class TakeItBackExpert final : public Expert, public Choices {
+class TakeItBackExpert final : public Expert, public AnswerController {
  public:
   // Privileged view of the task.
   struct View {

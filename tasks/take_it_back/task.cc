@@ -28,7 +28,7 @@ using Vector = Eigen::Vector3d;
 // --- parameters ---
 
 struct Params {
-  TaskRow task;
+  TaskSpec task;
   double GOAL_RADIUS = 0.08;    // m
   double CUBE_HALFSIZE = 0.02;  // m
   // None: rewards know no action cost.
@@ -253,8 +253,8 @@ class TakeItBack final : public FamilyBase {
     }
   }
 
-  template <class Row>
-  void list_terms(Row& row, const TakeItBackRewardInputs& in,
+  template <class Visitor>
+  void list_terms(Visitor& row, const TakeItBackRewardInputs& in,
                   const TakeItBackRewardTerms& terms) const {
     row.term("reached_push", "", terms.at_push_point);
     row.term("reached_pull", "", terms.at_pull_point);
@@ -275,8 +275,8 @@ class TakeItBack final : public FamilyBase {
 
   // --- observation ---
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("goal_pos", 3, "m", "centre of the target",
               [&] { return region_position(goal(env)); });
     row.field("cube_pose", 7, "m", "position, quaternion (w, x, y, z)",
@@ -328,7 +328,7 @@ class TakeItBack final : public FamilyBase {
   // Start and target; drawn again, the slot aside, while their discs overlap and may not.
   void draw_positions(const Episode& episode) const {
     // Pins may leave no choice.
-    const int most_draws = may_overlap_.is_on(engine_) ? 1 : 100;
+    const int max_draws = may_overlap_.is_on(engine_) ? 1 : 100;
     const int slot = variables_.slot.sample(episode);
     slot_[episode.env()] = slot;
     RepeatedDraws initial_x(episode, variables_.initial_x);
@@ -337,7 +337,7 @@ class TakeItBack final : public FamilyBase {
     RepeatedDraws goal_y(episode, variables_.goal_y);
     double* start = initial_.row(episode.env());
     double* target = goal_.row(episode.env());
-    for (int attempt = 0; attempt < most_draws; ++attempt) {
+    for (int attempt = 0; attempt < max_draws; ++attempt) {
       start[0] = initial_x.next();
       start[1] = kSlotPitch * slot + initial_shift.next();
       target[0] = goal_x.next();
@@ -401,7 +401,7 @@ const Family kTakeItBack = {
         "to its original position.",
     .tasks = kRows,
     .make = make_variant<TakeItBack, kVariants>,
-    .expectations = {.least_reward = -0.0034, .most_reward = 0.7531, .hides = true},
+    .expectations = {.min_reward = -0.0034, .max_reward = 0.7531, .hides = true},
     .memory = {.hidden = "slot", .cue_by_hand = true}};
 
 }  // namespace engram::tasks

@@ -4,7 +4,7 @@
 #include "core/task/annotator.h"
 #include "core/task/task.h"
 #include "tasks/common/lamp.h"
-#include "tasks/timed_transfer/rules.h"
+#include "tasks/timed_transfer/reward.h"
 
 namespace engram::tasks {
 

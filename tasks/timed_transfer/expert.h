@@ -4,7 +4,7 @@
 
 #include "core/task/expert.h"
 #include "tasks/common/sampled_range.h"
-#include "tasks/timed_transfer/rules.h"
+#include "tasks/timed_transfer/reward.h"
 
 namespace engram::tasks {
 

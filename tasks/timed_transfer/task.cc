@@ -19,7 +19,7 @@
 #include "tasks/common/variant.h"
 #include "tasks/timed_transfer/annotator.h"
 #include "tasks/timed_transfer/expert.h"
-#include "tasks/timed_transfer/rules.h"
+#include "tasks/timed_transfer/reward.h"
 
 namespace engram::tasks {
 namespace {
@@ -27,7 +27,7 @@ namespace {
 // --- parameters ---
 
 struct Params {
-  TaskRow task;
+  TaskSpec task;
   int DELAY_STEPS;
   double TOLERANCE_FRAC = tasks::TOLERANCE_FRAC;  // of the delay
   StepRange PRE_SIGNAL_STEPS{1, 3};
@@ -241,8 +241,8 @@ class TimedTransfer final : public FamilyBase {
   // Latest step of the signal: the lamp is green from there on.
   int cue_end(int /*env*/) const override { return params_.PRE_SIGNAL_STEPS.high; }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("signal_step", 1, "control steps", "when the lamp turns green",
               [&] { return signal_step_[env]; });
     row.field("window_start", 1, "control steps", "first step in which the cube may arrive",
@@ -328,8 +328,8 @@ class TimedTransfer final : public FamilyBase {
 
   // --- observation ---
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     row.field("green_disc_pose", 7, "m", "", [&] { return prop_pose(env, kGreenDisc); });
     row.field("red_disc_pose", 7, "m", "", [&] { return prop_pose(env, kRedDisc); });
     row.field("cube_pose", 7, "m", "", [&] { return prop_pose(env, kCube); });
@@ -408,9 +408,9 @@ const Family kTimedTransfer = {
     .memory_type = "Temporal",
     .tasks = kRows,
     .make = make_variant<TimedTransfer, kVariants>,
-    .expectations = {.least_reward = -0.8334, .most_reward = 0.8334},
+    .expectations = {.min_reward = -0.8334, .max_reward = 0.8334},
     .memory = {
-        .no_twins =
+        .no_counterfactuals =
             "the signal comes in one of the first steps, and one act is right after any of them"}};
 
 }  // namespace engram::tasks

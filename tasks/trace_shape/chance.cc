@@ -33,7 +33,7 @@ bool is_benchmark(const TraceParams& params) {
 constexpr int kPurpose = 0;  // of streams of random numbers; no episode is concerned
 constexpr int kTrials = 1000;
 constexpr int kRounds = 2;                  // of one shape: nobody goes on for ever
-constexpr int kMostSteps = 400;             // per shape
+constexpr int kMaxSteps = 400;              // per shape
 constexpr double kStride = 0.025;           // m per control step
 constexpr double kResponse = 0.5;           // of a change of pace, in one control step
 const Vec2 kStart(GREEN_CUBE_OFFSET_X, 0);  // from the shapes' centre
@@ -80,7 +80,7 @@ class Trial {
   // Leads the point around one guessed shape. True once that ends an episode with success.
   bool trace(const Contour& guess) {
     int visited = 0;
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < kMaxSteps; ++step) {
       const Vec2 offset = lookahead_point(guess, visited, at_) - at_;
       pace_ += kResponse * (offset * std::min(1.0, kStride / offset.norm()) - pace_);
       at_ += pace_;

@@ -29,7 +29,7 @@ struct ContourParams {
 // checkpoint 0 the lowest.
 class ContourSet {
  public:
-  static constexpr int kMostCheckpoints = 30;
+  static constexpr int kMaxCheckpoints = 30;
 
   explicit ContourSet(const ContourParams& params = {});
 

@@ -17,7 +17,7 @@ constexpr LampLight kOff = {{245 / 255.0, 245 / 255.0, 245 / 255.0, 1}, 0};
 constexpr LampLight kRedLight = {{1, 0, 0, 1}, 20};
 constexpr LampLight kGreenLight = {{0, 1, 0, 1}, 20};
 
-// Half the side in pictures, m: where it is inside the green cube, its faces are in front.
+// Half the side in images, m: where it is inside the green cube, its faces are in front.
 constexpr double kSeenHalfSize = CUBE_HALFSIZE + 0.0005;
 
 // The visible red cube touches nothing: if the green cube were pushed, its place would tell

@@ -72,8 +72,8 @@ class TraceDemo {
   int red_cube() const { return red_; }
   int green_cube() const { return green_; }
   // Declares the waypoints of the demonstration in a row of what was drawn.
-  template <class Row>
-  void list_waypoints(Row& row, int env) const {
+  template <class Visitor>
+  void list_waypoints(Visitor& row, int env) const {
     row.field("waypoints", params_.MAX_SEQUENCE_LENGTH * contours_.waypoints() * 2, "m",
               "x and y of each, shape after shape, then 0", [&](RowWriter& out) {
                 for (int element = 0; element < params_.MAX_SEQUENCE_LENGTH; ++element) {
@@ -87,8 +87,8 @@ class TraceDemo {
               });
   }
   // The first fields of the state observation.
-  template <class Row>
-  void list_cubes(Row& row, int env) const {
+  template <class Visitor>
+  void list_cubes(Visitor& row, int env) const {
     row.field("red_cube_pose", 7, "m", "", [&] { return prop_pose(*engine_.state, env, red_); });
     row.field("green_cube_pose", 7, "m", "",
               [&] { return prop_pose(*engine_.state, env, green_); });

@@ -25,11 +25,11 @@ constexpr Tilt kTilt{.fold = 0.33};
 // to reach.
 Vec2 press_point(const Vec2& center) {
   constexpr double kEasyReach = 0.75;  // m
-  constexpr double kMostPull = 0.055;  // m
+  constexpr double kMaxPull = 0.055;   // m
   const Vec2 base(kRobotBaseX, 0);
   const Vec2 outward = center - base;
   const double reach = outward.norm();
-  const double pull = std::clamp(reach - kEasyReach, 0.0, kMostPull);
+  const double pull = std::clamp(reach - kEasyReach, 0.0, kMaxPull);
   return base + outward * ((reach - pull) / reach);
 }
 
@@ -133,9 +133,9 @@ void TraceExpert::trace(int env, const Contour& contour, int visited, float* act
 }
 
 void TraceExpert::sweep_rings(int env, float* action) const {
-  constexpr double kAhead = 0.045;          // m
-  constexpr double kMostTurn = 0.6;         // rad
-  constexpr double kMostCorrection = 0.01;  // m
+  constexpr double kAhead = 0.045;         // m
+  constexpr double kMaxTurn = 0.6;         // rad
+  constexpr double kMaxCorrection = 0.01;  // m
   const TraceParams& params = demo_.params();
   const Vec2 center = demo_.center(env);
   const Ring ring = ring_at(state().elapsed[env], params.nearest_point(), params.farthest_corner(),
@@ -143,9 +143,8 @@ void TraceExpert::sweep_rings(int env, float* action) const {
   const auto goal = [&](const Vec2& at) -> Vec2 {
     const Vec2 offset = at - center;
     const double angle =
-        real::atan2(offset.y(), offset.x()) + ring.turn * std::min(kMostTurn, kAhead / ring.radius);
-    const double inside =
-        std::clamp(ring.radius - offset.norm(), -kMostCorrection, kMostCorrection);
+        real::atan2(offset.y(), offset.x()) + ring.turn * std::min(kMaxTurn, kAhead / ring.radius);
+    const double inside = std::clamp(ring.radius - offset.norm(), -kMaxCorrection, kMaxCorrection);
     return center + (ring.radius + inside) * Vec2(real::cos(angle), real::sin(angle));
   };
   lead_cube(state(), env, demo_.green_cube(), goal, action);

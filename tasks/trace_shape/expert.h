@@ -2,7 +2,7 @@
 // from one checkpoint to the next.
 #pragma once
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/expert.h"
 #include "tasks/common/press_button.h"
 #include "tasks/trace_shape/demo.h"
@@ -10,7 +10,7 @@
 namespace engram::tasks {
 
 // Base of both. Remembers which checkpoints of its own guess the blind expert has visited.
-class TraceExpert : public Expert, public Choices {
+class TraceExpert : public Expert, public AnswerController {
  public:
   ChoiceForm choice_form() const override;
   double choice_chance() const override;

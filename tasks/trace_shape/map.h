@@ -1,4 +1,4 @@
-// The map that people see over pictures of TraceShape and TraceShapeSeq: the contour, its
+// The map that people see over images of TraceShape and TraceShapeSeq: the contour, its
 // checkpoints, the green cube and its trail.
 #pragma once
 

@@ -35,7 +35,7 @@ void TraceParams::declare(ConstantBinder& constants) {
                    {"SHAPE_TRIANGLE", SHAPE_TRIANGLE}});
   constants.integer("NUM_WAYPOINTS", contours.NUM_WAYPOINTS, {24, 500}, "",
                     "control steps in which the red cube traces a shape");
-  constants.integer("NUM_CHECKPOINTS", contours.NUM_CHECKPOINTS, {3, ContourSet::kMostCheckpoints},
+  constants.integer("NUM_CHECKPOINTS", contours.NUM_CHECKPOINTS, {3, ContourSet::kMaxCheckpoints},
                     "", "points of a shape that are checked");
   constants.real("CHECKPOINT_THRESH", contours.CHECKPOINT_THRESH, {0.01, 0.08}, "m",
                  "how near the green cube has to come to them");

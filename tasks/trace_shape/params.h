@@ -13,7 +13,7 @@
 namespace engram::tasks {
 
 struct TraceParams {
-  TaskRow task;
+  TaskSpec task;
   NameList AVAILABLE_SHAPES;
   bool sequence = false;  // of several shapes
   int MIN_SEQUENCE_LENGTH = 1;

@@ -28,8 +28,8 @@ struct TraceRewardTerms {
   double reward = 0;
 };
 
-template <class Row>
-void list_terms(Row& row, const TraceRewardInputs& in, const TraceRewardTerms& terms) {
+template <class Visitor>
+void list_terms(Visitor& row, const TraceRewardInputs& in, const TraceRewardTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("is_grasping", "", terms.grasping);
   row.term("visit_fraction", "", in.visit_fraction);
@@ -62,8 +62,8 @@ struct TraceSeqRewardTerms {
   double reward = 0;
 };
 
-template <class Row>
-void list_terms(Row& row, const TraceSeqRewardInputs& in, const TraceSeqRewardTerms& terms) {
+template <class Visitor>
+void list_terms(Visitor& row, const TraceSeqRewardInputs& in, const TraceSeqRewardTerms& terms) {
   row.term("reaching_reward", "", terms.reaching);
   row.term("is_grasping", "", terms.grasping);
   row.term("active_visit_fraction", "", in.trace.visit_fraction);

@@ -83,8 +83,8 @@ class TraceShapeSeq final : public FamilyBase {
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "until the demonstration is over",
               [&] { return demo_.demo_end(env); });
     row.field("sequence_len", 1, "", "number of shapes", [&] { return demo_.length(env); });
@@ -160,8 +160,8 @@ class TraceShapeSeq final : public FamilyBase {
 
   // --- observation ---
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     demo_.list_cubes(row, env);
     row.field("action_mask", 1, "", "the action phase", [&] { return demo_.is_acting(env); });
     row.field("sequence_progress", 1, "", "fraction of closed contours",
@@ -330,9 +330,9 @@ const Family kTraceShapeSeq = {
         "the button to submit your answer.",
     .tasks = kRows,
     .make = make_variant<TraceShapeSeq, kTraceSeqVariants>,
-    .expectations = {.least_reward = -0.05, .most_reward = 0.3575, .hides = true},
+    .expectations = {.min_reward = -0.05, .max_reward = 0.3575, .hides = true},
     .memory = {.answer_cut = AnswerCut::kDigits,
-               .irrelevant = PastChange::kDraw,
+               .irrelevant = CounterfactualChange::kDraw,
                .irrelevant_draw = "pre_demo_steps",
                .items = "sequence_length"}};
 

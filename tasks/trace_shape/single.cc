@@ -67,8 +67,8 @@ class TraceShape final : public FamilyBase {
 
   int cue_end(int env) const override { return demo_.demo_end(env); }
   void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Row>
-  void sampled_row(Row& row, int env) const {
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
     row.field("cue_steps_per_env", 1, "control steps", "until the demonstration is over",
               [&] { return demo_.demo_end(env); });
     row.field("shape_type", 1, "", "id of the shape", [&] { return *demo_.shapes(env); });
@@ -141,8 +141,8 @@ class TraceShape final : public FamilyBase {
 
   // --- observation ---
 
-  template <class Row>
-  void state_row(Row& row, int env) const {
+  template <class Visitor>
+  void state_row(Visitor& row, int env) const {
     demo_.list_cubes(row, env);
     row.field("action_mask", 1, "", "the action phase", [&] { return demo_.is_acting(env); });
     row.field("visit_fraction", 1, "", "of the checkpoints",
@@ -203,7 +203,7 @@ const Family kTraceShape = {
         "green cube and trace exactly the same shape.",
     .tasks = kRows,
     .make = make_variant<TraceShape, kTraceVariants>,
-    .expectations = {.least_reward = -0.0017, .most_reward = 0.2667, .hides = true},
-    .memory = {.irrelevant = PastChange::kDraw, .irrelevant_draw = "pre_demo_steps"}};
+    .expectations = {.min_reward = -0.0017, .max_reward = 0.2667, .hides = true},
+    .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "pre_demo_steps"}};
 
 }  // namespace engram::tasks

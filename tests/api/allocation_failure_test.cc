@@ -195,7 +195,7 @@ TEST_CASE("Scenes that there is no memory for end no program", "[api][allocation
   const test::MujocoMemory counted;
   engram_options options = small_options();
   options.num_envs = 1;
-  options.obs_mode = ENGRAM_OBS_RGB;  // pictures compile the scene once more
+  options.obs_mode = ENGRAM_OBS_RGB;  // images compile the scene once more
   options.image_width = options.image_height = 8;
   std::int64_t number = 1;
   for (Attempt attempt{.happened = true}; attempt.happened; number += 1 + number / 2) {
@@ -219,8 +219,8 @@ TEST_CASE("Tasks that there is no memory for are not made", "[api][allocation]")
 }
 
 TEST_CASE("Descriptions that there is no memory for are not made", "[api][allocation]") {
-  const std::unique_ptr<Batch> env = make(test::kId);
-  CHECK(fails_well_everywhere([&env] { (void)to_text(describe_task(*env)); }) > 500);
+  const std::unique_ptr<Batch> batch = make(test::kId);
+  CHECK(fails_well_everywhere([&batch] { (void)to_text(describe_task(*batch)); }) > 500);
 }
 
 // --- evaluations ---
@@ -299,14 +299,14 @@ TEST_CASE("C API: evaluations that there is no memory for", "[api][allocation]")
 
 // Results are there, and are read, summed up and written again.
 TEST_CASE("C API: finished evaluations that there is no memory for", "[api][allocation]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const Evaluation evaluation{folder.path().string()};
   engram_status status = ENGRAM_OK;
   const std::string expected = evaluation.run(status).get();
   CHECK(all_fail_well(evaluation, expected) > 300);
 }
 
-// Pictures of what was seen go into the folder, and need a scene (see above).
+// Images of what was seen go into the folder, and need a scene (see above).
 TEST_CASE("C API: evaluations into a folder that there is no memory for end no program",
           "[api][allocation]") {
   const test::ForgivenLeaks forgiven;
@@ -316,7 +316,7 @@ TEST_CASE("C API: evaluations into a folder that there is no memory for end no p
   const test::MujocoMemory counted;
   std::int64_t number = 1;
   for (Attempt attempt{.happened = true}; attempt.happened; number = next(number)) {
-    const tests::TemporaryFolder folder;
+    const test::TemporaryFolder folder;
     attempt = try_to_evaluate({folder.path().string()}, number, expected);
     INFO("allocation " << number << ": " << engram_last_error());
     CHECK(attempt.reported);
@@ -342,7 +342,7 @@ TEST_CASE("C API: the list of tasks is whole or not there", "[api][allocation]")
     }
     number = next(number);
   }
-  CHECK(parse_document(engram_list_json()));
+  CHECK(parse_json(engram_list_json()));
 }
 
 }  // namespace

@@ -71,16 +71,16 @@ static void check_outputs(engram_env* env) {
   const engram_array oracle = output(env, "oracle_info");
   char text[200];
   size_t length = 0;
-  uint8_t* picture = malloc(64 * 48 * 3);
+  uint8_t* image = malloc(64 * 48 * 3);
   expect(observation.ndim == 2 && observation.shape[0] == NUM_ENVS, "shape of observations");
   expect(observation.shape[1] == engram_state_dim(env), "width of observations");
   expect(observation.dtype == ENGRAM_FLOAT32, "type of observations");
   expect(((const int32_t*)oracle.data)[NUM_ENVS - 1] == 2, "the pinned target");
   expect(engram_instruction(env, 0, text, sizeof text, &length) == ENGRAM_OK, "instruction");
   expect(length > 0 && strlen(text) == length, "length of the instruction");
-  expect(picture != NULL, "malloc");
-  expect(engram_render(env, 0, "base_camera", 64, 48, picture, 64 * 48 * 3) == ENGRAM_OK, "render");
-  free(picture);
+  expect(image != NULL, "malloc");
+  expect(engram_render(env, 0, "base_camera", 64, 48, image, 64 * 48 * 3) == ENGRAM_OK, "render");
+  free(image);
 }
 
 static void check_snapshot(engram_env* env) {

@@ -197,7 +197,7 @@ TEST_CASE("C: nothing runs before the first reset", "[c_api]") {
   const BatchHandle batch = make_batch(1);
   engram_env* env = batch.get();
   std::array<float, 7> actions{};
-  std::array<std::uint8_t, 12> picture{};
+  std::array<std::uint8_t, 12> image{};
   std::size_t size = 0;
   const auto refused = [](engram_status status) {
     check_refused(status, ENGRAM_BAD_STATE, "reset first");
@@ -206,7 +206,7 @@ TEST_CASE("C: nothing runs before the first reset", "[c_api]") {
   refused(engram_step_async(env, actions.data(), 7));
   refused(engram_act(env, ENGRAM_POLICY_ZERO, actions.data(), 7));
   refused(engram_save(env, ENGRAM_WHOLE_BATCH, nullptr, 0, &size));
-  refused(engram_render(env, 0, "base_camera", 2, 2, picture.data(), 12));
+  refused(engram_render(env, 0, "base_camera", 2, 2, image.data(), 12));
   check_refused(engram_step_wait(env), ENGRAM_BAD_STATE, "no step is under way");
 }
 
@@ -236,14 +236,14 @@ TEST_CASE("Wrong actions, indices, names and sizes are refused and change nothin
              Catch::Matchers::Contains("task " + std::to_string(tasks) + " given, 0 to " +
                                        std::to_string(tasks - 1)));
 
-  std::array<std::uint8_t, 12> picture{};
+  std::array<std::uint8_t, 12> image{};
   char text[4];
   const auto bad = ENGRAM_INVALID_ARGUMENT;
   check_refused(engram_instruction(env, 2, text, 4, nullptr), bad, "0 to 1 allowed");
-  check_refused(engram_render(env, -1, "base_camera", 2, 2, picture.data(), 12), bad, "0 to 1");
-  check_refused(engram_render(env, 0, "base_camera", 2, 2, picture.data(), 11), bad, "12 needed");
-  check_refused(engram_render(env, 0, "base_camera", 0, 2, picture.data(), 12), bad, "4096");
-  check_refused(engram_render(env, 0, "base", 2, 2, picture.data(), 12), ENGRAM_UNKNOWN_ID,
+  check_refused(engram_render(env, -1, "base_camera", 2, 2, image.data(), 12), bad, "0 to 1");
+  check_refused(engram_render(env, 0, "base_camera", 2, 2, image.data(), 11), bad, "12 needed");
+  check_refused(engram_render(env, 0, "base_camera", 0, 2, image.data(), 12), bad, "4096");
+  check_refused(engram_render(env, 0, "base", 2, 2, image.data(), 12), ENGRAM_UNKNOWN_ID,
                 "base_camera");
   CHECK(test::outputs_of(batch) == before);
 }

@@ -131,7 +131,7 @@ TEST_CASE("Images replace the state, and the last ones of an episode are kept", 
 
   engram_array final_rgb{};
   REQUIRE(engram_final_output(batch.get(), "rgb", &final_rgb) == ENGRAM_OK);
-  std::vector<std::uint8_t> picture(16 * 12 * 3);
+  std::vector<std::uint8_t> image(16 * 12 * 3);
   for (int i = 0; i < 25; ++i) {
     CHECK(values<std::uint8_t>(output(batch, "final_mask"))[0] == 0);
     step_by(batch, ENGRAM_POLICY_ZERO);
@@ -139,10 +139,10 @@ TEST_CASE("Images replace the state, and the last ones of an episode are kept", 
   CHECK(values<std::uint8_t>(output(batch, "final_mask"))[0] == 1);
   CHECK(bytes_of(final_rgb) != bytes_of(rgb));  // the cue of a new episode is visible again
   // What a sensor shows of the new episode is what its observation shows.
-  REQUIRE(engram_render(batch.get(), 0, "base_camera", 16, 12, picture.data(), picture.size()) ==
+  REQUIRE(engram_render(batch.get(), 0, "base_camera", 16, 12, image.data(), image.size()) ==
           ENGRAM_OK);
-  for (std::size_t pixel = 0; pixel < picture.size() / 3; ++pixel) {
-    REQUIRE(picture[3 * pixel] == values<std::uint8_t>(rgb)[6 * pixel]);
+  for (std::size_t pixel = 0; pixel < image.size() / 3; ++pixel) {
+    REQUIRE(image[3 * pixel] == values<std::uint8_t>(rgb)[6 * pixel]);
   }
 }
 

@@ -234,11 +234,11 @@ TEST_CASE("Snapshots of one environment and of all", "[cpp_api]") {
   CHECK(kind_of([&] { env.restore(-1, one); }, "0 to 2") == Error::Kind::kInvalidArgument);
 }
 
-TEST_CASE("Pictures for people and of sensors", "[cpp_api]") {
+TEST_CASE("Images for people and of sensors", "[cpp_api]") {
   const VectorEnv env = make_running({});
-  const engram::Image picture = env.render(0, "render_camera", 20, 10);
-  CHECK(picture.rgb.size() == 600);
-  CHECK(env.render(0, "hand_camera", 20, 10).rgb != picture.rgb);
+  const engram::Image image = env.render(0, "render_camera", 20, 10);
+  CHECK(image.rgb.size() == 600);
+  CHECK(env.render(0, "hand_camera", 20, 10).rgb != image.rgb);
   CHECK(kind_of([&] { (void)env.render(0, "base_camera", -1, 10); }, "4096") ==
         Error::Kind::kInvalidArgument);
 }
@@ -268,7 +268,7 @@ TEST_CASE("Robot, cameras and drawn values on demand", "[cpp_api][queries]") {
   CHECK_THROWS_WITH(env.drawn(drawn), Contains("5 values given, 6 needed"));
 }
 
-TEST_CASE("Shadows in pictures for people are an option", "[cpp_api]") {
+TEST_CASE("Shadows in images for people are an option", "[cpp_api]") {
   const VectorEnv plain = make_running({});
   const VectorEnv shadowed = make_running({.render_shadows = true});
   const engram::Image lit = plain.render(0, "render_camera", 40, 40);
@@ -346,7 +346,7 @@ TEST_CASE("The header makes batches of several tasks, and writes to arrays of th
   env.act(Policy::kRandom, actions);
   env.step(actions);
   CHECK(env.rgb().data() == other.data());
-  CHECK(env.output_turn() == 1);
+  CHECK(env.output_buffer() == 1);
   CHECK(env.output("task_index").values<std::int32_t>()[4] == 1);
   CHECK(kind_of([&] { env.write_outputs(target(one)); }, "after the first reset") ==
         Error::Kind::kBadState);

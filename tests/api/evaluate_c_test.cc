@@ -9,7 +9,7 @@
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using ParsedJson = nlohmann::ordered_json;
 
 const char* const kIds[] = {"RememberColor3-VLA-v0"};
 
@@ -81,7 +81,7 @@ TEST_CASE("C API: an evaluation has a control mode and a proprio", "[evaluation]
   options.control_mode = "pd_joint_delta_pos";
   options.joint_proprio = 1;
   REQUIRE(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_OK);
-  CHECK(Json::parse(text)["tasks"][0]["control_mode"] == "pd_joint_delta_pos");
+  CHECK(ParsedJson::parse(text)["tasks"][0]["control_mode"] == "pd_joint_delta_pos");
   engram_free_text(text);
   CHECK(seen == std::pair(8, 8));
   options.control_mode = "pd";
@@ -93,7 +93,7 @@ TEST_CASE("C API: an evaluation has a control mode and a proprio", "[evaluation]
 }
 
 TEST_CASE("C API: suites are named lists of tasks", "[evaluation]") {
-  const Json suites = Json::parse(engram_suites_json());
+  const ParsedJson suites = ParsedJson::parse(engram_suites_json());
   CHECK(suites["mikasa5"]["ids"].size() == 5);
   CHECK(suites["mikasa5"]["episodes"] == 100);
   CHECK(suites["mikasa5"]["seed"] == 4242424242);
@@ -104,9 +104,9 @@ TEST_CASE("C API: a callback is evaluated", "[evaluation]") {
   Call call;
   char* text = nullptr;
   REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
-  const Json document = Json::parse(text);
+  const ParsedJson document = ParsedJson::parse(text);
   engram_free_text(text);
-  const Json& task = document["tasks"][0];
+  const ParsedJson& task = document["tasks"][0];
   CHECK(task["env_id"] == kIds[0]);
   CHECK(task["obs_mode"] == "state");
   CHECK(task["action_chunk_size"] == 4);
@@ -133,7 +133,7 @@ TEST_CASE("C API: a policy may observe objects", "[evaluation][objects]") {
   Call call;
   char* text = nullptr;
   REQUIRE(engram_evaluate(&options, policy, &call, &text) == ENGRAM_OK);
-  const Json document = Json::parse(text);
+  const ParsedJson document = ParsedJson::parse(text);
   engram_free_text(text);
   CHECK(document["tasks"][0]["obs_mode"] == "objects");
   CHECK(call.requests >= 7);
@@ -150,7 +150,7 @@ TEST_CASE("C API: results name the rule set", "[evaluation][rules]") {
     Call call;
     char* text = nullptr;
     REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
-    const Json document = Json::parse(text);
+    const ParsedJson document = ParsedJson::parse(text);
     engram_free_text(text);
     CHECK(document["tasks"][0]["rules"] == (original ? "original" : "reference"));
   }
@@ -162,7 +162,7 @@ TEST_CASE("C API: a policy's name may be any bytes", "[evaluation]") {
   Call call;
   char* text = nullptr;
   REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
-  const Json document = Json::parse(text);
+  const ParsedJson document = ParsedJson::parse(text);
   engram_free_text(text);
   CHECK(document["tasks"][0]["model"]["name"] == "caf\xef\xbf\xbd");
 }
@@ -237,7 +237,7 @@ TEST_CASE("C API: rounds with policy seeds, and latency", "[evaluation][latency]
   std::vector<uint64_t> seeds;
   char* text = nullptr;
   REQUIRE(engram_evaluate(&options, policy, &seeds, &text) == ENGRAM_OK);
-  const Json task = Json::parse(text)["tasks"][0];
+  const ParsedJson task = ParsedJson::parse(text)["tasks"][0];
   engram_free_text(text);
   CHECK(std::ranges::count(seeds, 0U) + std::ranges::count(seeds, UINT64_MAX) ==
         static_cast<std::ptrdiff_t>(seeds.size()));
@@ -262,7 +262,7 @@ TEST_CASE("C API: results are compared and tabulated", "[evaluation][compare]") 
   REQUIRE(engram_evaluate(&options, &still, &call, &results) == ENGRAM_OK);
   char* text = nullptr;
   REQUIRE(engram_compare(results, results, nullptr, 0, &text) == ENGRAM_OK);
-  CHECK(Json::parse(text)["total"]["pairs"] == 3);
+  CHECK(ParsedJson::parse(text)["total"]["pairs"] == 3);
   engram_free_text(text);
   REQUIRE(engram_report(results, "csv", &text) == ENGRAM_OK);
   CHECK_THAT(text, Catch::Contains("RememberColor3-VLA-v0,Short,Object,3,0.0,"));
@@ -325,14 +325,14 @@ TEST_CASE("C API: a policy names answers", "[evaluation][choices]") {
   Choosing call;
   char* text = nullptr;
   REQUIRE(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_OK);
-  const Json by_index = Json::parse(text);
+  const ParsedJson by_index = ParsedJson::parse(text);
   engram_free_text(text);
   CHECK(call.questions == 3);
   CHECK_THAT(call.words, Catch::Contains("cube at x "));
   CHECK(by_index["tasks"][0]["choices"] == true);
   call.text = "0";
   REQUIRE(engram_evaluate_choices(&options, &choose, &call, &text) == ENGRAM_OK);
-  CHECK(Json::parse(text) == by_index);
+  CHECK(ParsedJson::parse(text) == by_index);
   engram_free_text(text);
 }
 
@@ -381,10 +381,10 @@ TEST_CASE("C API: a probe asks the callback, and says what it has found", "[eval
   options.obs_mode = ENGRAM_OBS_OBJECTS;
   char* text = nullptr;
   REQUIRE(engram_probe(&options, "twins,interference", nullptr, &still, &call, &text) == ENGRAM_OK);
-  const Json document = Json::parse(text);
+  const ParsedJson document = ParsedJson::parse(text);
   engram_free_text(text);
   CHECK(call.requests > 0);
-  const Json& twins = document["tasks"][0]["twins"];
+  const ParsedJson& twins = document["tasks"][0]["twins"];
   CHECK(twins["pairs"] == 2);
   CHECK(twins["presents"]["equal"] == twins["presents"]["compared"]);
   CHECK(twins["follow"]["rate"] == 0.0);

@@ -94,7 +94,7 @@ TEST_CASE("The C API refuses bad groups", "[c_api]") {
   CHECK(engram_make_group(&none, 0, &options, &env) == ENGRAM_INVALID_ARGUMENT);
 }
 
-TEST_CASE("Pictures are drawn into the caller's arrays, in turns", "[c_api]") {
+TEST_CASE("Images are drawn into the caller's arrays, in turns", "[c_api]") {
   engram_options options = default_options(2);
   options.obs_mode = ENGRAM_OBS_RGB;
   options.image_width = options.image_height = 16;
@@ -102,23 +102,23 @@ TEST_CASE("Pictures are drawn into the caller's arrays, in turns", "[c_api]") {
   const BatchHandle batch = test::make_batch(options);
   const BatchHandle plain = test::make_batch(options);
   const std::size_t size = test::size_of(output(batch, "rgb"));
-  std::vector<std::uint8_t> pictures[2] = {std::vector<std::uint8_t>(size),
-                                           std::vector<std::uint8_t>(size)};
-  const engram_output_target first = {"rgb", pictures[0].data(), size};
-  const engram_output_target second = {"rgb", pictures[1].data(), size};
+  std::vector<std::uint8_t> images[2] = {std::vector<std::uint8_t>(size),
+                                         std::vector<std::uint8_t>(size)};
+  const engram_output_target first = {"rgb", images[0].data(), size};
+  const engram_output_target second = {"rgb", images[1].data(), size};
   REQUIRE(engram_write_outputs(batch.get(), &first, &second, 1) == ENGRAM_OK);
   REQUIRE(engram_reset(batch.get(), nullptr) == ENGRAM_OK);
   REQUIRE(engram_reset(plain.get(), nullptr) == ENGRAM_OK);
-  // Beyond the end of the episodes, where environments wait with their last picture.
+  // Beyond the end of the episodes, where environments wait with their last image.
   for (int i = 0; i < 140; ++i) {
     const std::vector<float> actions = actions_of(plain, ENGRAM_POLICY_ORACLE);
     REQUIRE(engram_step_async(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
     REQUIRE(engram_step(plain.get(), actions.data(), actions.size()) == ENGRAM_OK);
     REQUIRE(engram_step_wait(batch.get()) == ENGRAM_OK);
-    const int turn = engram_output_turn(batch.get());
+    const int turn = engram_output_buffer(batch.get());
     REQUIRE(turn == (i + 1) % 2);
-    REQUIRE(output(batch, "rgb").data == pictures[turn].data());
-    REQUIRE(std::memcmp(pictures[turn].data(), output(plain, "rgb").data, size) == 0);
+    REQUIRE(output(batch, "rgb").data == images[turn].data());
+    REQUIRE(std::memcmp(images[turn].data(), output(plain, "rgb").data, size) == 0);
   }
   CHECK(engram_write_outputs(batch.get(), &first, nullptr, 1) == ENGRAM_BAD_STATE);
 }

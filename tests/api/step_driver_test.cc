@@ -15,40 +15,40 @@ constexpr const char* kId = "RememberColor3-VLA-v0";
 TEST_CASE("Steps in another thread have the bits of steps in this one", "[step_driver]") {
   BatchOptions options;
   options.num_envs = 3;
-  BatchGroup env(test::make_env(kId, options));
+  BatchGroup batch(test::make_env(kId, options));
   const auto twin = test::make_env(kId, options);
-  env.reset();
+  batch.reset();
   twin->reset();
-  StepDriver driver(env);
+  StepDriver driver(batch);
   for (int i = 0; i < 20; ++i) {
     std::vector<float> actions = test::act(*twin, Policy::kRandom);
     driver.start(actions);
     twin->step(actions);
     std::fill(actions.begin(), actions.end(), std::numeric_limits<float>::quiet_NaN());  // copied
     driver.wait();
-    REQUIRE(test::batch_bytes(env.part(0)) == test::batch_bytes(*twin));
+    REQUIRE(test::batch_bytes(batch.part(0)) == test::batch_bytes(*twin));
   }
 }
 
 TEST_CASE("Actions that a step refuses start nothing", "[step_driver]") {
-  BatchGroup env(test::make_env(kId));
-  StepDriver driver(env);
-  std::vector<float> actions = test::zeros(env.part(0));
+  BatchGroup batch(test::make_env(kId));
+  StepDriver driver(batch);
+  std::vector<float> actions = test::zeros(batch.part(0));
   CHECK_THROWS_WITH(driver.start(actions), Catch::Contains("before the first reset"));
-  env.reset();
+  batch.reset();
   actions[2] = std::numeric_limits<float>::infinity();
   CHECK_THROWS_WITH(driver.start(actions), Catch::Contains("component 2"));
   driver.wait();
-  CHECK(env.part(0).state().elapsed[0] == 0);
+  CHECK(batch.part(0).state().elapsed[0] == 0);
 }
 
 TEST_CASE("A driver waits for its step before it ends", "[step_driver]") {
   BatchOptions options;
   options.num_envs = 8;
-  BatchGroup env(test::make_env(kId, options));
-  env.reset();
-  { StepDriver(env).start(test::zeros(env.part(0))); }
-  for (int i = 0; i < 8; ++i) CHECK(env.part(0).state().elapsed[i] == 1);
+  BatchGroup batch(test::make_env(kId, options));
+  batch.reset();
+  { StepDriver(batch).start(test::zeros(batch.part(0))); }
+  for (int i = 0; i < 8; ++i) CHECK(batch.part(0).state().elapsed[i] == 1);
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ int call(void* instance, int32_t method, int32_t rows, int32_t of_all, engram_ta
   }
   const auto at = [&](const char* name) {
     const engram_task_array& array = task->arrays.at(name);
-    return of_all != 0 ? array.all : array.some;
+    return of_all != 0 ? array.all : array.subset_rows;
   };
   auto* count = static_cast<int32_t*>(at("memory:count"));
   for (int i = 0; i < rows; ++i) {
@@ -91,15 +91,15 @@ TEST_CASE("A task of callbacks runs as a built-in one", "[c_api][own_tasks]") {
   {
     engram_options options = test::default_options(3);
     options.constants = R"({"GOAL": 7})";
-    const test::BatchHandle env = test::make_batch(options, "CTask-v0");
+    const test::BatchHandle batch = test::make_batch(options, "CTask-v0");
     CHECK_THAT(task.constants, Contains(R"("GOAL":7)"));
-    REQUIRE(engram_reset(env.get(), nullptr) == ENGRAM_OK);
+    REQUIRE(engram_reset(batch.get(), nullptr) == ENGRAM_OK);
     std::vector<float> actions(21);
     engram_array success{};
     for (int step = 1; step <= 5; ++step) {
-      REQUIRE(engram_act(env.get(), ENGRAM_POLICY_ORACLE, actions.data(), 21) == ENGRAM_OK);
-      REQUIRE(engram_step(env.get(), actions.data(), 21) == ENGRAM_OK);
-      REQUIRE(engram_output(env.get(), "success", &success) == ENGRAM_OK);
+      REQUIRE(engram_act(batch.get(), ENGRAM_POLICY_ORACLE, actions.data(), 21) == ENGRAM_OK);
+      REQUIRE(engram_step(batch.get(), actions.data(), 21) == ENGRAM_OK);
+      REQUIRE(engram_output(batch.get(), "success", &success) == ENGRAM_OK);
       CHECK((static_cast<const uint8_t*>(success.data)[1] != 0) == (step >= 4));
     }
     engram_task_memory* memory = task.arrays.at("memory:count").memory;
@@ -114,17 +114,17 @@ TEST_CASE("A task of callbacks runs as a built-in one", "[c_api][own_tasks]") {
 
 TEST_CASE("A failing callback ends the step and says why", "[c_api][own_tasks]") {
   CTask& task = registered();
-  const test::BatchHandle env = test::make_batch(test::default_options(2), "CTask-v0");
-  REQUIRE(engram_reset(env.get(), nullptr) == ENGRAM_OK);
+  const test::BatchHandle batch = test::make_batch(test::default_options(2), "CTask-v0");
+  REQUIRE(engram_reset(batch.get(), nullptr) == ENGRAM_OK);
   const std::vector<float> actions(14);
   task.failing_method = ENGRAM_TASK_EVALUATE;
-  CHECK(engram_step(env.get(), actions.data(), 14) == ENGRAM_TASK_FAILED);
+  CHECK(engram_step(batch.get(), actions.data(), 14) == ENGRAM_TASK_FAILED);
   CHECK(engram_last_error() == std::string("task 'CTask-v0': the lamp is broken"));
   task.failing_method = -1;
-  CHECK(engram_step(env.get(), actions.data(), 14) == ENGRAM_BAD_STATE);
+  CHECK(engram_step(batch.get(), actions.data(), 14) == ENGRAM_BAD_STATE);
   CHECK_THAT(engram_last_error(), Contains("reset all environments first"));
-  CHECK(engram_reset(env.get(), nullptr) == ENGRAM_OK);
-  CHECK(engram_step(env.get(), actions.data(), 14) == ENGRAM_OK);
+  CHECK(engram_reset(batch.get(), nullptr) == ENGRAM_OK);
+  CHECK(engram_step(batch.get(), actions.data(), 14) == ENGRAM_OK);
 }
 
 TEST_CASE("What cannot be registered is refused", "[c_api][own_tasks]") {

@@ -4,15 +4,15 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 TEST_CASE("bench: rows of a suite", "[apps]") {
-  const Json rows = engram_command("bench create --rounds 1 --json").json();
+  const ParsedJson rows = engram_command("bench create --rounds 1 --json").json();
   REQUIRE(!rows.empty());
-  for (const Json& row : rows) {
+  for (const ParsedJson& row : rows) {
     CHECK(keys_of(row) == std::vector<std::string>{"name", "value", "unit", "baseline",
                                                    "baseline_value", "ratio", "rounds"});
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

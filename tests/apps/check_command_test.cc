@@ -6,7 +6,7 @@
 #include "tests/apps/fake_python.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 TEST_CASE("check: Python gets the arguments of the command line", "[apps]") {
   const TemporaryFolder folder;
   const CommandResult result = engram_command(
@@ -34,4 +34,4 @@ TEST_CASE("check: tasks are needed, and unknown options refused", "[apps]") {
   require_refusal("check tasks.py --token x", 2, "--token");
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

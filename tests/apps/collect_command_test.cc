@@ -18,7 +18,7 @@
 #include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,7 +44,7 @@ std::string collection(const std::string& options, const fs::path& out) {
 
 TEST_CASE("collect: files and document", "[apps]") {
   const TemporaryFolder folder;
-  const Json document =
+  const ParsedJson document =
       engram_command(collection("RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 "
                                 "--episodes 3 --json",
                                 folder.path()))
@@ -55,11 +55,11 @@ TEST_CASE("collect: files and document", "[apps]") {
   CHECK(document["episodes"] == 6);
   REQUIRE(document["tasks"].size() == 2);
   std::int64_t steps = 0;
-  for (const Json& task : document["tasks"]) {
+  for (const ParsedJson& task : document["tasks"]) {
     const auto id = task["env_id"].get<std::string>();
     const fs::path path = folder.path() / "data_npz" / id;
     CHECK(task["out"] == path.string());
-    const Json metadata = Json::parse(read_file(path / "metadata.json"));
+    const ParsedJson metadata = ParsedJson::parse(read_file(path / "metadata.json"));
     CHECK(keys_of(metadata) == std::vector<std::string>{"env_id", "num_episodes", "episode_lengths",
                                                         "success_once", "reward_sums",
                                                         "episode_seeds", "batched_source_dir",
@@ -67,7 +67,8 @@ TEST_CASE("collect: files and document", "[apps]") {
     CHECK(metadata["env_id"] == id);
     CHECK(metadata["num_episodes"] == 3);
     CHECK(metadata["success_once"] == std::vector<bool>(3, true));
-    for (const Json& length : metadata["episode_lengths"]) steps += length.get<std::int64_t>();
+    for (const ParsedJson& length : metadata["episode_lengths"])
+      steps += length.get<std::int64_t>();
     for (int i = 0; i < 3; ++i) {
       CHECK(read_file(path / ("train_data_" + std::to_string(i) + ".npz")).starts_with("PK"));
     }
@@ -113,14 +114,14 @@ TEST_CASE("collect: labels, whatever the threads, and none without being asked f
       0);
   CHECK(files_in(again.path()) == files_in(labelled.path()));
   const fs::path metadata = fs::path("data_npz") / "RememberColor3-VLA-v0" / "metadata.json";
-  const Json origin = Json::parse(read_file(labelled.path() / metadata))["engram"];
+  const ParsedJson origin = ParsedJson::parse(read_file(labelled.path() / metadata))["engram"];
   CHECK(origin["labels"]["open"] == std::vector<std::string>{"paraphrases"});
   const CommandResult other = engram_command(collection(ids, labelled.path()));
   CHECK(other.code != 0);
   CHECK_THAT(other.err, Catch::Contains("was collected with labels, without labels given"));
   const TemporaryFolder plain;
   REQUIRE(engram_command(collection(ids, plain.path())).code == 0);
-  CHECK_FALSE(Json::parse(read_file(plain.path() / metadata))["engram"].contains("labels"));
+  CHECK_FALSE(ParsedJson::parse(read_file(plain.path() / metadata))["engram"].contains("labels"));
 }
 
 TEST_CASE("collect: failures are kept on request", "[apps]") {
@@ -130,9 +131,9 @@ TEST_CASE("collect: failures are kept on request", "[apps]") {
   // The same command continues.
   REQUIRE(engram_command(collection(words + "8 --keep-failures", folder.path())).code == 0);
   const fs::path path = folder.path() / "data_npz" / "RememberColor9-VLA-v0";
-  const Json metadata = Json::parse(read_file(path / "metadata.json"));
+  const ParsedJson metadata = ParsedJson::parse(read_file(path / "metadata.json"));
   CHECK(metadata["engram"]["keep_failures"] == true);
-  CHECK(metadata["episode_seeds"] == Json({0, 1, 2, 3, 4, 5, 6, 7}));
+  CHECK(metadata["episode_seeds"] == ParsedJson({0, 1, 2, 3, 4, 5, 6, 7}));
   int successes = 0;
   for (std::size_t i = 0; i < 8; ++i) {
     const bool success = metadata["success_once"][i];
@@ -244,4 +245,4 @@ TEST_CASE("collect: an interruption says that the same command goes on", "[apps]
                                              "'; the same command goes on with the others\n"));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

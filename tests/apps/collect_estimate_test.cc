@@ -5,7 +5,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 namespace fs = std::filesystem;
 
@@ -15,11 +15,11 @@ TEST_CASE("collect: an estimate comes near what is made, and makes nothing", "[a
   const std::string command =
       "collect RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 --episodes 20 --out " +
       out.string();
-  const Json estimate = engram_command(command + " --json --estimate").json();
+  const ParsedJson estimate = engram_command(command + " --json --estimate").json();
   CHECK_FALSE(fs::exists(out));
-  const Json made = engram_command(command + " --json").json();
+  const ParsedJson made = engram_command(command + " --json").json();
   for (std::size_t i = 0; i < 2; ++i) {
-    const Json& task = estimate["tasks"][i];
+    const ParsedJson& task = estimate["tasks"][i];
     double bytes = 0;
     for (const auto& file : fs::directory_iterator(made["tasks"][i]["out"].get<std::string>())) {
       if (file.path().extension() == ".npz") bytes += static_cast<double>(file.file_size());
@@ -35,4 +35,4 @@ TEST_CASE("collect: an estimate comes near what is made, and makes nothing", "[a
   CHECK_THAT(engram_command(command + " --estimate").out, Catch::Contains("nothing was written"));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -6,7 +6,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 // The blocks of a stream; each has its length before it.
@@ -57,4 +57,4 @@ TEST_CASE("collect: a stream is of one task", "[apps]") {
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "protocol/io/document_checksum.h"
+#include "protocol/io/json_checksum.h"
 #include "tests/build_paths.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 
-using Json = nlohmann::ordered_json;
+using ParsedJson = nlohmann::ordered_json;
 
 struct CommandResult {
   int code = -1;  // exit code; -1 if a signal ended the program
@@ -25,10 +25,10 @@ struct CommandResult {
   std::string err;
 
   // Standard output, which must be one JSON document.
-  Json json() const {
+  ParsedJson json() const {
     INFO(err);
     REQUIRE(code == 0);
-    return Json::parse(out);
+    return ParsedJson::parse(out);
   }
 };
 
@@ -92,17 +92,17 @@ inline std::string choices_policy() {
 }
 
 // The text of an edited document of engram's, as somebody writes it who knows the checksum.
-inline std::string with_checksum(Json edited) {
+inline std::string with_checksum(ParsedJson edited) {
   edited.erase("checksum");
-  DocumentTable document = table(parse_document(edited.dump()).value());
+  JsonTable document = table(parse_json(edited.dump()).value());
   add_checksum(document);
   return to_text(document);
 }
 
-inline std::vector<std::string> keys_of(const Json& object) {
+inline std::vector<std::string> keys_of(const ParsedJson& object) {
   std::vector<std::string> keys;
   for (const auto& [key, value] : object.items()) keys.push_back(key);
   return keys;
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -6,7 +6,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 constexpr const char* kIds = "RememberColor3-VLA-v0 TakeItBack-VLA-v0 ";
@@ -26,7 +26,7 @@ TEST_CASE("compare: two policies on the same episodes", "[apps]") {
   const TemporaryFolder folder;
   const std::string a = evaluated(folder, "a", std::string(kIds) + "--episodes 20");
   const std::string b = evaluated(folder, "b", std::string(kIds) + "--episodes 20 --policy blind");
-  const Json comparison = engram_command("compare " + a + " " + b + " --json").json();
+  const ParsedJson comparison = engram_command("compare " + a + " " + b + " --json").json();
   CHECK(keys_of(comparison) == std::vector<std::string>{"a", "b", "tasks", "splits", "total"});
   CHECK(keys_of(comparison["a"]) == std::vector<std::string>{"source", "model", "version", "rules",
                                                              "obs_mode", "latency_steps",
@@ -50,7 +50,7 @@ TEST_CASE("compare: two policies on the same episodes", "[apps]") {
   of_task.emplace_back("p_value_holm");
   REQUIRE(comparison["tasks"].size() == 2);
   CHECK(keys_of(comparison["tasks"][0]) == of_task);
-  const Json& total = comparison["total"];
+  const ParsedJson& total = comparison["total"];
   CHECK(total["pairs"] == 40);
   CHECK(total["sr_a"] == 1.0);
   CHECK(total["p_value"].get<double>() < 0.001);
@@ -63,7 +63,7 @@ TEST_CASE("compare: two policies on the same episodes", "[apps]") {
                            Catch::Contains("smallest difference") &&
                            Catch::Contains("alike of 40 episodes: first observations 40"));
   // The same results differ in nothing.
-  const Json same = engram_command("compare " + a + " " + a + " --json").json()["total"];
+  const ParsedJson same = engram_command("compare " + a + " " + a + " --json").json()["total"];
   CHECK(same["p_value"] == 1.0);
   CHECK(same["same_digests"]["answers"] == 40);
 }
@@ -87,4 +87,4 @@ TEST_CASE("compare: refusals are one line and say what to allow", "[apps]") {
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

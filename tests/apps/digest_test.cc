@@ -13,15 +13,15 @@ std::uint64_t digest_of(std::uint64_t seed, int threads, ObsMode obs_mode, int s
   options.threads = threads;
   options.seed = seed;
   options.obs_mode = obs_mode;
-  const auto env = make("RememberColor3-VLA-v0", options);
-  env->reset();
+  const auto batch = make("RememberColor3-VLA-v0", options);
+  batch->reset();
   Digest digest(3);
-  digest.update(*env);
-  std::vector<float> actions(static_cast<std::size_t>(3 * env->action_dim()));
+  digest.update(*batch);
+  std::vector<float> actions(static_cast<std::size_t>(3 * batch->action_dim()));
   for (int i = 0; i < steps; ++i) {
-    ScriptedPolicy(*env, Policy::kRandom).act(actions);
-    env->step(actions);
-    digest.update(*env);
+    ScriptedPolicy(*batch, Policy::kRandom).act(actions);
+    batch->step(actions);
+    digest.update(*batch);
   }
   return digest.value();
 }

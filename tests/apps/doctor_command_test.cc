@@ -5,10 +5,10 @@
 #include "tests/apps/command.h"
 #include "tests/sanitizers.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 TEST_CASE("doctor: versions, machine and memory", "[apps]") {
-  const Json facts = engram_command("doctor --json").json();
+  const ParsedJson facts = engram_command("doctor --json").json();
   CHECK(facts["version"] == version());
   CHECK(facts["mujoco_runtime"] == facts["mujoco_compiled"]);
   CHECK(facts["threads"].get<int>() >= 1);
@@ -20,4 +20,4 @@ TEST_CASE("doctor: versions, machine and memory", "[apps]") {
   CHECK(engram_command("doctor").code == 0);
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -15,24 +15,24 @@ std::unique_ptr<Batch> batch_of(int num_envs, AutoReset mode) {
   options.num_envs = num_envs;
   options.threads = 1;
   options.auto_reset = mode;
-  auto env = make(kId, options);
-  env->reset();
-  return env;
+  auto batch = make(kId, options);
+  batch->reset();
+  return batch;
 }
 
-void step(Batch& env, EpisodeLog& log) {
-  std::vector<float> actions(static_cast<std::size_t>(env.num_envs() * env.action_dim()));
-  ScriptedPolicy(env, Policy::kOracle).act(actions);
-  env.step(actions);
-  log.update(env);
+void step(Batch& batch, EpisodeLog& log) {
+  std::vector<float> actions(static_cast<std::size_t>(batch.num_envs() * batch.action_dim()));
+  ScriptedPolicy(batch, Policy::kOracle).act(actions);
+  batch.step(actions);
+  log.update(batch);
 }
 
 TEST_CASE("Environments share the episodes that are counted", "[apps]") {
   for (const AutoReset mode : {AutoReset::kNextStep, AutoReset::kSameStep}) {
-    const auto env = batch_of(2, mode);
-    EpisodeLog log(*env, 3);
+    const auto batch = batch_of(2, mode);
+    EpisodeLog log(*batch, 3);
     CHECK(std::isnan(log.success_rate()));
-    for (int i = 0; i < 1000 && !log.complete(); ++i) step(*env, log);
+    for (int i = 0; i < 1000 && !log.complete(); ++i) step(*batch, log);
     CHECK(log.complete());
     CHECK(log.episodes() == 3);
     CHECK(log.fraction() == 1);
@@ -42,15 +42,15 @@ TEST_CASE("Environments share the episodes that are counted", "[apps]") {
 }
 
 TEST_CASE("Steps of ended environments are not counted", "[apps]") {
-  const auto env = batch_of(1, AutoReset::kOff);
-  EpisodeLog log(*env, 0);
+  const auto batch = batch_of(1, AutoReset::kOff);
+  EpisodeLog log(*batch, 0);
   CHECK(log.fraction() == 0);
-  for (int i = 0; i < 1000 && !log.complete(); ++i) step(*env, log);
+  for (int i = 0; i < 1000 && !log.complete(); ++i) step(*batch, log);
   CHECK(log.complete());
   CHECK(log.episodes() == 1);
   const std::int64_t steps = log.env_steps();
-  CHECK(steps == env->state().elapsed[0]);
-  step(*env, log);
+  CHECK(steps == batch->state().elapsed[0]);
+  step(*batch, log);
   CHECK(log.env_steps() == steps);
 }
 

@@ -6,7 +6,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 std::string chooser(const std::string& options = "") {
@@ -25,12 +25,12 @@ std::string answering(const std::string& expression, const std::string& behind =
          expression + "; choices_policy.main()\"" + behind + "' ";
 }
 
-Json evaluate(const std::string& arguments) {
+ParsedJson evaluate(const std::string& arguments) {
   return engram_command("eval --json --obs objects " + arguments).json();
 }
 
-TEST_CASE("eval: plain rules over the objects in words solve tasks without pictures", "[apps]") {
-  const Json results = evaluate(
+TEST_CASE("eval: plain rules over the objects in words solve tasks without images", "[apps]") {
+  const ParsedJson results = evaluate(
       "RememberColor9-VLA-v0 RememberShape5-VLA-v0 FindImposterColor5-VLA-v0 ShellGameTouch-VLA-v0 "
       "ShellGameShuffleTouch-VLA-v0 ShellGameColorLampTouch-VLA-v0 TakeItBack-VLA-v0 "
       "BlinkCountButtonPressEasy-VLA-v0 ChainOfColors3-VLA-v0 GatherAndRecall1-VLA-v0 "
@@ -38,7 +38,7 @@ TEST_CASE("eval: plain rules over the objects in words solve tasks without pictu
       "TraceShapeSeqHard-VLA-v0 --episodes 10 " +
       chooser());
   REQUIRE(results["tasks"].size() == 13);
-  for (const Json& task : results["tasks"]) {
+  for (const ParsedJson& task : results["tasks"]) {
     INFO(task["env_id"]);
     CHECK(task["sr"].get<double>() >= 0.9);
     CHECK(task["choices"] == true);
@@ -51,9 +51,10 @@ TEST_CASE("eval: plain rules over the objects in words solve tasks without pictu
 }
 
 TEST_CASE("eval: the example that guesses is at chance, without any observation", "[apps]") {
-  const Json task = engram_command("eval --json --obs state RememberColor3-VLA-v0 --episodes 100 " +
-                                   chooser(" --guess") + "--policy-name guess --choices-stride 100")
-                        .json()["tasks"][0];
+  const ParsedJson task =
+      engram_command("eval --json --obs state RememberColor3-VLA-v0 --episodes 100 " +
+                     chooser(" --guess") + "--policy-name guess --choices-stride 100")
+          .json()["tasks"][0];
   CHECK(std::abs(task["sr"].get<double>() - task["chance"].get<double>()) < 0.19);  // 4 sigma
   CHECK(task["sr"] == task["first_answer_correct"]);
   CHECK(task["model"]["name"] == "guess");
@@ -63,17 +64,17 @@ TEST_CASE("eval: the example that guesses is at chance, without any observation"
 TEST_CASE("eval: choices are the same for any threads, batches and rounds", "[apps]") {
   const std::string guess =
       "RememberColor3-VLA-v0 BatteriesCheckerEasy-3-VLA-v0 --episodes 4 " + chooser(" --guess");
-  const Json expected = evaluate(guess + "--num-envs 4 --threads 1");
+  const ParsedJson expected = evaluate(guess + "--num-envs 4 --threads 1");
   CHECK(evaluate(guess + "--num-envs 1 --threads 2") == expected);
   CHECK(evaluate(guess + "--num-envs 3 --threads 3") == expected);
-  const Json rounds = evaluate(guess + "--repeat 2 --policy-seed 0");
-  const Json& digests = rounds["tasks"][0]["digests"];
+  const ParsedJson rounds = evaluate(guess + "--repeat 2 --policy-seed 0");
+  const ParsedJson& digests = rounds["tasks"][0]["digests"];
   CHECK(digests["first_observations"][0] == digests["first_observations"][4]);
   CHECK(digests["answers"] != expected["tasks"][0]["digests"]["answers"]);
 }
 
-TEST_CASE("eval: pictures are frames, too", "[apps]") {
-  const Json task =
+TEST_CASE("eval: images are frames, too", "[apps]") {
+  const ParsedJson task =
       engram_command("eval --json RememberColor3-VLA-v0 --episodes 2 " +
                      answering("asked[\\\"choices\\\"][:1] if asked[\\\"rgb\\\"].shape == "
                                "(len(asked[\\\"steps\\\"]), 128, 128, 6) else []"))
@@ -121,7 +122,8 @@ TEST_CASE("eval: a folder belongs to choices or to actions", "[apps]") {
                          folder.path().string())
               .code == 0);
   const auto run = std::filesystem::directory_iterator(folder.path() / "short")->path().string();
-  const Json settings = Json::parse(read_file(std::filesystem::path(run) / "settings.json"));
+  const ParsedJson settings =
+      ParsedJson::parse(read_file(std::filesystem::path(run) / "settings.json"));
   CHECK(settings["choices"] == true);
   CHECK(settings["choices_stride"] == 2);
   const std::string resume = "eval --resume " + run + " ";
@@ -132,7 +134,7 @@ TEST_CASE("eval: a folder belongs to choices or to actions", "[apps]") {
   require_refusal(resume + chooser(" --guess"), 2, "has results of policy_config");
   require_refusal(resume + chooser() + "--choices-stride 3", 2,
                   "has results of choices_stride 2; 3 given now");
-  const Json again = engram_command(resume + chooser() + "--json").json();
+  const ParsedJson again = engram_command(resume + chooser() + "--json").json();
   CHECK(again["tasks"][0]["choices_stride"] == 2);
 }
 
@@ -142,15 +144,15 @@ TEST_CASE("eval: a sealed run of choices tells nobody its seeds before the end",
   std::ofstream(secret) << std::string(64, 'a') << '\n';
   const std::string eval =
       "RememberColor3-VLA-v0 --episodes 3 " + chooser() + "--seed-file " + secret;
-  const Json closed = evaluate(eval + " --keep-sealed")["tasks"][0];
+  const ParsedJson closed = evaluate(eval + " --keep-sealed")["tasks"][0];
   CHECK(closed["episode_seeds"].is_null());
   CHECK(closed["choices"] == true);
-  const Json opened = evaluate(eval)["tasks"][0];
-  CHECK(opened["successes"] == closed["successes"]);
-  const std::string seed = opened["start_seed"].dump();
+  const ParsedJson revealed = evaluate(eval)["tasks"][0];
+  CHECK(revealed["successes"] == closed["successes"]);
+  const std::string seed = revealed["start_seed"].dump();
   CHECK(evaluate("RememberColor3-VLA-v0 --episodes 3 " + chooser() + "--seed " +
                  seed)["tasks"][0]["digests"]["first_observations"] ==
-        opened["digests"]["first_observations"]);
+        revealed["digests"]["first_observations"]);
 }
 
 TEST_CASE("compare: choices and actions are told apart", "[apps]") {
@@ -190,7 +192,7 @@ TEST_CASE("record: films what a named answer looks like", "[apps]") {
     return engram_command("record --seed 4242424242 --size 64 --json --out " + out + " " + options)
         .json();
   };
-  const Json named = film("RememberColor3-VLA-v0 --obs objects " + chooser());
+  const ParsedJson named = film("RememberColor3-VLA-v0 --obs objects " + chooser());
   CHECK(named["success_once"] == true);
   CHECK(named["choices"] == true);
   CHECK_FALSE(film("RememberColor3-VLA-v0 --policy oracle").contains("choices"));
@@ -201,14 +203,14 @@ TEST_CASE("record: films what a named answer looks like", "[apps]") {
 TEST_CASE("eval: chance is that of a choice, and of a first answer where a wrong one fails",
           "[apps]") {
   const std::string eval = "TraceShapeHard-VLA-v0 --episodes 2 " + chooser(" --guess");
-  const Json about = engram_command("info TraceShapeHard-VLA-v0 --json").json();
+  const ParsedJson about = engram_command("info TraceShapeHard-VLA-v0 --json").json();
   CHECK(evaluate(eval)["tasks"][0]["chance"] == about["choices"]["chance"]);
   CHECK(about["choices"]["chance"] != about["chance"]);
   CHECK(evaluate(eval + "--option strict=1")["tasks"][0]["chance"] == about["answer_chance"]);
 }
 
 TEST_CASE("info: the choices of a task", "[apps]") {
-  const Json choices = engram_command("info ChainOfColors5-VLA-v0 --json").json()["choices"];
+  const ParsedJson choices = engram_command("info ChainOfColors5-VLA-v0 --json").json()["choices"];
   CHECK(keys_of(choices) == std::vector<std::string>{"question", "choices", "least", "most",
                                                      "repeats", "questions", "chance"});
   CHECK(choices["choices"].size() == 9);
@@ -219,4 +221,4 @@ TEST_CASE("info: the choices of a task", "[apps]") {
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -10,7 +10,7 @@
 #include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
@@ -67,14 +67,14 @@ const std::string kPipePolicy = pipe_policy();
 }  // namespace
 
 TEST_CASE("eval: documents of the protocol", "[apps]") {
-  const Json document = engram_command(evaluation("--episodes 5")).json();
+  const ParsedJson document = engram_command(evaluation("--episodes 5")).json();
   CHECK(keys_of(document) == std::vector<std::string>{"summary", "tasks"});
   CHECK(keys_of(document["summary"]) ==
         std::vector<std::string>{"split", "sr_split", "sr_per_memory_type", "tasks", "per_task_sr",
                                  "per_task_mean_return", "sr_interval", "splits",
                                  "per_task_sr_interval"});
   REQUIRE(document["tasks"].size() == 1);
-  const Json& task = document["tasks"][0];
+  const ParsedJson& task = document["tasks"][0];
   CHECK(keys_of(task) == std::vector<std::string>{// The protocol's, then engram's own.
                                                   "env_id",
                                                   "split",
@@ -120,28 +120,28 @@ TEST_CASE("eval: documents of the protocol", "[apps]") {
 }
 
 TEST_CASE("eval: the oracle remembers, the blind one guesses", "[apps]") {
-  const Json oracle = engram_command(evaluation("--policy oracle")).json();
+  const ParsedJson oracle = engram_command(evaluation("--policy oracle")).json();
   CHECK(oracle["tasks"][0]["n_episodes"] == 50);
   CHECK(oracle["tasks"][0]["sr"].get<double>() >= 0.95);
-  const Json blind = engram_command(evaluation("--policy blind --episodes 300")).json();
+  const ParsedJson blind = engram_command(evaluation("--policy blind --episodes 300")).json();
   // Four standard deviations of 300 guesses.
   CHECK(blind["tasks"][0]["sr"].get<double>() == Approx(1.0 / 3).margin(0.109));
-  const Json idle = engram_command(evaluation("--policy zero --episodes 10")).json();
+  const ParsedJson idle = engram_command(evaluation("--policy zero --episodes 10")).json();
   CHECK(idle["tasks"][0]["sr"] == 0.0);
 }
 
 TEST_CASE("eval: first answers and the score of memory", "[apps]") {
   const auto evaluate = [](const std::string& options) {
-    const Json document = engram_command(evaluation("--episodes 40 " + options)).json();
+    const ParsedJson document = engram_command(evaluation("--episodes 40 " + options)).json();
     return document["tasks"][0];
   };
-  const Json oracle = evaluate("--policy oracle");
+  const ParsedJson oracle = evaluate("--policy oracle");
   CHECK(oracle["first_answer_correct"] == 1.0);
   CHECK(oracle["first_answers_correct"] == std::vector<bool>(40, true));
   CHECK(oracle["memory_score"].get<double>() == Approx(1).margin(0.1));
   CHECK(oracle["answer_chance"].get<double>() == Approx(1.0 / 3));
   // A search succeeds more often than chance, but not with the first answer.
-  const Json sweep = evaluate("--policy sweep");
+  const ParsedJson sweep = evaluate("--policy sweep");
   CHECK(sweep["sr"].get<double>() > 0.45);
   CHECK(sweep["first_answer_correct"].get<double>() < 0.6);
   CHECK(sweep["memory_score"].get<double>() == Approx(0).margin(0.4));
@@ -151,10 +151,10 @@ TEST_CASE("eval: first answers and the score of memory", "[apps]") {
     CHECK(sweep["first_answers_correct"][i] == same);
   }
   // Strict episodes fail with a wrong first answer; ceilings are not theirs.
-  const Json strict = evaluate("--policy sweep --option strict=1");
+  const ParsedJson strict = evaluate("--policy sweep --option strict=1");
   CHECK(strict["successes"] == strict["first_answers_correct"]);
   CHECK(strict["memory_score"].is_null());
-  const Json idle = evaluate("--policy zero");
+  const ParsedJson idle = evaluate("--policy zero");
   CHECK(idle["first_answers"][0].is_null());
   CHECK(idle["first_answer_correct"] == 0.0);
 }
@@ -163,15 +163,15 @@ TEST_CASE("eval: subtasks that were done", "[apps][labels]") {
   const auto evaluate = [](const std::string& options) {
     return engram_command(evaluation("--episodes 20 " + options)).json()["tasks"][0];
   };
-  const Json oracle = evaluate("--policy oracle");
+  const ParsedJson oracle = evaluate("--policy oracle");
   CHECK(oracle["subtasks"] == std::vector<int>(20, 4));
   CHECK(oracle["subtasks_done"] == oracle["subtasks"]);
   CHECK(oracle["completion_rate"] == 1.0);
   // "Remember the color" and "wait" pass by themselves; to move to a cube and to touch it do not.
-  const Json idle = evaluate("--policy zero");
+  const ParsedJson idle = evaluate("--policy zero");
   CHECK(idle["subtasks_done"] == std::vector<int>(20, 2));
   CHECK(idle["completion_rate"] == 0.5);
-  const Json blind = evaluate("--policy blind");
+  const ParsedJson blind = evaluate("--policy blind");
   double sum = 0;
   for (std::size_t i = 0; i < 20; ++i) {
     const int done = blind["subtasks_done"][i].get<int>();
@@ -182,7 +182,7 @@ TEST_CASE("eval: subtasks that were done", "[apps][labels]") {
 }
 
 TEST_CASE("eval: tasks without an answer report null", "[apps]") {
-  const Json task =
+  const ParsedJson task =
       engram_command("eval InterceptSlow-VLA-v0 --episodes 2 --json").json()["tasks"][0];
   for (const char* key : {"first_answers", "first_answers_correct", "first_answer_correct",
                           "answer_chance", "memory_score"}) {
@@ -219,12 +219,12 @@ TEST_CASE("eval: result files", "[apps]") {
   const std::filesystem::path out = folder.path() / "new" / "results";
   const CommandResult result =
       engram_command(evaluation("RememberColor5-VLA-v0 --episodes 2 --out " + out.string()));
-  const Json document = result.json();
+  const ParsedJson document = result.json();
   const std::filesystem::path run = only_entry(only_entry(out));
   CHECK(run.parent_path().filename() == "short");
   CHECK(run.filename().string().size() == std::string("2026-01-31_12-59-59").size());
   CHECK(read_file(run / "summary.json") == document["summary"].dump(2) + "\n");
-  for (const Json& task : document["tasks"]) {
+  for (const ParsedJson& task : document["tasks"]) {
     const std::string name = task["env_id"].get<std::string>() + ".json";
     CHECK(read_file(run / name) == task.dump(2) + "\n");
   }
@@ -295,11 +295,11 @@ TEST_CASE("eval: incomplete results are rewritten", "[apps]") {
   const auto file = run.path / "TakeItBack-VLA-v0.json";
   for (const char* key : {"action_chunk_size", "episode_lengths", "mean_return", "split"}) {
     for (const bool gone : {true, false}) {
-      Json task = Json::parse(before.at("TakeItBack-VLA-v0.json"));
+      ParsedJson task = ParsedJson::parse(before.at("TakeItBack-VLA-v0.json"));
       if (gone) {
         task.erase(key);
       } else {
-        task[key] = Json::array({nullptr});
+        task[key] = ParsedJson::array({nullptr});
       }
       std::ofstream(file) << task;
       INFO(key << (gone ? " gone" : " of another type"));
@@ -314,11 +314,11 @@ TEST_CASE("eval: incomplete results are rewritten", "[apps]") {
 TEST_CASE("eval: settings that were edited are refused", "[apps]") {
   const Run run;
   const std::string good = read_file(run.path / "settings.json");
-  Json settings = Json::parse(good);
+  ParsedJson settings = ParsedJson::parse(good);
   settings["n_episodes"] = 3;
   std::ofstream(run.path / "settings.json") << settings;
   require_refusal(run.resume(), 1, "its checksum does not fit");
-  settings = Json::parse(good);
+  settings = ParsedJson::parse(good);
   settings.erase("checksum");
   std::ofstream(run.path / "settings.json") << settings;
   require_refusal(run.resume(), 1, "its checksum does not fit");
@@ -328,10 +328,10 @@ TEST_CASE("eval: settings that were edited are refused", "[apps]") {
 
 TEST_CASE("eval: settings that are no numbers are refused", "[apps]") {
   const Run run;
-  const Json good = Json::parse(read_file(run.path / "settings.json"));
+  const ParsedJson good = ParsedJson::parse(read_file(run.path / "settings.json"));
   for (const char* number : {"-1", "1e300", "2.5", "99999999999", "\"4\""}) {
-    Json settings = good;
-    settings["n_episodes"] = Json::parse(number);
+    ParsedJson settings = good;
+    settings["n_episodes"] = ParsedJson::parse(number);
     std::ofstream(run.path / "settings.json") << with_checksum(settings);
     require_refusal(run.resume(), 1, "a whole number up to");
   }
@@ -396,7 +396,7 @@ TEST_CASE("eval: options of tasks", "[apps]") {
 
 TEST_CASE("eval: a policy in a process of its own", "[apps]") {
   const CommandResult result = engram_command(python_policy(kPipePolicy));
-  const Json task = result.json()["tasks"][0];
+  const ParsedJson task = result.json()["tasks"][0];
   CHECK(task["obs_mode"] == "rgb");
   CHECK(task["action_chunk_size"] == 4);
   CHECK(task["model"]["name"] == "external");
@@ -405,10 +405,10 @@ TEST_CASE("eval: a policy in a process of its own", "[apps]") {
   // Its answers depend on its observation, not on the other episodes of a request.
   const std::string base = evaluation("--episodes 3 --policy-command '" + kPipePolicy + "' ");
   CHECK(engram_command(base + "--num-envs 1 --threads 2").out == result.out);
-  const Json state = engram_command(base + "--obs state").json()["tasks"][0];
+  const ParsedJson state = engram_command(base + "--obs state").json()["tasks"][0];
   CHECK(state["obs_mode"] == "state");
   CHECK(state["returns"] != task["returns"]);
-  const Json objects = engram_command(base + "--obs objects").json()["tasks"][0];
+  const ParsedJson objects = engram_command(base + "--obs objects").json()["tasks"][0];
   CHECK(objects["obs_mode"] == "objects");
   CHECK(objects["returns"] != task["returns"]);
   CHECK(objects["returns"] != state["returns"]);
@@ -432,7 +432,7 @@ TEST_CASE("eval: a folder that cannot be made is reported before the run", "[app
 TEST_CASE("eval: filters skip families that are not there", "[apps]") {
   const CommandResult result =
       engram_command("eval --canonical --split short --episodes 1 --policy zero --json");
-  const Json document = result.json();
+  const ParsedJson document = result.json();
   CHECK(document["summary"]["split"] == "Short");
   CHECK(!document["tasks"].empty());
   if (document["tasks"].size() < 38) CHECK_THAT(result.err, Catch::Contains("of 38 tasks skipped"));
@@ -445,4 +445,4 @@ TEST_CASE("eval: text output", "[apps]") {
   CHECK_THAT(result.out, Catch::Contains(kId) && Catch::Contains("mean over 1 tasks"));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -15,7 +15,7 @@
 #include "tests/apps/killed_run.h"
 #include "tests/build_paths.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -173,11 +173,11 @@ TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {
   CHECK(present.size() < 10);
   CHECK(command_of_ranks(3, "eval --resume " + run.string()).code == 0);
   const CommandResult whole = engram_command(long_run + " --json");
-  const Json summary = whole.json();
-  for (const Json& task : summary["tasks"]) {
+  const ParsedJson summary = whole.json();
+  for (const ParsedJson& task : summary["tasks"]) {
     const std::string name = task["env_id"].get<std::string>() + ".json";
     CHECK(read_file(run / name) == task.dump(2) + "\n");
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

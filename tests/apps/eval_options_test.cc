@@ -43,7 +43,7 @@ TEST_CASE("A protocol runs the policy of the settings only", "[apps][evaluation]
   CHECK_FALSE(protocol_of(options, settings).samples);
   settings.policy = "somebody";
   CHECK_THROWS_WITH(protocol_of(options, settings), Catch::Contains("somebody"));
-  settings.policy_config = DocumentTable{{"command", "x"}};
+  settings.policy_config = JsonTable{{"command", "x"}};
   CHECK_THROWS_WITH(protocol_of(options, settings), Catch::Contains("not the command"));
 }
 

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "core/batch/scripted_policy.h"
-#include "protocol/eval/policies/seed_seal.h"
+#include "protocol/eval/policies/seed_commitment.h"
 #include "protocol/eval/run/evaluate.h"
 #include "protocol/io/bytes.h"
 #include "protocol/make/make.h"
@@ -67,24 +67,24 @@ class Rebuilt {
     options.seed = seed;
     options.obs_mode = ObsMode::kObjects;
     options.auto_reset = AutoReset::kOff;
-    env_ = make(id, options);
-    env_->reset();
+    batch_ = make(id, options);
+    batch_->reset();
   }
 
   bool looks_like(std::span<const float> row) const {
-    const auto own = env_->observation();
+    const auto own = batch_->observation();
     return std::ranges::equal(own, row);
   }
 
   std::vector<float> act() {
     std::vector<float> action(7);
-    ScriptedPolicy(*env_, Policy::kOracle).act(action);
-    if ((env_->terminated()[0] | env_->truncated()[0]) == 0) env_->step(action);
+    ScriptedPolicy(*batch_, Policy::kOracle).act(action);
+    if ((batch_->terminated()[0] | batch_->truncated()[0]) == 0) batch_->step(action);
     return action;
   }
 
  private:
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
 };
 
 // Everything that is public: the protocol's seeds, and how numbers follow from them. The number of

@@ -6,18 +6,18 @@
 #include "tests/apps/command.h"
 #include "tests/build_paths.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
-Json evaluate(const std::string& options) {
+ParsedJson evaluate(const std::string& options) {
   return engram_command(std::string("eval ") + kId + " --json --episodes 6 " + options)
       .json()["tasks"][0];
 }
 
 // The elements `first` to `last` - 1 of a list.
-Json slice(const Json& all, std::ptrdiff_t first, std::ptrdiff_t last) {
+ParsedJson slice(const ParsedJson& all, std::ptrdiff_t first, std::ptrdiff_t last) {
   return {all.begin() + first, all.begin() + last};
 }
 
@@ -34,21 +34,21 @@ std::string seeded_policy() {
 }  // namespace
 
 TEST_CASE("eval: rounds of the same episodes have policy seeds of their own", "[apps]") {
-  const Json rounds = evaluate("--policy random --repeat 2 --policy-seed 3");
+  const ParsedJson rounds = evaluate("--policy random --repeat 2 --policy-seed 3");
   CHECK(rounds["n_episodes"] == 12);
   CHECK(rounds["repeat"] == 2);
   CHECK(rounds["policy_seed"] == 3);
   CHECK(rounds["returns"].size() == 12);
   CHECK(slice(rounds["episode_seeds"], 6, 12) == slice(rounds["episode_seeds"], 0, 6));
-  const Json first = evaluate("--policy random --policy-seed 3");
-  const Json second = evaluate("--policy random --policy-seed 4");
+  const ParsedJson first = evaluate("--policy random --policy-seed 3");
+  const ParsedJson second = evaluate("--policy random --policy-seed 4");
   CHECK(slice(rounds["returns"], 0, 6) == first["returns"]);
   CHECK(slice(rounds["returns"], 6, 12) == second["returns"]);
   CHECK(first["returns"] != second["returns"]);
   // What an episode begins with is no policy's.
   CHECK(first["digests"]["first_observations"] == second["digests"]["first_observations"]);
   CHECK(first["digests"]["first_answers"] != second["digests"]["first_answers"]);
-  const Json usual = evaluate("--policy random");
+  const ParsedJson usual = evaluate("--policy random");
   CHECK_FALSE(usual.contains("policy_seed"));
   CHECK(evaluate("--policy random --policy-seed 0 --repeat 1") == usual);
   CHECK(usual["returns"] != first["returns"]);
@@ -58,7 +58,7 @@ TEST_CASE("eval: rounds and latency are the same for any threads and batches", "
   for (const char* policy : {"random", "blind"}) {
     const std::string options =
         std::string("--repeat 3 --latency 2 --policy-seed 9 --policy ") + policy;
-    const Json expected = evaluate(options + " --num-envs 6 --threads 1");
+    const ParsedJson expected = evaluate(options + " --num-envs 6 --threads 1");
     CHECK(evaluate(options + " --num-envs 1 --threads 2") == expected);
     CHECK(evaluate(options + " --num-envs 4 --threads 3") == expected);
   }
@@ -66,25 +66,26 @@ TEST_CASE("eval: rounds and latency are the same for any threads and batches", "
 
 TEST_CASE("eval: external policies are told their seed, and act late", "[apps]") {
   const std::string command = "--obs state --policy-command '" + seeded_policy() + "' ";
-  const Json rounds = evaluate(command + "--repeat 2 --policy-seed 1 --num-envs 2 --threads 2");
+  const ParsedJson rounds =
+      evaluate(command + "--repeat 2 --policy-seed 1 --num-envs 2 --threads 2");
   CHECK(slice(rounds["returns"], 0, 6) != slice(rounds["returns"], 6, 12));
   CHECK(evaluate(command + "--policy-seed 2")["returns"] == slice(rounds["returns"], 6, 12));
   CHECK(rounds["digests"]["first_answers"][0] == rounds["digests"]["first_answers"][1]);
-  const Json late = evaluate(command + "--policy-seed 1 --latency 4");
+  const ParsedJson late = evaluate(command + "--policy-seed 1 --latency 4");
   CHECK(late["returns"] != slice(rounds["returns"], 0, 6));
 }
 
 TEST_CASE("eval: latency in steps and milliseconds", "[apps]") {
-  const Json prompt = evaluate("--policy oracle");
+  const ParsedJson prompt = evaluate("--policy oracle");
   CHECK_FALSE(prompt.contains("latency_steps"));
   CHECK(evaluate("--policy oracle --latency 0") == prompt);
-  const Json late = evaluate("--policy oracle --latency 3");
+  const ParsedJson late = evaluate("--policy oracle --latency 3");
   CHECK(late["latency_steps"] == 3);
   CHECK(late["returns"] != prompt["returns"]);
   CHECK(late["digests"]["first_observations"] == prompt["digests"]["first_observations"]);
   CHECK(evaluate("--policy oracle --latency 120ms") == late);
   // An answer after the end of the episode: nothing is ever commanded.
-  const Json never = evaluate("--policy oracle --latency 25");
+  const ParsedJson never = evaluate("--policy oracle --latency 25");
   CHECK(evaluate("--policy random --latency 25")["returns"] == never["returns"]);
   CHECK(never["sr"] == 0.0);
   const std::string eval = std::string("eval ") + kId + " ";
@@ -100,7 +101,8 @@ TEST_CASE("eval: a folder belongs to one latency, repeat and policy seed", "[app
       std::string("eval ") + kId + " --policy random --episodes 2 --repeat 2 --latency 1 ";
   REQUIRE(engram_command(eval + "--policy-seed 5 --out " + folder.path().string()).code == 0);
   const auto run = std::filesystem::directory_iterator(folder.path() / "short")->path().string();
-  const Json settings = Json::parse(read_file(std::filesystem::path(run) / "settings.json"));
+  const ParsedJson settings =
+      ParsedJson::parse(read_file(std::filesystem::path(run) / "settings.json"));
   CHECK(settings["latency_steps"] == 1);
   CHECK(settings["repeat"] == 2);
   CHECK(settings["policy_seed"] == 5);
@@ -133,4 +135,4 @@ TEST_CASE("record: with latency, as in an evaluation", "[apps]") {
   CHECK(film("--policy zero --latency 25") == film("--policy random --latency 25"));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "core/base/sha256.h"
-#include "protocol/eval/policies/seed_seal.h"
+#include "protocol/eval/policies/seed_commitment.h"
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,7 +37,7 @@ std::string cheat() {
          "' '[.rebuilding-policy]' -o /dev/null\" ";
 }
 
-Json only_task(const std::string& arguments) {
+ParsedJson only_task(const std::string& arguments) {
   return engram_command(arguments).json()["tasks"][0];
 }
 
@@ -49,7 +49,7 @@ TEST_CASE("eval: a policy that rebuilds its episodes scores chance in a sealed r
   // Public seeds are known by heart, whether numbers are told or not.
   CHECK(only_task(eval + "--tell-episodes")["sr"] == 1.0);
   CHECK(only_task(eval)["sr"] == 1.0);
-  const Json task = only_task(eval + "--seed-file " + sealed.seed_file);
+  const ParsedJson task = only_task(eval + "--seed-file " + sealed.seed_file);
   CHECK(task["n_episodes"] == 50);
   // Three standard deviations above chance.
   CHECK(task["sr"].get<double>() <= 1.0 / 3 + 3 * 0.067);
@@ -59,9 +59,9 @@ TEST_CASE("eval: a policy that rebuilds its episodes scores chance in a sealed r
 TEST_CASE("eval: a sealed run is that of the seed which its secret makes", "[apps]") {
   const Sealed sealed;
   const std::string eval = "eval " + kId + " --json --episodes 3 ";
-  const Json task = only_task(eval + "--seed-file " + sealed.seed_file);
-  const std::uint64_t seed = SeedSeal(kSecret).start_seed();
-  const Json plain = only_task(eval + "--seed " + std::to_string(seed));
+  const ParsedJson task = only_task(eval + "--seed-file " + sealed.seed_file);
+  const std::uint64_t seed = SeedCommitment(kSecret).start_seed();
+  const ParsedJson plain = only_task(eval + "--seed " + std::to_string(seed));
   for (const char* key : {"start_seed", "episode_seeds", "successes", "returns", "sr"}) {
     INFO(key);
     CHECK(task[key] == plain[key]);
@@ -87,7 +87,7 @@ TEST_CASE("eval: until the end of a sealed run nothing tells its seeds", "[apps]
   INFO(result.err);
   REQUIRE(result.code == 0);
   const std::string secret = kSecret.substr(0, kSecret.size() - 1);
-  const std::string seed = std::to_string(SeedSeal(kSecret).start_seed());
+  const std::string seed = std::to_string(SeedCommitment(kSecret).start_seed());
   const std::string spied = read_file(seen);
   CHECK_THAT(spied, Catch::Contains("--seed-file"));
   CHECK_THAT(spied, !Catch::Contains(secret) && !Catch::Contains(seed) &&
@@ -98,10 +98,10 @@ TEST_CASE("eval: until the end of a sealed run nothing tells its seeds", "[apps]
     INFO(entry.path());
     CHECK_THAT(read_file(entry.path()), !Catch::Contains(secret) && !Catch::Contains(seed));
   }
-  const Json settings = Json::parse(read_file(run / "settings.json"));
+  const ParsedJson settings = ParsedJson::parse(read_file(run / "settings.json"));
   CHECK(settings["start_seed"].is_null());
   CHECK(settings["sealed"]["sha256"] == to_hex(sha256(kSecret)));
-  const Json task = Json::parse(read_file(run / (kId + ".json")));
+  const ParsedJson task = ParsedJson::parse(read_file(run / (kId + ".json")));
   CHECK(task["episode_seeds"].is_null());
 }
 
@@ -123,18 +123,19 @@ TEST_CASE("eval: a sealed run is resumed with its secret, and opened at the end"
   require_refusal(resume + " --seed-file " + other, 2, to_hex(sha256(kSecret)));
   CHECK(read_file(run / (kId + ".json")) == closed);
 
-  const Json opened = engram_command(resume + " --json --seed-file " + sealed.seed_file).json();
-  const std::uint64_t seed = SeedSeal(kSecret).start_seed();
-  CHECK(opened["tasks"][0]["episode_seeds"] == std::vector<std::uint64_t>{seed, seed + 1});
-  CHECK(opened["tasks"].size() == 2);
-  CHECK(Json::parse(read_file(run / (kId + ".json"))) == opened["tasks"][0]);
+  const ParsedJson revealed =
+      engram_command(resume + " --json --seed-file " + sealed.seed_file).json();
+  const std::uint64_t seed = SeedCommitment(kSecret).start_seed();
+  CHECK(revealed["tasks"][0]["episode_seeds"] == std::vector<std::uint64_t>{seed, seed + 1});
+  CHECK(revealed["tasks"].size() == 2);
+  CHECK(ParsedJson::parse(read_file(run / (kId + ".json"))) == revealed["tasks"][0]);
   // Now anybody can read it, and go on without the file.
-  CHECK(engram_command(resume + " --json").json() == opened);
+  CHECK(engram_command(resume + " --json").json() == revealed);
   // A run that was killed while it opened its results goes on.
   std::ofstream(run / (kId + ".json")) << closed;
   std::ofstream(run / "settings.json") << settings;
-  CHECK(engram_command(resume + " --json --seed-file " + sealed.seed_file).json() == opened);
-  CHECK(Json::parse(read_file(run / (kId + ".json"))) == opened["tasks"][0]);
+  CHECK(engram_command(resume + " --json --seed-file " + sealed.seed_file).json() == revealed);
+  CHECK(ParsedJson::parse(read_file(run / (kId + ".json"))) == revealed["tasks"][0]);
 }
 
 TEST_CASE("eval: what a sealed run needs is said", "[apps]") {
@@ -160,4 +161,4 @@ TEST_CASE("eval: told episodes are named in the results", "[apps]") {
   CHECK_FALSE(only_task(eval).contains("tell_episodes"));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

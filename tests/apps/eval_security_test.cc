@@ -11,7 +11,7 @@
 #include "protocol/eval/results/result_files.h"
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -57,8 +57,8 @@ TEST_CASE("eval: a folder cannot name the command to run", "[apps]") {
   const std::string ran = (folder.path() / "ran").string();
   REQUIRE(engram_command(kEval + "--policy zero --out " + folder.path().string() + "/r").code == 0);
   const fs::path run = run_in(folder.path() / "r");
-  const Json own = Json::parse(read_file(run / "settings.json"));
-  Json theirs = own;
+  const ParsedJson own = ParsedJson::parse(read_file(run / "settings.json"));
+  ParsedJson theirs = own;
   theirs["policy"] = "external";
   theirs["policy_config"] = {{"command", "touch " + ran + "; exit 3"}};
   fs::remove(run / "RememberColor3-VLA-v0.json");
@@ -89,9 +89,9 @@ TEST_CASE("eval: a run with an external policy continues with the same command",
   const std::string policy = with_command(pipe_policy()) + "--policy-name pipes ";
   const CommandResult whole =
       engram_command(kEval + policy + "--json --out " + folder.path().string());
-  const Json task = whole.json()["tasks"][0];
+  const ParsedJson task = whole.json()["tasks"][0];
   CHECK(task["version"] ==
-        Json::parse(read_file(run_in(folder.path()) / "settings.json"))["version"]);
+        ParsedJson::parse(read_file(run_in(folder.path()) / "settings.json"))["version"]);
   CHECK(task["model"]["name"] == "pipes");
   fs::remove(run_in(folder.path()) / "RememberColor3-VLA-v0.json");
   const std::string resume = "eval --json --resume " + run_in(folder.path()).string();
@@ -171,4 +171,4 @@ TEST_CASE("eval: an interrupted run ends without waiting for busy threads", "[ap
   CHECK_THAT(result.err, Catch::StartsWith("engram: interrupted; "));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -7,7 +7,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 // The variable that names a shell script as Python.
 inline std::string fake_python(const TemporaryFolder& folder, const std::string& script) {
@@ -20,4 +20,4 @@ inline std::string fake_python(const TemporaryFolder& folder, const std::string&
 // Prints the arguments, one a line, without -c and the program.
 inline constexpr const char* kPrintArguments = "shift 2; printf '%s\\n' \"$@\"";
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -9,15 +9,15 @@
 #include "protocol/make/make.h"
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 constexpr const char* kId = "RememberColor9-VLA-v0";
 
 // Sum of the widths of a layout, whose offsets must follow from them.
-int checked_width(const Json& layout) {
+int checked_width(const ParsedJson& layout) {
   int offset = 0;
-  for (const Json& field : layout) {
+  for (const ParsedJson& field : layout) {
     CHECK(field["offset"] == offset);
     offset += field["width"].get<int>();
   }
@@ -27,29 +27,29 @@ int checked_width(const Json& layout) {
 }  // namespace
 
 TEST_CASE("info: agrees with the library", "[apps]") {
-  const Json task = engram_command(std::string("info --json ") + kId).json();
-  const auto env = make(kId);
+  const ParsedJson task = engram_command(std::string("info --json ") + kId).json();
+  const auto batch = make(kId);
   CHECK(task["id"] == kId);
-  CHECK(task["horizon"] == env->info().horizon);
+  CHECK(task["horizon"] == batch->info().horizon);
   CHECK(task["chance"].get<double>() == Approx(1.0 / 9));
-  CHECK(task["state_dim"] == env->state_dim());
-  CHECK(checked_width(task["state_fields"]) == env->state_dim());
+  CHECK(task["state_dim"] == batch->state_dim());
+  CHECK(checked_width(task["state_fields"]) == batch->state_dim());
   CHECK(checked_width(task["proprio"]) == 7);
   CHECK(task["action_spaces"].size() == static_cast<std::size_t>(kControlModes));
   CHECK(task["action_spaces"]["pd_ee_delta_pose"]["dim"] == 7);
   CHECK(task["action_spaces"]["pd_ee_delta_pose"]["low"] == std::vector<double>(7, -1));
-  CHECK(task["draws"].size() == Queries(*env).random_variables().size());
+  CHECK(task["draws"].size() == Queries(*batch).random_variables().size());
   CHECK(task["draws"][1]["name"] == "target");
-  CHECK(task["outputs"].size() == env->outputs().size());
+  CHECK(task["outputs"].size() == batch->outputs().size());
   std::set<std::string> privileged;
   for (const auto& output : task["outputs"]) {
     if (output["privileged"].get<bool>()) privileged.insert(output["name"].get<std::string>());
   }
   CHECK(privileged == std::set<std::string>{"observation", "oracle_info", "obj_to_goal_pos",
                                             "is_obj_placed", "reward_dict"});
-  CHECK(task["props"].size() == env->physics_model().props().size());
+  CHECK(task["props"].size() == batch->physics_model().props().size());
   CHECK(task["constants"]["COLORS"] == 9);
-  CHECK(task["phases"].size() == env->info().phases.size());
+  CHECK(task["phases"].size() == batch->info().phases.size());
   CHECK(task["paraphrases"].size() >= 10);
   for (const char* key : {"family", "split", "memory_type", "canonical", "instruction",
                           "termination", "reward_terms", "candidates"}) {
@@ -81,4 +81,4 @@ TEST_CASE("info: the MJCF dump is a scene that MuJoCo loads", "[apps]") {
   CHECK(mj_name2id(model.get(), mjOBJ_BODY, "cube_8") >= 0);
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

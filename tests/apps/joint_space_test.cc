@@ -6,7 +6,7 @@
 #include "tests/apps/command.h"
 #include "tests/build_paths.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -30,8 +30,8 @@ std::string policy_for(int proprio, int action) {
 TEST_CASE("eval: the oracle succeeds in joint space, and results tell the mode", "[apps]") {
   const std::string command =
       std::string("eval ") + kId + " ShellGamePush-VLA-v0 --episodes 6 --json ";
-  const Json usual = engram_command(command).json();
-  const Json joints =
+  const ParsedJson usual = engram_command(command).json();
+  const ParsedJson joints =
       engram_command(command + "--control-mode pd_joint_pos --joint-proprio").json();
   for (std::size_t i = 0; i < 2; ++i) {
     CHECK(usual["tasks"][i]["control_mode"] == "pd_ee_delta_pose");
@@ -74,16 +74,16 @@ TEST_CASE("eval: a run is not resumed in another control mode", "[apps]") {
 }
 
 TEST_CASE("eval: a suite has its tasks and its number of episodes", "[apps]") {
-  const Json few = engram_command("eval --suite mikasa5 --episodes 1 --json").json();
+  const ParsedJson few = engram_command("eval --suite mikasa5 --episodes 1 --json").json();
   REQUIRE(few["tasks"].size() == 5);
-  CHECK(few["tasks"][0]["episode_seeds"] == Json({4242424242}));
+  CHECK(few["tasks"][0]["episode_seeds"] == ParsedJson({4242424242}));
   std::vector<std::string> ids;
-  for (const Json& task : few["tasks"]) ids.push_back(task["env_id"]);
+  for (const ParsedJson& task : few["tasks"]) ids.push_back(task["env_id"]);
   CHECK(ids == std::vector<std::string>{"ShellGameTouch-VLA-v0", "RememberColor3-VLA-v0",
                                         "RememberColor5-VLA-v0", "RememberColor9-VLA-v0",
                                         "InterceptMedium-VLA-v0"});
-  const Json all = engram_command("eval --suite mikasa5 --json").json();
-  for (const Json& task : all["tasks"]) CHECK(task["n_episodes"] == 100);
+  const ParsedJson all = engram_command("eval --suite mikasa5 --json").json();
+  for (const ParsedJson& task : all["tasks"]) CHECK(task["n_episodes"] == 100);
 
   const CommandResult unknown = engram_command("eval --suite mikasa6");
   CHECK(unknown.code == 2);
@@ -99,7 +99,7 @@ TEST_CASE("collect: folders have one control mode", "[apps]") {
       "collect RememberColor3-VLA-v0 --episodes 2 --out " + folder.path().string() + " ";
   REQUIRE(engram_command(command + "--control-mode pd_joint_pos --joint-proprio").code == 0);
   const fs::path path = folder.path() / "data_npz" / kId;
-  const Json metadata = Json::parse(read_file(path / "metadata.json"));
+  const ParsedJson metadata = ParsedJson::parse(read_file(path / "metadata.json"));
   CHECK(metadata["engram"]["control_mode"] == "pd_joint_pos");
   CHECK(metadata["engram"]["joint_proprio"] == true);
   const CommandResult other = engram_command(command + "--joint-proprio");
@@ -117,8 +117,8 @@ TEST_CASE("collect: folders have one control mode", "[apps]") {
 
 TEST_CASE("verify: joint space repeats bit for bit", "[apps]") {
   const std::string command = std::string("verify ") + kId + " --steps 2 --obs rgb --json ";
-  const Json usual = engram_command(command).json();
-  const Json joints =
+  const ParsedJson usual = engram_command(command).json();
+  const ParsedJson joints =
       engram_command(command + "--control-mode pd_joint_delta_pos --joint-proprio").json();
   CHECK(joints[0]["different"] == 0);
   CHECK(joints[0]["fingerprint"] != usual[0]["fingerprint"]);
@@ -131,10 +131,10 @@ TEST_CASE("record: the oracle acts in joint space", "[apps]") {
                           (folder.path() / "a.gif").string() + " " + options)
         .json();
   };
-  const Json usual = report("");
-  const Json joints = report("--control-mode pd_joint_pos --joint-proprio");
+  const ParsedJson usual = report("");
+  const ParsedJson joints = report("--control-mode pd_joint_pos --joint-proprio");
   CHECK(joints["success_once"] == true);
   CHECK(joints["frames"] == usual["frames"]);
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace engram::tests {
+namespace engram::test {
 
 // Files of this extension below a folder, also while another process writes there.
 inline std::size_t files_below(const std::filesystem::path& folder, std::string_view extension) {
@@ -27,4 +27,4 @@ inline bool has_ended(pid_t child) {
          info.si_pid == child;
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

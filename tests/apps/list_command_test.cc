@@ -8,31 +8,32 @@
 #include "protocol/make/make.h"
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 TEST_CASE("list: the whole registry, in order", "[apps]") {
-  const Json tasks = engram_command("list --json").json();
+  const ParsedJson tasks = engram_command("list --json").json();
   REQUIRE(tasks.size() == registry().size());
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const RegistryEntry& entry = registry()[i];
-    const Json& task = tasks[i];
+    const ParsedJson& task = tasks[i];
     CHECK(keys_of(task) == std::vector<std::string>{"id", "family", "split", "memory_type",
                                                     "horizon", "canonical", "instruction",
                                                     "action_dim", "state_dim", "candidates"});
     CHECK(task["id"] == entry.id);
     CHECK(task["horizon"] == entry.horizon);
-    const auto env = make(entry.id);
-    CHECK(task["action_dim"] == env->action_dim());
+    const auto batch = make(entry.id);
+    CHECK(task["action_dim"] == batch->action_dim());
     CHECK(task["action_dim"] == (entry.split == Split::kRl ? 8 : 7));
-    CHECK(task["state_dim"] == env->state_dim());
-    CHECK(task["candidates"] == env->info().candidates);
+    CHECK(task["state_dim"] == batch->state_dim());
+    CHECK(task["candidates"] == batch->info().candidates);
   }
 }
 
 TEST_CASE("list: filters", "[apps]") {
-  const Json tasks = engram_command("list --split short --family RememberColor --json").json();
+  const ParsedJson tasks =
+      engram_command("list --split short --family RememberColor --json").json();
   REQUIRE(tasks.size() == 3);
-  for (const Json& task : tasks) CHECK(task["family"] == "RememberColor");
+  for (const ParsedJson& task : tasks) CHECK(task["family"] == "RememberColor");
   CHECK(tasks[2]["candidates"] == 9);
   const CommandResult table = engram_command("list --split long");
   CHECK(table.code == 0);
@@ -73,4 +74,4 @@ TEST_CASE("list: the benchmark's own table", "[apps]") {
   require_refusal("list --csv --json", 2, "--json");
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

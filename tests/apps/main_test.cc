@@ -6,7 +6,7 @@
 #include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 TEST_CASE("command: version and help go to standard output", "[apps]") {
   const CommandResult version = engram_command("--version");
@@ -128,4 +128,4 @@ TEST_CASE("command: an output that cannot be written is a failure", "[apps]") {
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

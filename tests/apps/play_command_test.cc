@@ -7,7 +7,7 @@
 #include "tests/build_paths.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 TEST_CASE("play: Python gets the arguments of the command line", "[apps]") {
   const TemporaryFolder folder;
   const std::string variants = std::string(test::kRoot) + "/apps/examples/medium_variants.json";
@@ -43,4 +43,4 @@ TEST_CASE("play: options that are empty or unknown are refused", "[apps]") {
   require_refusal("play --token x", 2, "--token");
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

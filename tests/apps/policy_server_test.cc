@@ -9,7 +9,7 @@
 #include "tests/apps/command.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 const std::string kEval = "eval RememberColor3-VLA-v0 --episodes 1 ";
@@ -83,4 +83,4 @@ TEST_CASE("serve: Python gets the arguments of the command line", "[apps]") {
   require_refusal("serve", 2, "--policy is required");
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -4,7 +4,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 TEST_CASE("probe: the same for any threads, as JSON, as files and as a table", "[apps][probe]") {
@@ -18,7 +18,7 @@ TEST_CASE("probe: the same for any threads, as JSON, as files and as a table", "
   CHECK(engram_command(words + "--json --threads 2 --num-envs 8").out == one.out);
   CHECK(read_file(folder.path() / "probes" / "probe.json") == one.out);
   CHECK_THAT(read_file(folder.path() / "probes" / "probe.html"), Catch::Contains("<svg"));
-  const Json document = Json::parse(one.out);
+  const ParsedJson document = ParsedJson::parse(one.out);
   CHECK(document["settings"]["obs_mode"] == "objects");
   CHECK(document["tasks"][0]["twins"]["both_follow"]["rate"] == 0.0);
   CHECK(!document["tasks"][0].contains("capacity"));
@@ -93,4 +93,4 @@ TEST_CASE("probe: ranks under mpirun give the same bytes", "[apps][probe]") {
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -5,7 +5,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 TEST_CASE("Without a terminal there is no progress bar", "[apps]") {
@@ -18,4 +18,4 @@ TEST_CASE("Without a terminal there is no progress bar", "[apps]") {
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -8,7 +8,7 @@
 #include "tests/media/video_reader.h"
 #include "tests/sanitizers.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 using test::read_video;
@@ -23,7 +23,7 @@ std::string arguments(const std::filesystem::path& out, const std::string& optio
 
 // Records and decodes.
 ReadVideo record(const std::filesystem::path& out, const std::string& options) {
-  const Json report = engram_command(arguments(out, options + " --json")).json();
+  const ParsedJson report = engram_command(arguments(out, options + " --json")).json();
   CHECK(keys_of(report) == std::vector<std::string>{"out", "frames", "success_once", "obs_mode",
                                                     "action_chunk_size", "model"});
   CHECK(report["out"] == out.string());
@@ -69,7 +69,7 @@ TEST_CASE("record: videos have a frame of the beginning and one after every step
   const TemporaryFolder folder;
   for (const char* name : {"a.mp4", "a.gif"}) {
     const auto out = folder.path() / name;
-    const Json report = engram_command(arguments(out, "--size 64 --json")).json();
+    const ParsedJson report = engram_command(arguments(out, "--size 64 --json")).json();
     CHECK(report["frames"] == 26);
     CHECK(report["success_once"] == true);
     CHECK(report["obs_mode"] == "none");
@@ -90,10 +90,10 @@ TEST_CASE("record: every camera, at every size", "[apps]") {
   const TemporaryFolder folder;
   for (const char* camera : {"base", "hand", "render"}) {
     const auto out = folder.path() / (std::string(camera) + ".png");
-    const ReadVideo picture = record(out, std::string("--width 33 --height 21 --camera ") + camera);
-    REQUIRE(picture.frames.size() == 1);
-    CHECK(picture.frames[0].width == 33);
-    CHECK(picture.frames[0].height == 21);
+    const ReadVideo image = record(out, std::string("--width 33 --height 21 --camera ") + camera);
+    REQUIRE(image.frames.size() == 1);
+    CHECK(image.frames[0].width == 33);
+    CHECK(image.frames[0].height == 21);
   }
   CHECK(read_file(folder.path() / "base.png") != read_file(folder.path() / "hand.png"));
   CHECK(read_file(folder.path() / "base.png") != read_file(folder.path() / "render.png"));
@@ -146,7 +146,7 @@ TEST_CASE("record: overlays show step, reward and target", "[apps]") {
   CHECK(below == 512);
 }
 
-TEST_CASE("record: pictures of moments, and sheets of them", "[apps]") {
+TEST_CASE("record: images of moments, and sheets of them", "[apps]") {
   const TemporaryFolder folder;
   const std::string base = "--camera base --size 40 ";
   const ReadFrame sheet = record(folder.path() / "at.png", base + "--at 0,9,2,25").frames.at(0);
@@ -155,10 +155,10 @@ TEST_CASE("record: pictures of moments, and sheets of them", "[apps]") {
   const ReadFrame second = record(folder.path() / "two.png", base + "--at 2").frames.at(0);
   CHECK(second.at(20, 30) == sheet.at(60, 30));
   CHECK(second.at(5, 5) == sheet.at(45, 5));
-  CHECK(sheet.at(100, 60) == kBlack);  // no picture there
+  CHECK(sheet.at(100, 60) == kBlack);  // no image there
 
   const auto out = folder.path() / "sheet.png";
-  const Json report = engram_command(arguments(out, base + "--sheet 6 --json")).json();
+  const ParsedJson report = engram_command(arguments(out, base + "--sheet 6 --json")).json();
   CHECK(report["frames"] == 6);
   CHECK(report["success_once"] == true);
   CHECK(read_video(out.string()).frames.at(0).width == 120);
@@ -183,14 +183,15 @@ TEST_CASE("record: an external policy observes the same as in an evaluation", "[
   };
   for (const std::string obs : {"", "--obs state", "--obs objects"}) {
     INFO(obs);
-    const Json task = engram_command(std::string("eval ") + kId + " --episodes 1 --json " + obs +
-                                     command("evaluated"))
-                          .json()["tasks"][0];
-    const Json report = engram_command(arguments(folder.path() / "a.mp4",
-                                                 "--size 64 --seed 4242424242 --json --policy-name "
-                                                 "mine " +
-                                                     obs + command("recorded")))
-                            .json();
+    const ParsedJson task = engram_command(std::string("eval ") + kId + " --episodes 1 --json " +
+                                           obs + command("evaluated"))
+                                .json()["tasks"][0];
+    const ParsedJson report =
+        engram_command(arguments(folder.path() / "a.mp4",
+                                 "--size 64 --seed 4242424242 --json --policy-name "
+                                 "mine " +
+                                     obs + command("recorded")))
+            .json();
     CHECK(report["frames"] == 26);
     CHECK(report["success_once"] == task["successes"][0]);
     CHECK(report["obs_mode"] == task["obs_mode"]);
@@ -297,4 +298,4 @@ TEST_CASE("record: a full disk leaves the old file as it was", "[apps]") {
   CHECK(files_in(folder.path()) == 3);
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

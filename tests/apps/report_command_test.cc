@@ -5,7 +5,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 TEST_CASE("report: tables of a run's folder", "[apps]") {
@@ -25,7 +25,7 @@ TEST_CASE("report: tables of a run's folder", "[apps]") {
   CHECK_THAT(report("--format latex"), Catch::StartsWith("\\begin{tabular}"));
   CHECK(report("--format csv") == read_file(run / "summary.csv"));
   CHECK(report("--format episodes") == read_file(run / "episodes.csv"));
-  const Json entry = Json::parse(report("--format vla-eval"));
+  const ParsedJson entry = ParsedJson::parse(report("--format vla-eval"));
   CHECK(entry["benchmark"] == "mikasa");
   CHECK(entry["overall_score"].is_null());
   const std::string out = (folder.path() / "table.md").string();
@@ -42,4 +42,4 @@ TEST_CASE("report: what is no result is refused", "[apps]") {
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -8,19 +8,19 @@
 #include "protocol/make/make.h"
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
-Json rollout(const std::string& options) {
+ParsedJson rollout(const std::string& options) {
   return engram_command(std::string("rollout ") + kId + " --json " + options).json();
 }
 
 }  // namespace
 
 TEST_CASE("rollout: exactly the documented fields", "[apps]") {
-  const Json report = rollout("--num-envs 8 --steps 70 --threads 2");
+  const ParsedJson report = rollout("--num-envs 8 --steps 70 --threads 2");
   CHECK(keys_of(report) ==
         std::vector<std::string>{"id", "num_envs", "steps", "threads", "obs", "policy", "renderer",
                                  "rules", "env_steps_per_second", "physics_steps_per_second",
@@ -45,7 +45,7 @@ TEST_CASE("rollout: exactly the documented fields", "[apps]") {
 }
 
 TEST_CASE("rollout: without a finished episode there is no rate of success", "[apps]") {
-  const Json report = rollout("--num-envs 2 --steps 5");
+  const ParsedJson report = rollout("--num-envs 2 --steps 5");
   CHECK(report["episodes"] == 0);
   CHECK(report["success_once"].is_null());
   CHECK(report["mean_return"].is_null());
@@ -53,7 +53,7 @@ TEST_CASE("rollout: without a finished episode there is no rate of success", "[a
 
 TEST_CASE("rollout: the hash does not depend on threads, but on the seed", "[apps]") {
   const std::string options = "--num-envs 16 --steps 40 --hash --seed ";
-  const Json one = rollout(options + "5 --threads 1");
+  const ParsedJson one = rollout(options + "5 --threads 1");
   CHECK(one["hash"].get<std::string>().size() == 16);
   CHECK(one["hash"] == rollout(options + "5 --threads 2")["hash"]);
   CHECK(one["hash"] != rollout(options + "6 --threads 1")["hash"]);
@@ -63,7 +63,7 @@ TEST_CASE("rollout: the hash does not depend on threads, but on the seed", "[app
 
 TEST_CASE("rollout: images are counted and hashed", "[apps]") {
   const std::string options = "--obs rgb --num-envs 4 --steps 12 --hash";
-  const Json report = rollout(options + " --threads 1");
+  const ParsedJson report = rollout(options + " --threads 1");
   CHECK(report["obs"] == "rgb");
   CHECK(report["renderer"] == "cpu");
   CHECK(report["images_per_second"].get<double>() ==
@@ -78,30 +78,31 @@ TEST_CASE("rollout: the hash is that of the library's outputs", "[apps]") {
   options.seed = 9;
   options.threads = 1;
   options.chunk = 3;
-  const auto env = make(kId, options);
-  std::vector<float> actions(4 * static_cast<std::size_t>(env->action_dim()));
+  const auto batch = make(kId, options);
+  std::vector<float> actions(4 * static_cast<std::size_t>(batch->action_dim()));
   apps::Digest digest(4);
-  env->reset();
-  digest.update(*env);
+  batch->reset();
+  digest.update(*batch);
   for (int step = 0; step < 30; ++step) {
-    ScriptedPolicy(*env, Policy::kRandom).act(actions);
-    env->step(actions);
-    digest.update(*env);
+    ScriptedPolicy(*batch, Policy::kRandom).act(actions);
+    batch->step(actions);
+    digest.update(*batch);
   }
-  const Json report = rollout("--num-envs 4 --seed 9 --steps 30 --hash");
+  const ParsedJson report = rollout("--num-envs 4 --seed 9 --steps 30 --hash");
   CHECK(std::stoull(report["hash"].get<std::string>(), nullptr, 16) == digest.value());
 }
 
 TEST_CASE("rollout: as many episodes as asked for, in every auto-reset mode", "[apps]") {
   for (const char* mode : {"next-step", "same-step", "off"}) {
     INFO(mode);
-    const Json report =
+    const ParsedJson report =
         rollout(std::string("--num-envs 4 --episodes 3 --policy oracle --auto-reset ") + mode);
     CHECK(report["episodes"] == 3);
     CHECK(report["success_once"] == 1.0);
     CHECK(report["steps"] == 25);
   }
-  const Json several = rollout("--num-envs 4 --episodes 10 --policy zero --auto-reset same-step");
+  const ParsedJson several =
+      rollout("--num-envs 4 --episodes 10 --policy zero --auto-reset same-step");
   CHECK(several["episodes"] == 10);
   CHECK(several["steps"] == 75);
   CHECK(rollout("--episodes 3 --policy zero")["num_envs"] == 3);
@@ -110,19 +111,20 @@ TEST_CASE("rollout: as many episodes as asked for, in every auto-reset mode", "[
 }
 
 TEST_CASE("rollout: --auto-reset off ends with the last episode", "[apps]") {
-  const Json report = rollout("--num-envs 3 --steps 500 --policy zero --auto-reset off");
+  const ParsedJson report = rollout("--num-envs 3 --steps 500 --policy zero --auto-reset off");
   CHECK(report["steps"] == 25);
   CHECK(report["episodes"] == 3);
 }
 
 TEST_CASE("rollout: options reach the simulation", "[apps]") {
   const std::string base = "--num-envs 4 --steps 20 --hash ";
-  const Json plain = rollout(base);
+  const ParsedJson plain = rollout(base);
   CHECK(plain["hash"] != rollout(base + "--no-freeze-cue")["hash"]);
   CHECK(plain["hash"] != rollout(base + "--rotation-sign 1")["hash"]);
   CHECK(plain["hash"] != rollout(base + "--reward sparse")["hash"]);
   CHECK(plain["hash"] != rollout(base + "--control-mode pd_joint_delta_pos")["hash"]);
-  const Json ended = rollout("--num-envs 4 --episodes 4 --policy oracle --terminate-on-success");
+  const ParsedJson ended =
+      rollout("--num-envs 4 --episodes 4 --policy oracle --terminate-on-success");
   CHECK(ended["steps"].get<int>() < 25);
 }
 
@@ -132,7 +134,7 @@ TEST_CASE("rollout: pins fix what episodes draw", "[apps]") {
   CHECK(rollout(base + "--pin target=2 --hash")["hash"] !=
         rollout(base + "--pin target=1 --hash")["hash"]);
   const std::string places = "--pin positions=-0.1,-0.15,-0.1,0,-0.1,0.15 ";
-  const Json pinned = rollout(base + places + "--hash");
+  const ParsedJson pinned = rollout(base + places + "--hash");
   CHECK(pinned["success_once"] == 1.0);
   CHECK(pinned["hash"] != rollout(base + "--hash")["hash"]);
   CHECK(pinned["hash"] == rollout(base + places + "--hash --threads 1")["hash"]);
@@ -151,4 +153,4 @@ TEST_CASE("rollout: text output", "[apps]") {
   CHECK_THAT(result.out, Catch::Contains("env steps/s") && Catch::Contains("none finished"));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

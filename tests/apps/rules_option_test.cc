@@ -6,7 +6,7 @@
 
 #include "tests/apps/command.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -15,9 +15,9 @@ constexpr const char* kId = "SeqOfColors3-VLA-v0";
 
 // Values of a task's options as `info` has them.
 std::map<std::string, double> option_values(const std::string& arguments) {
-  const Json task = engram_command(std::string("info --json ") + kId + arguments).json();
+  const ParsedJson task = engram_command(std::string("info --json ") + kId + arguments).json();
   std::map<std::string, double> values;
-  for (const Json& option : task["options"]) values[option["name"]] = option["value"];
+  for (const ParsedJson& option : task["options"]) values[option["name"]] = option["value"];
   return values;
 }
 
@@ -39,7 +39,7 @@ TEST_CASE("rules: info shows the options of a rule set", "[apps][rules]") {
         Values{{"strict", 0}, {"strict_order", 1}, {"touch_radius", 0.05}});
   CHECK(option_values(" --option touch_radius=0.05 --rules original") ==
         Values{{"strict", 0}, {"strict_order", 1}, {"touch_radius", 0.05}});
-  const Json task = engram_command(std::string("info --json --rules original ") + kId).json();
+  const ParsedJson task = engram_command(std::string("info --json --rules original ") + kId).json();
   CHECK(task["rules"] == "original");
   CHECK(task["options"][0]["default"] == 0.05);
   CHECK(task["options"][0]["original"] == 0.02);
@@ -63,8 +63,8 @@ TEST_CASE("rules: rollouts follow and report them", "[apps][rules]") {
                           "--steps 8 --hash --json " + rules)
         .json();
   };
-  const Json reference = rollout("");
-  const Json original = rollout("--rules original");
+  const ParsedJson reference = rollout("");
+  const ParsedJson original = rollout("--rules original");
   CHECK(reference["rules"] == "reference");
   CHECK(original["rules"] == "original");
   CHECK(original["hash"] != reference["hash"]);
@@ -76,12 +76,12 @@ TEST_CASE("rules: results name them, and a folder has one rule set", "[apps][rul
   const TemporaryFolder folder;
   const std::string command = std::string("eval TakeItBack-VLA-v0 RotateLenientPos-VLA-v0 ") +
                               "--episodes 2 --policy zero --json ";
-  const Json document =
+  const ParsedJson document =
       engram_command(command + "--rules original --out " + folder.path().string()).json();
-  for (const Json& task : document["tasks"]) CHECK(task["rules"] == "original");
+  for (const ParsedJson& task : document["tasks"]) CHECK(task["rules"] == "original");
   const fs::path results = only_entry(folder.path() / "short");
-  CHECK(Json::parse(read_file(results / "settings.json"))["rules"] == "original");
-  CHECK(Json::parse(read_file(results / "TakeItBack-VLA-v0.json"))["rules"] == "original");
+  CHECK(ParsedJson::parse(read_file(results / "settings.json"))["rules"] == "original");
+  CHECK(ParsedJson::parse(read_file(results / "TakeItBack-VLA-v0.json"))["rules"] == "original");
   CHECK_THAT(read_file(results / "report.html"), Catch::Contains("original"));
   const std::string resume = "eval --resume " + results.string();
   CHECK(engram_command(resume).code == 0);
@@ -95,8 +95,8 @@ TEST_CASE("rules: data sets name them, and a folder has one rule set", "[apps][r
   const std::string command =
       "collect BlinkCountButtonPressEasy-VLA-v0 --episodes 1 --out " + folder.path().string() + " ";
   const auto metadata = [&folder] {
-    return Json::parse(read_file(folder.path() / "data_npz" / "BlinkCountButtonPressEasy-VLA-v0" /
-                                 "metadata.json"));
+    return ParsedJson::parse(read_file(folder.path() / "data_npz" /
+                                       "BlinkCountButtonPressEasy-VLA-v0" / "metadata.json"));
   };
   REQUIRE(engram_command(command + "--rules original").code == 0);
   CHECK(metadata()["engram"]["rules"] == "original");
@@ -125,4 +125,4 @@ TEST_CASE("rules: constants without effect are warned of, once", "[apps][rules]"
   CHECK(engram_command("info --json" + given).json()["warnings"].empty());
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

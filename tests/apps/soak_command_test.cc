@@ -6,7 +6,7 @@
 #include "tests/apps/command.h"
 #include "tests/sanitizers.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
@@ -21,7 +21,7 @@ TEST_CASE("soak: an interrupted command reports its work, and fails", "[apps][so
   INFO(result.err);
   CHECK(result.code == 1);
   CHECK_THAT(result.err, Catch::Contains("interrupted; reported is what was done until then"));
-  const Json report = Json::parse(result.out);
+  const ParsedJson report = ParsedJson::parse(result.out);
   CHECK(report["stopped"] == true);
   CHECK(report["env_steps"].get<int>() > 0);
 }
@@ -29,10 +29,10 @@ TEST_CASE("soak: an interrupted command reports its work, and fails", "[apps][so
 TEST_CASE("soak: the command's fields, and nothing lost in a few steps and cycles",
           "[apps][soak]") {
   if (test::kSanitized) return;  // the bounds are of the ordinary heap
-  const Json report = engram_command(std::string("soak ") + kId +
-                                     " TakeItBack-VLA-v0 --env-steps 600 --cycles 40 "
-                                     "--max-drift 1000 --json")
-                          .json();
+  const ParsedJson report = engram_command(std::string("soak ") + kId +
+                                           " TakeItBack-VLA-v0 --env-steps 600 --cycles 40 "
+                                           "--max-drift 1000 --json")
+                                .json();
   CHECK(keys_of(report) == std::vector<std::string>{"env_steps", "cycles", "threads", "stopped",
                                                     "step_seconds", "cycle_seconds", "passed",
                                                     "bounds", "unstable", "tasks", "step_samples",
@@ -46,12 +46,12 @@ TEST_CASE("soak: the command's fields, and nothing lost in a few steps and cycle
   CHECK(report["tasks"][0]["visits"].size() == 3);
   CHECK(report["step_samples"].size() == 6);
   CHECK(report["cycle_samples"].size() == 40);
-  for (const Json& sample : report["cycle_samples"]) {
+  for (const ParsedJson& sample : report["cycle_samples"]) {
     CHECK(sample["resident_bytes"].get<double>() > sample["allocated_bytes"].get<double>());
     CHECK(sample["threads"] == 1);
   }
   REQUIRE(report["bounds"].size() == 12);
-  for (const Json& bound : report["bounds"]) {
+  for (const ParsedJson& bound : report["bounds"]) {
     INFO(bound["name"]);
     CHECK(bound["kept"] == true);
   }
@@ -65,4 +65,4 @@ TEST_CASE("soak: refusals", "[apps][soak]") {
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

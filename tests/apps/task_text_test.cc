@@ -10,8 +10,8 @@ namespace engram::apps {
 namespace {
 
 TEST_CASE("The text of a task has a section for each part of its description", "[apps]") {
-  const auto env = make("RememberColor9-VLA-v0", {.num_envs = 1, .threads = 1});
-  const std::string text = task_text(describe_task(*env));
+  const auto batch = make("RememberColor9-VLA-v0", {.num_envs = 1, .threads = 1});
+  const std::string text = task_text(describe_task(*batch));
   CHECK(text.starts_with("RememberColor9-VLA-v0: "));
   for (const char* section : {"Answer", "Phases", "Drawn per episode", "Props", "Actions",
                               "Observation", "Proprio", "Outputs", "Reward", "Constants"}) {

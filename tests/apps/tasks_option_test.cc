@@ -5,7 +5,7 @@
 #include "tests/apps/command.h"
 #include "tests/apps/fake_python.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -20,9 +20,10 @@ std::string tasks() { return " --tasks '" + library("touch_spot") + "'"; }
 double success(const std::string& policy) {
   const TemporaryFolder folder;
   const std::string out = folder.path().string() + "/out";
-  const Json results = engram_command("eval " + std::string(kId) + " --episodes 300 --policy " +
-                                      policy + " --json --out '" + out + "'" + tasks())
-                           .json();
+  const ParsedJson results =
+      engram_command("eval " + std::string(kId) + " --episodes 300 --policy " + policy +
+                     " --json --out '" + out + "'" + tasks())
+          .json();
   return results["tasks"][0]["sr"];
 }
 
@@ -33,12 +34,12 @@ TEST_CASE("A library's tasks work in every command", "[apps][task_library]") {
              Catch::Contains(kId) && Catch::Contains("130 tasks"));
   CHECK_THAT(engram_command(tasks() + " info " + kId).out, Catch::Contains("horizon 30"));
   require_refusal(std::string("info ") + kId, 2, "no task");
-  const Json checked =
+  const ParsedJson checked =
       engram_command(std::string("verify ") + kId + " --obs state --json" + tasks()).json();
   CHECK(checked[0]["different"] == 0);
   const TemporaryFolder folder;
-  const std::string picture = (folder.path() / "x.png").string();
-  CHECK(engram_command(std::string("record ") + kId + " --out " + picture + " --sheet 2" + tasks())
+  const std::string image = (folder.path() / "x.png").string();
+  CHECK(engram_command(std::string("record ") + kId + " --out " + image + " --sheet 2" + tasks())
             .code == 0);
   require_refusal(std::string("rollout ") + kId + " --set GOAL_THRESH=9" + tasks(), 2,
                   "'GOAL_THRESH': 9 given");
@@ -90,4 +91,4 @@ TEST_CASE("A library that does not fit is refused by every command", "[apps][tas
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -5,7 +5,7 @@
 #include "tests/apps/command.h"
 #include "tests/apps/fake_python.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,8 +24,8 @@ struct VariantsFile {
   explicit VariantsFile(const std::string& text = kFile) { std::ofstream(path) << text; }
 };
 
-const Json& constant(const Json& description, const std::string& name) {
-  for (const Json& one : description["changeable"]) {
+const ParsedJson& constant(const ParsedJson& description, const std::string& name) {
+  for (const ParsedJson& one : description["changeable"]) {
     if (one["name"] == name) return one;
   }
   FAIL("no constant " << name);
@@ -35,27 +35,28 @@ const Json& constant(const Json& description, const std::string& name) {
 }  // namespace
 
 TEST_CASE("Constants change by --set, and info lists them", "[apps][variants]") {
-  const Json plain = engram_command("info RememberShape5-VLA-v0 --json").json();
+  const ParsedJson plain = engram_command("info RememberShape5-VLA-v0 --json").json();
   CHECK(constant(plain, "SHAPES")["value"] == 5);
   CHECK(constant(plain, "SHAPES")["low"] == 2);
   CHECK(constant(plain, "SHAPES")["kind"] == "integer");
   CHECK(plain["changed"].empty());
-  const Json changed =
+  const ParsedJson changed =
       engram_command(
           "info RememberShape5-VLA-v0 --json --set SHAPES=2 --set SHAPE_MAPPING=star,cube "
           "--set GOAL_THRESH=0.04 --set CUE_PHASE_STEPS=2,3 --set EMPTY_PHASE_STEPS=4")
           .json();
   CHECK(changed["candidates"] == 2);
-  CHECK(constant(changed, "SHAPE_MAPPING")["value"] == Json({"star", "cube"}));
-  CHECK(constant(changed, "CUE_PHASE_STEPS")["value"] == Json({2, 3}));
-  CHECK(constant(changed, "EMPTY_PHASE_STEPS")["value"] == Json({4, 4}));
+  CHECK(constant(changed, "SHAPE_MAPPING")["value"] == ParsedJson({"star", "cube"}));
+  CHECK(constant(changed, "CUE_PHASE_STEPS")["value"] == ParsedJson({2, 3}));
+  CHECK(constant(changed, "EMPTY_PHASE_STEPS")["value"] == ParsedJson({4, 4}));
   CHECK(changed["changed"]["GOAL_THRESH"] == 0.04);
   CHECK_THAT(engram_command("info RememberShape5-VLA-v0 --set SHAPES=3").out,
              Catch::Contains("Constants that can be changed"));
-  const Json rollout = engram_command(
-                           "rollout RememberColor9-VLA-v0 --policy oracle --num-envs 8 --steps 40 "
-                           "--set COLORS=2 --json")
-                           .json();
+  const ParsedJson rollout =
+      engram_command(
+          "rollout RememberColor9-VLA-v0 --policy oracle --num-envs 8 --steps 40 "
+          "--set COLORS=2 --json")
+          .json();
   CHECK(rollout["success_once"] == 1.0);
 }
 
@@ -85,7 +86,7 @@ TEST_CASE("Ids out of a file work in every command", "[apps][variants]") {
              Catch::Contains("horizon 40"));
   require_refusal(std::string("info ") + kId, 2, "did you mean");
 
-  const Json checked =
+  const ParsedJson checked =
       engram_command(std::string("verify ") + kId + " --obs state --json" + file.option).json();
   CHECK(checked[0]["different"] == 0);
   CHECK(engram_command(std::string("record ") + kId + " --out " +
@@ -112,11 +113,11 @@ TEST_CASE("Evaluations of variants name them, and continue with the same ones on
   fs::path run;
   for (const auto& entry : fs::directory_iterator(out / "short")) run = entry.path();
   const fs::path result = run / (std::string(kId) + ".json");
-  const Json document = Json::parse(read_file(result));
+  const ParsedJson document = ParsedJson::parse(read_file(result));
   CHECK(document["sr"] == 1.0);
   CHECK(document["variant"]["base"] == "RememberColor9-VLA-v0");
-  CHECK(document["variant"]["constants"]["CUE_PHASE_STEPS"] == Json({10, 12}));
-  CHECK_FALSE(Json::parse(read_file(run / "RememberColor3-VLA-v0.json")).contains("variant"));
+  CHECK(document["variant"]["constants"]["CUE_PHASE_STEPS"] == ParsedJson({10, 12}));
+  CHECK_FALSE(ParsedJson::parse(read_file(run / "RememberColor3-VLA-v0.json")).contains("variant"));
 
   // The folder has the id's constants; with others it is not continued.
   const std::string before = read_file(result);
@@ -135,7 +136,7 @@ TEST_CASE("A data set continues with the same constants only", "[apps][variants]
   const std::string command = std::string("collect ") + kId + " --episodes 1" + out + file.option;
   REQUIRE(engram_command(command).code == 0);
   const fs::path metadata = file.folder.path() / "data" / "data_npz" / kId / "metadata.json";
-  const Json document = Json::parse(read_file(metadata));
+  const ParsedJson document = ParsedJson::parse(read_file(metadata));
   CHECK(document["engram"]["variant"]["constants"]["COLORS"] == 2);
   require_refusal(command + " --set COLORS=3", 2, "was collected with variant");
   CHECK(engram_command(command).code == 0);
@@ -158,7 +159,7 @@ TEST_CASE("The option set takes every constant as info prints it", "[apps][varia
         "ShellGameShuffleColorLampTouch-VLA-v0"}) {
     INFO(id);
     const std::string info = std::string("info ") + id + " --json";
-    const Json plain = engram_command(info).json();
+    const ParsedJson plain = engram_command(info).json();
     std::string settings;
     for (const auto& [name, value] : plain["constants"].items()) {
       settings += " --set '" + name + "=" +
@@ -166,15 +167,15 @@ TEST_CASE("The option set takes every constant as info prints it", "[apps][varia
     }
     CHECK(engram_command(info + settings).json() == plain);
   }
-  const Json colored = engram_command(
-                           "info RememberShapeAndColor3x2-VLA-v0 --json --set SHAPES=4 "
-                           "--set 'COLOR_PALETTE={\"0\": [1, 0.5, 0.1, 1], \"1\": \"Blue\"}'")
-                           .json();
-  CHECK(constant(colored, "COLOR_PALETTE")["value"] == Json({{1.0, 0.5, 0.1}, "blue"}));
+  const ParsedJson colored = engram_command(
+                                 "info RememberShapeAndColor3x2-VLA-v0 --json --set SHAPES=4 "
+                                 "--set 'COLOR_PALETTE={\"0\": [1, 0.5, 0.1, 1], \"1\": \"Blue\"}'")
+                                 .json();
+  CHECK(constant(colored, "COLOR_PALETTE")["value"] == ParsedJson({{1.0, 0.5, 0.1}, "blue"}));
   CHECK(constant(colored, "COLOR_PALETTE")["kind"] == "colors");
-  CHECK(colored["constants"]["COLOR_PALETTE"]["1"] == Json({0.0, 0.0, 1.0, 1.0}));
+  CHECK(colored["constants"]["COLOR_PALETTE"]["1"] == ParsedJson({0.0, 0.0, 1.0, 1.0}));
   require_refusal("info RememberColor3-VLA-v0 --set 'COLORS=[1,'", 2, "NAME=JSON");
   require_refusal("info RememberColor3-VLA-v0 --set HEIGHT_OFFSET=1", 2, "did you mean");
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

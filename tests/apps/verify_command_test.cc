@@ -5,14 +5,14 @@
 #include "tests/build_paths.h"
 #include "tests/sanitizers.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 TEST_CASE("command: verify reports the comparisons", "[apps]") {
   const std::string arguments = "verify ShellGameTouch-VLA-v0 RememberColor3-VLA-v0 --steps 1";
-  const Json rows = engram_command(arguments + " --json").json();
+  const ParsedJson rows = engram_command(arguments + " --json").json();
   REQUIRE(rows.size() == 6);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Json& row = rows[i];
+    const ParsedJson& row = rows[i];
     CHECK(keys_of(row) == std::vector<std::string>{"id", "obs", "plays", "episodes", "env_steps",
                                                    "different", "fingerprint"});
     CHECK(row["id"] == (i % 2 == 0 ? "ShellGameTouch-VLA-v0" : "RememberColor3-VLA-v0"));
@@ -39,7 +39,7 @@ TEST_CASE("command: verify fails if results depend on the order of work", "[apps
   const CommandResult result = engram_command(arguments, "", environment);
   CHECK(result.code == 1);
   CHECK_THAT(result.err, Catch::Contains("1 of 1 checks found different bits"));
-  CHECK(Json::parse(result.out)[0]["different"] > 0);
+  CHECK(ParsedJson::parse(result.out)[0]["different"] > 0);
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

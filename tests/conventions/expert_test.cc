@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 // Headers with which actions are made.
 const std::vector<std::string> kServos = {
     "tasks/common/tcp_servo.h", "tasks/common/grasp_servo.h",  "tasks/common/press_servo.h",
-    "tasks/common/tour.h",      "tasks/common/guess_stream.h", "tasks/external/array_functions.h"};
+    "tasks/common/tour.h",      "tasks/common/guess_stream.h", "tasks/custom/array_functions.h"};
 
 bool is_expert(const fs::path& file) { return file.stem().string().ends_with("expert"); }
 

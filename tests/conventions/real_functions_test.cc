@@ -23,7 +23,7 @@ bool has_floats_of_eigen(const std::string& line) {
   return std::regex_search(line, floats);
 }
 
-// OpenGL's pictures depend on the driver anyway.
+// OpenGL's images depend on the driver anyway.
 bool may_be_inexact(const std::filesystem::path& file) {
   return file.parent_path() == "render/egl";
 }

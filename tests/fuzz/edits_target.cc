@@ -8,7 +8,7 @@
 
 #include "protocol/datasets/demonstration_folder.h"
 #include "protocol/eval/evaluation_run.h"
-#include "protocol/io/document_checksum.h"
+#include "protocol/io/json_checksum.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {
@@ -24,12 +24,12 @@ EvaluationSettings sound_settings() {
   settings.tasks = {kId};
   settings.episodes = 2;
   settings.policy = "mine";
-  settings.policy_config = DocumentTable{{"command", "true"}};
+  settings.policy_config = JsonTable{{"command", "true"}};
   settings.set_environment({});
   return settings;
 }
 
-Document sound_result() {
+Json sound_result() {
   TaskResult result;
   result.entry = &require_entry(kId);
   result.successes = {true, false};
@@ -40,7 +40,7 @@ Document sound_result() {
   return task_document(result, sound_settings());
 }
 
-Document sound_metadata() {
+Json sound_metadata() {
   const Folder root;
   return DemonstrationFolder(root.path(), require_entry(kId), {.episodes = 3, .max_attempts = 9})
       .metadata();
@@ -48,36 +48,36 @@ Document sound_metadata() {
 
 // --- edits ---
 
-Document any_value(Input& input) {
-  const Document values[] = {nullptr,
-                             true,
-                             0,
-                             -1,
-                             1e300,
-                             2.5,
-                             1'000'000'000'000,
-                             std::numeric_limits<std::int64_t>::min(),
-                             std::numeric_limits<std::uint64_t>::max(),
-                             "",
-                             "../../outside/victim",
-                             "RememberColor3-VLA-v0\0x"s,
-                             "\x1b[2J",
-                             std::string(5000, 'x'),
-                             "touch ../outside/victim",
-                             "oracle",
-                             "rgb",
-                             DocumentList(),
-                             DocumentList(3, DocumentList{1}),
-                             DocumentTable(),
-                             DocumentTable{{"command", "touch ../outside/victim"}}};
+Json any_value(Input& input) {
+  const Json values[] = {nullptr,
+                         true,
+                         0,
+                         -1,
+                         1e300,
+                         2.5,
+                         1'000'000'000'000,
+                         std::numeric_limits<std::int64_t>::min(),
+                         std::numeric_limits<std::uint64_t>::max(),
+                         "",
+                         "../../outside/victim",
+                         "RememberColor3-VLA-v0\0x"s,
+                         "\x1b[2J",
+                         std::string(5000, 'x'),
+                         "touch ../outside/victim",
+                         "oracle",
+                         "rgb",
+                         JsonList(),
+                         JsonList(3, JsonList{1}),
+                         JsonTable(),
+                         JsonTable{{"command", "touch ../outside/victim"}}};
   const int choice = input.choice(std::size(values) + 2);
   if (choice < static_cast<int>(std::size(values))) return values[choice];
-  return choice % 2 == 0 ? Document(input.take<double>()) : Document(input.text());
+  return choice % 2 == 0 ? Json(input.take<double>()) : Json(input.text());
 }
 
 // Walks into the document by the input's choice and changes what it comes to.
-void edit(Document& document, Input& input) {
-  if (auto* table = std::get_if<DocumentTable>(&document.value); table && !table->empty()) {
+void edit(Json& document, Input& input) {
+  if (auto* table = std::get_if<JsonTable>(&document.value); table && !table->empty()) {
     const auto at = static_cast<std::size_t>(input.choice(table->size()));
     switch (input.choice(8)) {
       case 0:
@@ -94,7 +94,7 @@ void edit(Document& document, Input& input) {
         return;
     }
   }
-  if (auto* list = std::get_if<DocumentList>(&document.value); list && !list->empty()) {
+  if (auto* list = std::get_if<JsonList>(&document.value); list && !list->empty()) {
     const int choice = input.choice(list->size() + 2);
     if (choice < static_cast<int>(list->size())) {
       edit((*list)[static_cast<std::size_t>(choice)], input);
@@ -133,7 +133,7 @@ struct Place {
 };
 
 // The document in the file, or something that is no file of engram's.
-void put(const Place& place, const fs::path& path, const Document& document, int form) {
+void put(const Place& place, const fs::path& path, const Json& document, int form) {
   std::error_code ignored;
   fs::remove_all(path, ignored);
   switch (form) {
@@ -157,14 +157,14 @@ void put(const Place& place, const fs::path& path, const Document& document, int
   }
 }
 
-void check_results(const Place& place, const Document& sound) {
+void check_results(const Place& place, const Json& sound) {
   accepted([&] {
     const ResultFolder folder = ResultFolder::open(place.results);
     EvaluationSettings settings = folder.settings().value_or(sound_settings());
     require(settings.tasks.size() < 1000, "tasks");
     EvaluationRun run(std::move(settings), folder);
     (void)run.open_tasks();
-    for (const Document& task : run.tasks()) require(task == sound, "an edited result is taken");
+    for (const Json& task : run.tasks()) require(task == sound, "an edited result is taken");
     run.finish("fuzz");
   });
 }
@@ -178,8 +178,8 @@ void check_metadata(const Place& place) {
 }
 
 // As somebody edits it who knows the checksum.
-Document with_checksum(const Document& edited) {
-  DocumentTable all = table(edited);
+Json with_checksum(const Json& edited) {
+  JsonTable all = table(edited);
   std::erase_if(all, [](const auto& entry) { return entry.first == "checksum"; });
   add_checksum(all);
   return all;
@@ -189,12 +189,12 @@ Document with_checksum(const Document& edited) {
 
 void fuzz_edits(Data data) {
   static const Place place;
-  static const Document settings = sound_settings().document();
-  static const Document result = sound_result();
-  static const Document metadata = sound_metadata();
+  static const Json settings = sound_settings().document();
+  static const Json result = sound_result();
+  static const Json metadata = sound_metadata();
   Input input(data);
   const int what = input.choice(4);
-  const std::pair<fs::path, const Document*> files[] = {
+  const std::pair<fs::path, const Json*> files[] = {
       {place.results / "settings.json", &settings},
       {place.results / (std::string(kId) + ".json"), &result},
       {place.data / "metadata.json", &metadata},
@@ -205,7 +205,7 @@ void fuzz_edits(Data data) {
     if (static_cast<int>(i) != what) put(place, files[i].first, *files[i].second, 9);
   }
   const auto& [path, sound] = files[what];
-  Document edited = *sound;
+  Json edited = *sound;
   const int form = input.choice(what == 3 ? 5 : 40);
   for (int edits = 1 + input.choice(3); edits > 0; --edits) edit(edited, input);
   // Results with a forged checksum may be consistent.

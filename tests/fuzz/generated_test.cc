@@ -29,7 +29,7 @@ std::vector<Bytes> corpus_of(const char* target) {
   std::sort(paths.begin(), paths.end());
   std::vector<Bytes> corpus;
   for (const auto& path : paths) {
-    const std::string text = tests::read_file(path);
+    const std::string text = test::read_file(path);
     corpus.emplace_back(text.begin(), text.end());
   }
   return corpus;

@@ -107,7 +107,7 @@ void talk(Data greeting, Data said, int rows) {
       require(reply.chunk(row).size() % 7 == 0, "a chunk of parts of actions");
     }
   }
-  policy.require_drained();
+  policy.check_no_pending_reply();
 }
 
 }  // namespace

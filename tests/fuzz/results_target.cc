@@ -5,7 +5,7 @@
 #include "protocol/eval/evaluation_run.h"
 #include "protocol/eval/results/comparison.h"
 #include "protocol/eval/results/result_tables.h"
-#include "protocol/io/document_checksum.h"
+#include "protocol/io/json_checksum.h"
 #include "tests/fuzz/input.h"
 
 namespace engram::fuzz {
@@ -22,9 +22,9 @@ std::string with_version(std::string_view text) {
 
 // With its checksum, without which no settings are read; every second text as it is.
 std::string with_checksum(const std::string& text) {
-  const std::optional<Document> document = parse_document(text);
+  const std::optional<Json> document = parse_json(text);
   if (!document || !is_table(*document) || text.size() % 2 == 0) return text;
-  DocumentTable all = table(*document);
+  JsonTable all = table(*document);
   std::erase_if(all, [](const auto& entry) { return entry.first == "checksum"; });
   add_checksum(all);
   return to_text(all);

@@ -31,7 +31,7 @@ const std::vector<std::string>& ids() {
 }
 
 struct Saved {
-  std::unique_ptr<Batch> env;
+  std::unique_ptr<Batch> batch;
   std::vector<std::byte> early;
   std::vector<std::byte> late;
 };
@@ -40,22 +40,22 @@ struct Saved {
 Saved& batch(int id, bool physics) {
   static std::map<int, Saved> batches;
   Saved& saved = batches[2 * id + (physics ? 1 : 0)];
-  if (saved.env == nullptr) {
+  if (saved.batch == nullptr) {
     BatchOptions options;
     options.num_envs = 1;
     options.threads = 1;
     options.substeps = physics ? 1 : 0;
     options.reward_mode = RewardMode::kDense;
     options.auto_reset = AutoReset::kSameStep;
-    saved.env = make(ids()[static_cast<std::size_t>(id)], options);
-    saved.env->reset();
-    saved.early = Snapshotter(*saved.env).save();
+    saved.batch = make(ids()[static_cast<std::size_t>(id)], options);
+    saved.batch->reset();
+    saved.early = Snapshotter(*saved.batch).save();
     std::vector<float> actions(7);
     for (int i = 0; i < 8; ++i) {
-      ScriptedPolicy(*saved.env, Policy::kOracle).act(actions);
-      saved.env->step(actions);
+      ScriptedPolicy(*saved.batch, Policy::kOracle).act(actions);
+      saved.batch->step(actions);
     }
-    saved.late = Snapshotter(*saved.env).save();
+    saved.late = Snapshotter(*saved.batch).save();
   }
   return saved;
 }
@@ -74,8 +74,8 @@ void fix_checksum(std::vector<std::byte>& bytes) {
 }
 
 // Values in the place of others: anywhere, or in an element of one of the columns.
-void edit(const Batch& env, Input& input, std::vector<std::byte>& bytes) {
-  const std::size_t outputs_at = bytes.size() - env.outputs().row_bytes();
+void edit(const Batch& batch, Input& input, std::vector<std::byte>& bytes) {
+  const std::size_t outputs_at = bytes.size() - batch.outputs().row_bytes();
   std::uint64_t label_bytes = 0;
   std::memcpy(&label_bytes, bytes.data() + kLabelBytesAt, sizeof label_bytes);
   const std::size_t memory_at = kHeader + label_bytes;
@@ -86,7 +86,7 @@ void edit(const Batch& env, Input& input, std::vector<std::byte>& bytes) {
       put(bytes, at, input.take_bytes(8));
       continue;
     }
-    const ColumnStore& store = kind == 1 ? env.outputs() : env.memory();
+    const ColumnStore& store = kind == 1 ? batch.outputs() : batch.memory();
     std::size_t at = kind == 1 ? outputs_at : memory_at;
     const std::size_t column = input.take<std::uint8_t>() % store.size();
     for (std::size_t i = 0; i < column; ++i) {
@@ -101,17 +101,17 @@ void edit(const Batch& env, Input& input, std::vector<std::byte>& bytes) {
 }
 
 // Everything that reads what was restored.
-void use(Batch& env) {
+void use(Batch& batch) {
   std::vector<float> actions(7);
   Overlay overlay;
-  SceneRenderer(env).overlay(0, overlay);
-  require(!Queries(env).instruction(0).empty(), "no instruction");
-  (void)Queries(env).cue_end(0);
-  require(!describe_words(env, 0).empty(), "no words");
+  SceneRenderer(batch).overlay(0, overlay);
+  require(!Queries(batch).instruction(0).empty(), "no instruction");
+  (void)Queries(batch).cue_end(0);
+  require(!describe_words(batch, 0).empty(), "no words");
   for (const Policy policy : {Policy::kOracle, Policy::kBlind, Policy::kRandom}) {
-    ScriptedPolicy(env, policy).act(actions);
+    ScriptedPolicy(batch, policy).act(actions);
     for (float& action : actions) action = std::isfinite(action) ? action : 0.0F;
-    env.step(actions);
+    batch.step(actions);
   }
 }
 
@@ -121,25 +121,25 @@ void fuzz_snapshot(Data data) {
   Input input(data);
   const int flags = input.take<std::uint8_t>();
   Saved& saved = batch(input.choice(ids().size()), (flags & 7) == 7);
-  Batch& env = *saved.env;
-  Snapshotter(env).restore(saved.late);
+  Batch& batch = *saved.batch;
+  Snapshotter(batch).restore(saved.late);
   std::vector<std::byte> bytes = (flags & 8) != 0 ? saved.early : saved.late;
   if ((flags & 48) == 48) {  // any bytes at all
     bytes.resize(input.rest().size());
     put(bytes, 0, input.rest());
   } else {
-    edit(env, input, bytes);
+    edit(batch, input, bytes);
     if ((flags & 64) != 0) fix_checksum(bytes);
   }
-  if (!accepted([&] { Snapshotter(env).restore(bytes); })) {
-    require(Snapshotter(env).save() == saved.late, "a refused snapshot changed something");
+  if (!accepted([&] { Snapshotter(batch).restore(bytes); })) {
+    require(Snapshotter(batch).save() == saved.late, "a refused snapshot changed something");
     return;
   }
   // Observations are computed again; everything else is as given.
-  const std::vector<std::byte> taken = Snapshotter(env).save();
-  Snapshotter(env).restore(taken);
-  require(Snapshotter(env).save() == taken, "a restored snapshot differs from what was given");
-  use(env);
+  const std::vector<std::byte> taken = Snapshotter(batch).save();
+  Snapshotter(batch).restore(taken);
+  require(Snapshotter(batch).save() == taken, "a restored snapshot differs from what was given");
+  use(batch);
 }
 
 }  // namespace engram::fuzz

@@ -14,10 +14,10 @@ Overlay overlay_of(const char* id, double target) {
   BatchOptions options;
   options.threads = 1;
   options.pins = {{make_task(id)->info().hidden_variable, {target}}};
-  Batch env(make_task(id), options);
-  env.reset();
+  Batch batch(make_task(id), options);
+  batch.reset();
   Overlay overlay = make_overlay(512, 512);
-  SceneRenderer(env).overlay(0, overlay);
+  SceneRenderer(batch).overlay(0, overlay);
   return overlay;
 }
 
@@ -114,7 +114,7 @@ TEST_CASE("overlay: step and reward, the latter unless it is disabled", "[render
   ::unsetenv("MIKASA_DISABLE_REWARD_OVERLAY");
 }
 
-TEST_CASE("overlay: grows and shrinks with the picture and stays in its place", "[render]") {
+TEST_CASE("overlay: grows and shrinks with the image and stays in its place", "[render]") {
   CHECK(make_overlay(1024, 512).width == 1024);
   CHECK(make_overlay(300, 600).height == 1024);
   Overlay overlay = make_overlay(256, 256);

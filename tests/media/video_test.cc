@@ -14,10 +14,10 @@ namespace engram {
 namespace {
 
 using test::distance;
+using test::read_file;
 using test::read_video;
 using test::ReadVideo;
-using tests::read_file;
-using tests::TemporaryFolder;
+using test::TemporaryFolder;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kWidth = 96;
@@ -116,7 +116,7 @@ TEST_CASE("video: links are replaced, and what a killed process left goes", "[re
     CHECK(read_video(path).frames.size() == 2);
     std::filesystem::remove(path);
   }
-  CHECK(tests::read_file(other) == "precious");
+  CHECK(test::read_file(other) == "precious");
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()),
                       std::filesystem::directory_iterator()) == 1);
 }

@@ -47,10 +47,10 @@ TEST_CASE("Visual props cost physics nothing and change no bit", "[mjcf][lamp]")
                  {lamp_place, cube_place, lamp_place});
   test::Rig without({cube}, {cube_place});
 
-  const PhysicsModel& model = with.env().physics_model();
+  const PhysicsModel& model = with.batch().physics_model();
   const CollisionScene& scene = model.collision();
   CHECK(scene.shape_pairs().size() ==
-        without.env().physics_model().collision().shape_pairs().size());
+        without.batch().physics_model().collision().shape_pairs().size());
   CHECK(scene.body_of_prop(0) == -1);
   CHECK(scene.body_of_prop(1) >= 0);
   CHECK(scene.body_of_prop(2) == -1);

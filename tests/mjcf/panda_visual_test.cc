@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr int kVisual = 2;  // group
 constexpr int kSize = 128;  // pixels
 
-// Pixels of each body in a sensor camera's picture of the robot at a pose.
+// Pixels of each body in a sensor camera's image of the robot at a pose.
 std::map<std::string, int> count_pixels(const Model& model, const Data& data,
                                         const std::string& camera) {
   const int id = test::id(model, mjOBJ_CAMERA, camera);
@@ -46,7 +46,7 @@ Arm start_pose(const std::array<double, 7>& noise) {
   return pose;
 }
 
-TEST_CASE("Wrist, hand and camera share the picture as in the original's", "[mjcf][panda]") {
+TEST_CASE("Wrist, hand and camera share the image as in the original's", "[mjcf][panda]") {
   // Start poses; in the original, link 7 had 0.70 to 0.78 of the hand's pixels, the camera 0.24 to
   // 0.29, in eleven of them.
   const std::array<double, 7> poses[] = {

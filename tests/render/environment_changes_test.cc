@@ -114,7 +114,7 @@ void check(const MakeRenderer& make) {
     rows.geom_surface = surfaces.data();
     CHECK(draw(*renderer, rows) == usual);
   }
-  // Pictures without changes are as before.
+  // Images without changes are as before.
   CHECK(draw(*renderer, rig.instances()) == usual);
 }
 

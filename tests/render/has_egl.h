@@ -7,7 +7,7 @@
 
 namespace engram {
 
-// Says so and returns false where pictures cannot be drawn.
+// Says so and returns false where images cannot be drawn.
 inline bool has_egl() {
   static const EglInfo info = query_egl();
   if (!info.available) WARN("skipped: " << info.problem);

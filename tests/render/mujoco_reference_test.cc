@@ -113,8 +113,8 @@ class Comparison {
   std::vector<float> geom_pose_, camera_pose_;
 };
 
-struct Picture {
-  explicit Picture(int size_in)
+struct Image {
+  explicit Image(int size_in)
       : size(size_in), pixels(static_cast<std::size_t>(size) * static_cast<std::size_t>(size)) {
     rgb.resize(3 * pixels);
     depth.resize(pixels);
@@ -135,7 +135,7 @@ struct Difference {
   int images = 0;
 };
 
-void accumulate(const Picture& a, const Picture& b, Difference& sum) {
+void accumulate(const Image& a, const Image& b, Difference& sum) {
   double color = 0;
   double silhouette = 0;
   double depth = 0;
@@ -164,8 +164,8 @@ Difference compare(Renderer& renderer, Comparison& comparison,
   for (unsigned state = 0; state < 24; ++state) {
     comparison.shuffle(state);
     for (std::size_t camera = 0; camera < comparison.scene().cameras.size(); ++camera) {
-      Picture theirs(kSize);
-      Picture ours(kSize);
+      Image theirs(kSize);
+      Image ours(kSize);
       reference.render(comparison.data(), comparison.scene().cameras[camera].name, kSize, kSize,
                        theirs.rgb.data(), theirs.depth.data(), theirs.segment.data());
       const RenderImage image = {

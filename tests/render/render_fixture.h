@@ -15,7 +15,7 @@
 
 namespace engram::test {
 
-struct Picture {
+struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgb;
@@ -88,26 +88,26 @@ class RenderRig {
     return {geom_pose.data(), rgba.data(), emission.data(), visible.data(), camera_pose.data()};
   }
 
-  Picture render(Renderer& renderer, int width = 64, int height = 64) const {
-    Picture picture;
-    picture.width = width;
-    picture.height = height;
+  Image render(Renderer& renderer, int width = 64, int height = 64) const {
+    Image image;
+    image.width = width;
+    image.height = height;
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    picture.rgb.resize(3 * pixels);
-    picture.depth.resize(pixels);
-    picture.segment.resize(pixels);
+    image.rgb.resize(3 * pixels);
+    image.depth.resize(pixels);
+    image.segment.resize(pixels);
     RenderImage image;
     image.width = width;
     image.height = height;
-    image.rgb = picture.rgb.data();
+    image.rgb = image.rgb.data();
     image.row_stride = 3 * width;
-    image.depth = picture.depth.data();
-    image.segment = picture.segment.data();
+    image.depth = image.depth.data();
+    image.segment = image.segment.data();
     renderer.render(0, instances(), {&image, 1});
-    return picture;
+    return image;
   }
 
-  Picture render(int width = 64, int height = 64, const CpuRendererOptions& options = {}) const {
+  Image render(int width = 64, int height = 64, const CpuRendererOptions& options = {}) const {
     return render(*make_cpu_renderer(scene, options, 1), width, height);
   }
 

@@ -27,8 +27,8 @@ struct AnnotatedFrame {
   friend bool operator==(const AnnotatedFrame&, const AnnotatedFrame&) = default;
 };
 
-inline AnnotatedFrame annotate(const Batch& env, int index = 0) {
-  const Annotator& annotator = *Queries(env).annotator();
+inline AnnotatedFrame annotate(const Batch& batch, int index = 0) {
+  const Annotator& annotator = *Queries(batch).annotator();
   return {annotator.plan(index), annotator.subtask(index), annotator.subtasks_done(index),
           annotator.memory(index), annotator.object(index)};
 }
@@ -38,7 +38,7 @@ struct AnnotatedEpisode {
   AnnotatedFrame end;                  // after the last action
   bool success = false;
   int cue_end = 0;
-  std::unique_ptr<Batch> env;  // as it is at the end
+  std::unique_ptr<Batch> batch;  // as it is at the end
 
   // The different subtasks in words, in the order in which each came first.
   std::vector<std::string> subtasks() const {
@@ -70,15 +70,15 @@ inline AnnotatedEpisode play_annotated(std::string_view id, std::uint64_t seed,
   options.terminate_on_success = true;
   options.pins = std::move(pins);
   AnnotatedEpisode episode;
-  episode.env = make_env(id, options);
-  episode.env->reset();
-  episode.cue_end = Queries(*episode.env).cue_end(0);
-  while ((episode.env->terminated()[0] | episode.env->truncated()[0]) == 0) {
-    episode.frames.push_back(annotate(*episode.env));
-    step(*episode.env, Policy::kOracle);
+  episode.batch = make_env(id, options);
+  episode.batch->reset();
+  episode.cue_end = Queries(*episode.batch).cue_end(0);
+  while ((episode.batch->terminated()[0] | episode.batch->truncated()[0]) == 0) {
+    episode.frames.push_back(annotate(*episode.batch));
+    step(*episode.batch, Policy::kOracle);
   }
-  episode.end = annotate(*episode.env);
-  episode.success = episode.env->success()[0] != 0;
+  episode.end = annotate(*episode.batch);
+  episode.success = episode.batch->success()[0] != 0;
   return episode;
 }
 

@@ -37,9 +37,9 @@ TEST_CASE("Words: subtasks follow one another up to the last", "[labels]") {
     for (const std::uint64_t seed : {1U, 2U}) {
       const AnnotatedEpisode episode = play_annotated(id, seed);
       if (!episode.success) continue;
-      const int props = static_cast<int>(episode.env->physics_model().props().size());
+      const int props = static_cast<int>(episode.batch->physics_model().props().size());
       std::set<int> visited;
-      int most_done = 0;
+      int max_done = 0;
       for (const AnnotatedFrame& frame : episode.frames) {
         const int length = static_cast<int>(frame.plan.size());
         REQUIRE(length > 1);
@@ -50,12 +50,12 @@ TEST_CASE("Words: subtasks follow one another up to the last", "[labels]") {
           CHECK((std::islower(words.front()) != 0 && std::isalnum(words.back()) != 0));
         }
         visited.insert(frame.subtask);
-        most_done = std::max(most_done, frame.done);
+        max_done = std::max(max_done, frame.done);
       }
       const int last = static_cast<int>(episode.frames.back().plan.size()) - 1;
       CHECK(episode.frames.front().subtask == 0);
       if (has_spare_checks) continue;
-      CHECK(most_done <= last);
+      CHECK(max_done <= last);
       CHECK(episode.end.subtask == last);
       CHECK(episode.end.done == last);
     }
@@ -70,7 +70,7 @@ struct Twins {
   std::vector<double> other;
 };
 
-TEST_CASE("Words: nothing is episode before a picture shows it", "[labels]") {
+TEST_CASE("Words: nothing is episode before an image shows it", "[labels]") {
   const std::vector<Twins> twins = {
       {"RememberColor5-VLA-v0", "target", {1}, {3}},
       {"FindImposterShape5-VLA-v0", "imposter", {0}, {4}},
@@ -101,9 +101,9 @@ TEST_CASE("Words: nothing is episode before a picture shows it", "[labels]") {
       options.obs_mode = ObsMode::kRgb;
       options.auto_reset = AutoReset::kOff;
       options.pins = {{name, value}};
-      auto env = make(task, options);
-      env->reset();
-      return env;
+      auto batch = make(task, options);
+      batch->reset();
+      return batch;
     };
     const auto first = twin(one);
     const auto second = twin(other);

@@ -27,18 +27,18 @@ Outcome play(const std::string& id, Policy policy, bool strict, int episodes) {
   options.threads = 2;
   options.auto_reset = AutoReset::kOff;
   if (strict) options.task_options = {{kStrictOption, 1}};
-  const auto env = make_env(id, options);
-  env->reset();
-  const auto& finished = env->state().finished;
+  const auto batch = make_env(id, options);
+  batch->reset();
+  const auto& finished = batch->state().finished;
   while (std::any_of(finished.data(), finished.data() + episodes,
                      [](std::uint8_t over) { return over == 0; })) {
-    test::step(*env, policy);
+    test::step(*batch, policy);
   }
   Outcome outcome;
   for (int i = 0; i < episodes; ++i) {
-    outcome.success += *row<std::uint8_t>(env->output("success_once"), i);
-    outcome.answered += *row<std::uint8_t>(env->output("answered"), i);
-    outcome.correct += *row<std::uint8_t>(env->output("first_answer_correct"), i);
+    outcome.success += *row<std::uint8_t>(batch->output("success_once"), i);
+    outcome.answered += *row<std::uint8_t>(batch->output("answered"), i);
+    outcome.correct += *row<std::uint8_t>(batch->output("first_answer_correct"), i);
   }
   outcome.success /= episodes;
   outcome.answered /= episodes;
@@ -144,19 +144,19 @@ TEST_CASE("A wrong first answer fails a strict episode for good", "[answer]") {
     options.num_envs = 64;
     options.auto_reset = AutoReset::kOff;
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-    const auto env = make_env("RememberColor9-Long-VLA-v0", options);
-    env->reset();
+    const auto batch = make_env("RememberColor9-Long-VLA-v0", options);
+    batch->reset();
     const auto flag = [&](const char* name, int i) {
-      return *row<std::uint8_t>(env->output(name), i) != 0;
+      return *row<std::uint8_t>(batch->output(name), i) != 0;
     };
     int wrong = 0;
     int recovered = 0;
-    for (int t = 0; t < env->info().horizon; ++t) {
-      test::step(*env, Policy::kSweep);
-      for (int i = 0; i < env->num_envs(); ++i) {
+    for (int t = 0; t < batch->info().horizon; ++t) {
+      test::step(*batch, Policy::kSweep);
+      for (int i = 0; i < batch->num_envs(); ++i) {
         if (!flag("answered", i) || flag("first_answer_correct", i)) continue;
         CHECK(flag("failed", i) == strict);
-        wrong += env->state().elapsed[i] == env->info().horizon ? 1 : 0;
+        wrong += batch->state().elapsed[i] == batch->info().horizon ? 1 : 0;
         recovered += flag("success", i) ? 1 : 0;
       }
     }
@@ -169,12 +169,12 @@ TEST_CASE("Nobody has answered before there is anything to answer", "[answer]") 
   for (const std::string& id : asking(false)) {
     BatchOptions options;
     options.num_envs = 8;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     INFO(id);
-    for (int i = 0; i < env->num_envs(); ++i) {
-      CHECK(*row<std::uint8_t>(env->output("answered"), i) == 0);
-      CHECK(*row<std::uint8_t>(env->output("first_answer_correct"), i) == 0);
+    for (int i = 0; i < batch->num_envs(); ++i) {
+      CHECK(*row<std::uint8_t>(batch->output("answered"), i) == 0);
+      CHECK(*row<std::uint8_t>(batch->output("first_answer_correct"), i) == 0);
     }
   }
 }

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "core/base/constant.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 #include "protocol/make/variants.h"
 #include "tests/build_paths.h"
 #include "tests/env_helpers.h"
@@ -82,7 +82,7 @@ TEST_CASE("Tasks know what the registry knows", "[constants]") {
 
 // What `engram info ID --json` prints, as users pass it back.
 ConstantTable read_back(const ConstantTable& constants) {
-  return parse_constants(to_text(Document(constants)));
+  return parse_constants(to_text(Json(constants)));
 }
 
 TEST_CASE("Every constant can be given as the description prints it", "[constants]") {

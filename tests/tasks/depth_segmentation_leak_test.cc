@@ -24,9 +24,9 @@ std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
   options.images.width = options.images.height = kSide;
   options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
   options.pins = {{draw.name, test::hidden_values(draw, second)}};
-  auto env = make(id, options);
-  env->reset();
-  return env;
+  auto batch = make(id, options);
+  batch->reset();
+  return batch;
 }
 
 struct Count {

@@ -13,10 +13,10 @@ struct FirstAnswer {
   friend bool operator==(const FirstAnswer&, const FirstAnswer&) = default;
 };
 
-inline FirstAnswer first_answer(const Batch& env) {
-  return {*row<std::uint8_t>(env.output("answered"), 0) != 0,
-          *row<std::int32_t>(env.output("first_answer"), 0),
-          *row<std::uint8_t>(env.output("first_answer_correct"), 0) != 0};
+inline FirstAnswer first_answer(const Batch& batch) {
+  return {*row<std::uint8_t>(batch.output("answered"), 0) != 0,
+          *row<std::int32_t>(batch.output("first_answer"), 0),
+          *row<std::uint8_t>(batch.output("first_answer_correct"), 0) != 0};
 }
 
 }  // namespace engram::test

@@ -27,13 +27,13 @@ bool holds_a_prop(const State& state, int env) {
 Grips oracle_grips(const std::string& id) {
   BatchOptions options;
   options.num_envs = 8;
-  const auto env = test::make_env(id, options);
-  env->reset();
-  const State& state = env->state();
+  const auto batch = test::make_env(id, options);
+  batch->reset();
+  const State& state = batch->state();
   Grips grips;
   std::vector<double> before(8, 0);
-  for (int step = 0; step < env->info().horizon; ++step) {
-    test::step(*env, Policy::kOracle);
+  for (int step = 0; step < batch->info().horizon; ++step) {
+    test::step(*batch, Policy::kOracle);
     for (int i = 0; i < 8; ++i) {
       const double* finger = state.qpos.row(i) + kArmJoints;
       const bool still = std::abs(finger[0] - before[static_cast<std::size_t>(i)]) < 1e-4;

@@ -28,13 +28,13 @@ std::vector<std::vector<int>> hidden(const std::string& id, std::uint64_t seed, 
   options.num_envs = episodes;
   options.seed = seed;
   options.threads = 2;
-  const auto env = make_env(id, options);
-  env->reset();
-  if (env->info().oracle_dim == 0 || env->info().oracle_is_real) return {};
+  const auto batch = make_env(id, options);
+  batch->reset();
+  if (batch->info().oracle_dim == 0 || batch->info().oracle_is_real) return {};
   std::vector<std::vector<int>> result;
   for (int i = 0; i < episodes; ++i) {
-    const auto* values = row<std::int32_t>(env->output("oracle_info"), i);
-    result.emplace_back(values, values + env->info().oracle_dim);
+    const auto* values = row<std::int32_t>(batch->output("oracle_info"), i);
+    result.emplace_back(values, values + batch->info().oracle_dim);
   }
   return result;
 }

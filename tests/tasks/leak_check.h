@@ -39,10 +39,10 @@ inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantT
   options.constants = constants;
   options.perturbations = std::move(perturbations);
   options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
-  auto env = make(id, options);
+  auto batch = make(id, options);
   const std::vector<Pin> pins = {{draw.name, hidden_values(draw, second)}};
-  env->reset({.mask = {}, .seeds = {}, .pins = &pins});
-  return env;
+  batch->reset({.mask = {}, .seeds = {}, .pins = &pins});
+  return batch;
 }
 
 inline std::optional<RandomVariable> draw_named(const TaskInfo& info, std::string_view name) {
@@ -53,8 +53,8 @@ inline std::optional<RandomVariable> draw_named(const TaskInfo& info, std::strin
 }
 
 // True if an output may reveal what is hidden: docs/evaluation.md names those infos.
-inline bool is_closed(const Batch& env, const std::string& output) {
-  return output != "instruction" && env.output(output).field->privileged;
+inline bool is_closed(const Batch& batch, const std::string& output) {
+  return output != "instruction" && batch.output(output).field->privileged;
 }
 
 // The outputs of the first environment that differ between two batches, in a bit.
@@ -78,7 +78,7 @@ inline std::vector<std::string> leaking_outputs(const Batch& one, const Batch& o
   return names;
 }
 
-// How closely pictures are compared.
+// How closely images are compared.
 struct LeakCheck {
   int enough = 10;   // pixels in which a cue has to differ
   int closely = 60;  // control steps after the cue of which all are looked at, then one in fifty
@@ -89,18 +89,18 @@ struct LeakCheck {
 
 // A moment in which what is hidden shows: the cue, and the flashes of tasks that show it at a time
 // of the robot's choosing.
-inline bool shows(const Batch& env) {
+inline bool shows(const Batch& batch) {
   for (const char* name : {"flash_active", "lit"}) {
-    for (const ColumnStore* store : {&env.outputs(), &env.memory()}) {
+    for (const ColumnStore* store : {&batch.outputs(), &batch.memory()}) {
       const ColumnView view = store->find(name);
       if (view.field != nullptr) return *row<std::uint8_t>(view, 0) != 0;
     }
   }
-  return env.state().elapsed[0] < Queries(env).cue_end(0);
+  return batch.state().elapsed[0] < Queries(batch).cue_end(0);
 }
 
-inline bool has_answered(const Batch& env) {
-  const ColumnView view = env.outputs().find("answered");
+inline bool has_answered(const Batch& batch) {
+  const ColumnView view = batch.outputs().find("answered");
   return view.field != nullptr && *row<std::uint8_t>(view, 0) != 0;
 }
 
@@ -126,10 +126,10 @@ void play_unanswered(Batch& one, Batch& other, Policy policy, Look&& look) {
 // Plays two episodes that differ in what is hidden alone. Outside the moments that show it, no
 // camera sees a difference, and no info has one, until the robot has answered. People may be
 // shown where the goal is.
-inline void compare_pictures(const std::string& id, Batch& one, Batch& other,
-                             const LeakCheck& check) {
+inline void compare_images(const std::string& id, Batch& one, Batch& other,
+                           const LeakCheck& check) {
   const bool goal_for_people = require_entry(id).definition->expectations.goal_for_people;
-  PicturePair pictures(one, other);
+  ImagePair images(one, other);
   std::vector<float> rest = zeros(one);
   int since_cue = 0;
   int seen = 0;
@@ -137,12 +137,12 @@ inline void compare_pictures(const std::string& id, Batch& one, Batch& other,
   while (one.state().finished[0] == 0 && other.state().finished[0] == 0) {
     if (shows(one) || shows(other)) {
       for (const char* sensor : {"base_camera", "hand_camera"}) {
-        if (seen < check.enough) seen = std::max(seen, pictures.differing_pixels(sensor));
+        if (seen < check.enough) seen = std::max(seen, images.differing_pixels(sensor));
       }
     } else if (since_cue++ <= check.closely || since_cue % 50 == 0) {
       for (const char* camera : {"base_camera", "hand_camera", "render_camera"}) {
         if (goal_for_people && camera == std::string_view("render_camera")) continue;
-        REQUIRE(pictures.differing_pixels(camera) == 0);
+        REQUIRE(images.differing_pixels(camera) == 0);
       }
     }
     if (has_answered(one) || has_answered(other)) break;
@@ -164,7 +164,7 @@ inline void check_leaks(const std::string& id, const ConstantTable& constants, s
   if (!draw || hidden_values(*draw, false) == hidden_values(*draw, true)) return;
   const auto one = make_hiding(id, constants, seed, *draw, false, check.perturbations);
   const auto other = make_hiding(id, constants, seed, *draw, true, check.perturbations);
-  compare_pictures(id, *one, *other, check);
+  compare_images(id, *one, *other, check);
 }
 
 }  // namespace engram::test

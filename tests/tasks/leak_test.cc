@@ -1,4 +1,4 @@
-// No later picture may reveal the content of the cue: else memory would not be needed.
+// No later image may reveal the content of the cue: else memory would not be needed.
 #include <array>
 #include <catch2/catch.hpp>
 #include <string>
@@ -11,7 +11,7 @@
 namespace engram {
 namespace {
 
-using test::PicturePair;
+using test::ImagePair;
 
 constexpr std::uint64_t kEpisodes = 2;  // of long tasks: one
 
@@ -25,7 +25,7 @@ void check_all(Policy policy) {
   }
 }
 
-TEST_CASE("No picture of short episodes after the cue reveals what was shown", "[render][leak]") {
+TEST_CASE("No image of short episodes after the cue reveals what was shown", "[render][leak]") {
   constexpr std::array kPolicies = {Policy::kSweep, Policy::kRandom, Policy::kZero};
   std::size_t turn = 0;
   for (const std::string& id : short_ids()) {
@@ -35,7 +35,7 @@ TEST_CASE("No picture of short episodes after the cue reveals what was shown", "
   }
 }
 
-TEST_CASE("No picture after the cue reveals what was shown under perturbations",
+TEST_CASE("No image after the cue reveals what was shown under perturbations",
           "[render][leak][perturbation]") {
   std::vector<PerturbationLevel> levels;
   for (std::size_t i = 0; i < kPerturbationAxes; ++i) {
@@ -49,17 +49,17 @@ TEST_CASE("No picture after the cue reveals what was shown under perturbations",
   }
 }
 
-TEST_CASE("No picture after the cue reveals what was shown to a robot that rests",
+TEST_CASE("No image after the cue reveals what was shown to a robot that rests",
           "[render][leak][long]") {
   check_all(Policy::kZero);
 }
 
-TEST_CASE("No picture after the cue reveals what was shown to a robot that moves about",
+TEST_CASE("No image after the cue reveals what was shown to a robot that moves about",
           "[render][leak][long]") {
   check_all(Policy::kRandom);
 }
 
-TEST_CASE("No picture after the cue reveals what was shown to a robot that does the task",
+TEST_CASE("No image after the cue reveals what was shown to a robot that does the task",
           "[render][leak][long]") {
   check_all(Policy::kSweep);
 }
@@ -75,7 +75,7 @@ TEST_CASE("The families that hide nothing behind a cue are those that are tested
   }
 }
 
-TEST_CASE("Pictures of Rotate never reveal the angle", "[render][leak]") {
+TEST_CASE("Images of Rotate never reveal the angle", "[render][leak]") {
   for (const std::string& id : test::implemented_ids()) {
     if (id.find("Rotate") != 0) continue;
     INFO(id);
@@ -83,10 +83,10 @@ TEST_CASE("Pictures of Rotate never reveal the angle", "[render][leak]") {
     const RandomVariable draw = *test::draw_named(task->info(), "target_angle");
     const auto one = test::make_hiding(id, {}, 3, draw, false);
     const auto other = test::make_hiding(id, {}, 3, draw, true);
-    PicturePair pictures(*one, *other);
+    ImagePair images(*one, *other);
     for (int t = 0; t < 60; ++t) {
       for (const char* camera : {"base_camera", "hand_camera", "render_camera"}) {
-        REQUIRE(pictures.differing_pixels(camera) == 0);
+        REQUIRE(images.differing_pixels(camera) == 0);
       }
       const std::vector<float> actions = test::act(*one, Policy::kSweep);
       one->step(actions);
@@ -98,8 +98,8 @@ TEST_CASE("Pictures of Rotate never reveal the angle", "[render][leak]") {
 }
 
 // The cube shows where it started until it is moved. From the target on, nothing does: with another
-// start in the environment's memory, and the same robot, pictures are the same.
-TEST_CASE("Pictures of TakeItBack do not reveal the start once the cube is on its target",
+// start in the environment's memory, and the same robot, images are the same.
+TEST_CASE("Images of TakeItBack do not reveal the start once the cube is on its target",
           "[render][leak]") {
   const std::string id = GENERATE(as<std::string>{}, "TakeItBack-VLA-v0", "TakeItBack-v0");
   BatchOptions options;
@@ -119,13 +119,13 @@ TEST_CASE("Pictures of TakeItBack do not reveal the start once the cube is on it
     auto* start = reinterpret_cast<double*>(other->memory().find("initial").row(0));
     start[0] = -start[0];
     start[1] = -start[1] - 0.05;
-    PicturePair pictures(*one, *other);
+    ImagePair images(*one, *other);
     for (int t = 0; t < 15; ++t) {
       const std::vector<float> actions = test::act(*one, Policy::kRandom);
       one->step(actions);
       other->step(actions);
       for (const char* sensor : {"base_camera", "hand_camera"}) {
-        REQUIRE(pictures.differing_pixels(sensor) == 0);
+        REQUIRE(images.differing_pixels(sensor) == 0);
       }
     }
   }

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <variant>
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "core/task/task.h"
 #include "tasks/registry.h"
 
@@ -36,12 +36,12 @@ TEST_CASE("Constants and draws that probes vary are those of every task", "[prob
     CHECK((facts.delay.empty() || has_range(info, facts.delay)));
     CHECK((facts.items.empty() || has_whole_number(info, facts.items) ||
            has_draw(info, facts.items)));
-    CHECK((facts.irrelevant == PastChange::kDraw) == !facts.irrelevant_draw.empty());
+    CHECK((facts.irrelevant == CounterfactualChange::kDraw) == !facts.irrelevant_draw.empty());
     CHECK((facts.irrelevant_draw.empty() || has_draw(info, facts.irrelevant_draw)));
-    if (facts.no_twins.empty()) {
+    if (facts.no_counterfactuals.empty()) {
       CHECK(has_draw(info, facts.hidden.empty() ? info.hidden_variable : facts.hidden));
     }
-    if (facts.cue_by_hand) CHECK(choices_of(*make_task(entry.id)) != nullptr);
+    if (facts.cue_by_hand) CHECK(answer_controller_of(*make_task(entry.id)) != nullptr);
   }
 }
 

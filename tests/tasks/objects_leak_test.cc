@@ -35,9 +35,9 @@ std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
   options.observe_time = true;
   options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
   options.pins = pins;
-  auto env = test::make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
 // Two batches of one environment with the same seed, and something else to be remembered.
@@ -146,9 +146,9 @@ TEST_CASE("Every info that is closed to policies reveals something", "[objects][
   }
   std::set<std::string> closed;
   for (const std::string& id : test::implemented_ids()) {
-    const auto env = make_seeing(id, 0, {});
-    for (std::size_t i = 0; i < env->outputs().size(); ++i) {
-      const Field& field = *env->output(env->outputs()[i].field->name).field;
+    const auto batch = make_seeing(id, 0, {});
+    for (std::size_t i = 0; i < batch->outputs().size(); ++i) {
+      const Field& field = *batch->output(batch->outputs()[i].field->name).field;
       if (field.privileged) closed.insert(field.name);
     }
   }
@@ -178,8 +178,8 @@ TEST_CASE("A token or an info that revealed the hidden quantity would be noticed
     CHECK(count.steps > 5);
     return count.leaking;
   };
-  const auto hidden = [](const Batch& env) {
-    return static_cast<float>(*test::row<std::int32_t>(env.output("oracle_info"), 0));
+  const auto hidden = [](const Batch& batch) {
+    return static_cast<float>(*test::row<std::int32_t>(batch.output("oracle_info"), 0));
   };
   CHECK(leaking([](Batch& /*one*/) {}) == std::set<std::string>{});
   CHECK(leaking([&](Batch& one) {
@@ -202,16 +202,16 @@ TEST_CASE("Infos and rewards are the same whatever is observed", "[objects][leak
     for (const ObsMode mode : {ObsMode::kNone, ObsMode::kRgb, ObsMode::kObjects}) {
       INFO(id << ", " << name_of(mode));
       options.obs_mode = mode;
-      const auto env = make(id, options);
-      env->reset();
+      const auto batch = make(id, options);
+      batch->reset();
       first->reset({.mask = {}, .seeds = std::array<std::uint64_t, 1>{5}});
       for (int t = 0; t < 8; ++t) {
-        std::vector<std::string> names = test::differing_outputs(*first, *env);
+        std::vector<std::string> names = test::differing_outputs(*first, *batch);
         std::erase(names, "observation");
         REQUIRE(names == std::vector<std::string>{});
         const std::vector<float> actions = test::act(*first, Policy::kRandom);
         first->step(actions);
-        env->step(actions);
+        batch->step(actions);
       }
     }
   }
@@ -223,16 +223,17 @@ TEST_CASE("Nothing of Intercept is ever hidden", "[objects][leak]") {
   for (const std::string& id : test::implemented_ids()) {
     if (!id.starts_with("Intercept")) continue;
     INFO(id);
-    const auto env = make_seeing(id, 1, {});
-    const std::size_t objects = [&env] {
+    const auto batch = make_seeing(id, 1, {});
+    const std::size_t objects = [&batch] {
       std::size_t count = 0;
-      for (const Field& field : env->state_fields()) count += field.name.ends_with("_seen") ? 1 : 0;
+      for (const Field& field : batch->state_fields())
+        count += field.name.ends_with("_seen") ? 1 : 0;
       return count;
     }();
-    for (int t = 0; t < env->info().horizon - 1 && env->state().finished[0] == 0; ++t) {
-      const auto seen = *test::row<std::uint64_t>(env->memory().find("tokens_seen"), 0);
+    for (int t = 0; t < batch->info().horizon - 1 && batch->state().finished[0] == 0; ++t) {
+      const auto seen = *test::row<std::uint64_t>(batch->memory().find("tokens_seen"), 0);
       REQUIRE(static_cast<std::size_t>(std::popcount(seen)) == objects);
-      test::step(*env, Policy::kOracle);
+      test::step(*batch, Policy::kOracle);
     }
   }
 }
@@ -292,17 +293,17 @@ TEST_CASE("Objects of TakeItBack do not reveal the start once the cube is on its
   CHECK(compared > 15);
 }
 
-// --- pictures ---
+// --- images ---
 
-// Pixels of the sensors' pictures that change when props are taken out of the scene. bare: a batch
-// of the same task, for that; pictures: of both.
-int pixels_of(Batch& env, Batch& bare, test::PicturePair& pictures, std::uint64_t props) {
-  Snapshotter(bare).restore(Snapshotter(env).save());
-  for (int prop = 0; prop < env.state().num_props; ++prop) {
+// Pixels of the sensors' images that change when props are taken out of the scene. bare: a batch
+// of the same task, for that; images: of both.
+int pixels_of(Batch& batch, Batch& bare, test::ImagePair& images, std::uint64_t props) {
+  Snapshotter(bare).restore(Snapshotter(batch).save());
+  for (int prop = 0; prop < batch.state().num_props; ++prop) {
     if ((props >> prop & 1) == 0) continue;
     bare.state().prop_status.row(0)[prop] = static_cast<std::uint8_t>(PropStatus::kHidden);
   }
-  return pictures.differing_pixels("base_camera") + pictures.differing_pixels("hand_camera");
+  return images.differing_pixels("base_camera") + images.differing_pixels("hand_camera");
 }
 
 // Returns how many tokens were ever filled.
@@ -312,11 +313,11 @@ int check_tokens(const std::vector<std::string>& ids) {
     BatchOptions options;
     options.obs_mode = ObsMode::kObjects;
     options.threads = 1;
-    const auto env = make(id, options);
+    const auto batch = make(id, options);
     const auto bare = make(id, options);
-    env->reset();
+    batch->reset();
     bare->reset();
-    test::PicturePair pictures(*env, *bare);
+    test::ImagePair images(*batch, *bare);
     // Parts of other props have no token.
     std::uint64_t objects = 0;
     const std::vector<ObjectDescriptor> looks = make_task(id)->object_descriptors();
@@ -324,33 +325,33 @@ int check_tokens(const std::vector<std::string>& ids) {
       objects |= std::uint64_t{looks[prop].kind != ObjectKind::kPart} << prop;
     }
     std::uint64_t ever_seen = 0;
-    std::uint64_t in_pictures = 0;
+    std::uint64_t in_images = 0;
     for (int t = 0; t < 90; ++t) {
-      const auto seen = *test::row<std::uint64_t>(env->memory().find("tokens_seen"), 0);
+      const auto seen = *test::row<std::uint64_t>(batch->memory().find("tokens_seen"), 0);
       ever_seen |= seen;
       if (t % 3 == 0) {
         INFO(id << ", step " << t << ", seen " << seen);
-        REQUIRE(pixels_of(*env, *bare, pictures, objects & ~seen) == 0);
-        for (std::uint64_t left = seen & ~in_pictures; left != 0; left &= left - 1) {
+        REQUIRE(pixels_of(*batch, *bare, images, objects & ~seen) == 0);
+        for (std::uint64_t left = seen & ~in_images; left != 0; left &= left - 1) {
           const std::uint64_t prop = left & (~left + 1);
-          if (pixels_of(*env, *bare, pictures, prop) > 0) in_pictures |= prop;
+          if (pixels_of(*batch, *bare, images, prop) > 0) in_images |= prop;
         }
       }
-      test::step(*env, Policy::kOracle);
+      test::step(*batch, Policy::kOracle);
     }
     INFO(id);
-    CHECK(in_pictures == ever_seen);
+    CHECK(in_images == ever_seen);
     tokens += std::popcount(ever_seen);
   }
   return tokens;
 }
 
-TEST_CASE("Tokens are filled for what the sensors' pictures of short episodes show",
+TEST_CASE("Tokens are filled for what the sensors' images of short episodes show",
           "[objects][render]") {
   CHECK(check_tokens(short_ids()) > 100);
 }
 
-TEST_CASE("Tokens are filled for what the sensors' pictures show, and for nothing else",
+TEST_CASE("Tokens are filled for what the sensors' images show, and for nothing else",
           "[objects][render][long]") {
   CHECK(check_tokens(test::implemented_ids()) > 500);
 }

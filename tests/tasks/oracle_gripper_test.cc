@@ -63,12 +63,12 @@ void check_habit(const Habit& habit, const std::string& id) {
       id.find("-Long-") != std::string::npos || require_entry(id).split == Split::kRl;
   BatchOptions options;
   options.control_mode = ControlMode::kPdEeDeltaPose;
-  const auto env = make_env(id, options);
-  env->reset();
-  const bool frozen = env->info().frozen_cue;
+  const auto batch = make_env(id, options);
+  batch->reset();
+  const bool frozen = batch->info().frozen_cue;
   int waited = 0;
   while (true) {
-    const std::vector<float> action = test::act(*env, Policy::kOracle);
+    const std::vector<float> action = test::act(*batch, Policy::kOracle);
     if (!rests(action.data())) {
       const float expected = is_long ? habit.moving_long : habit.moving;
       if (expected != kDepends) CHECK(action[kGripper] == expected);
@@ -76,10 +76,10 @@ void check_habit(const Habit& habit, const std::string& id) {
     }
     REQUIRE(action[kGripper] == habit.waiting);
     ++waited;
-    env->step(action);
-    REQUIRE(env->truncated()[0] == 0);
+    batch->step(action);
+    REQUIRE(batch->truncated()[0] == 0);
     // Where the cue is frozen, zeros are played instead: half closed.
-    const double* fingers = env->state().qpos.row(0) + kArmJoints;
+    const double* fingers = batch->state().qpos.row(0) + kArmJoints;
     if (frozen || habit.waiting != kOpen) continue;
     REQUIRE(fingers[0] > 0.0399);
     REQUIRE(fingers[1] > 0.0399);
@@ -109,34 +109,34 @@ TEST_CASE("Long Remember: the fingers stay open, but for neighbours of what is t
                     {"cue_steps", {10}},
                     {"empty_steps", {50}},
                     {"positions", {0, 0.2, 0, 0.2 - beside, 0, -0.2}}};
-    const auto env = make_env("RememberColor3-Long-VLA-v0", options);
-    env->reset();
-    const auto away = [&env] { return std::abs(env->state().tcp_pos.row(0)[1] - 0.2); };
-    while (env->success()[0] == 0) {
-      const std::vector<float> action = test::act(*env, Policy::kOracle);
+    const auto batch = make_env("RememberColor3-Long-VLA-v0", options);
+    batch->reset();
+    const auto away = [&batch] { return std::abs(batch->state().tcp_pos.row(0)[1] - 0.2); };
+    while (batch->success()[0] == 0) {
+      const std::vector<float> action = test::act(*batch, Policy::kOracle);
       INFO("crowded " << crowded << ", " << away() << " m away");
       REQUIRE(action[kGripper] == (crowded && away() < 0.11 ? kClosed : kOpen));
       do {
-        env->step(action);  // over the band in which it closes
-      } while (away() > 0.11 && away() < 0.125 && env->success()[0] == 0);
-      REQUIRE(env->truncated()[0] == 0);
+        batch->step(action);  // over the band in which it closes
+      } while (away() > 0.11 && away() < 0.125 && batch->success()[0] == 0);
+      REQUIRE(batch->truncated()[0] == 0);
     }
-    const double finger = env->state().qpos.row(0)[kArmJoints];
+    const double finger = batch->state().qpos.row(0)[kArmJoints];
     CHECK((crowded ? finger < 0.01 : finger > 0.0395));
   }
 }
 
 TEST_CASE("The colour tasks' oracle closes its fingers for the button alone", "[oracle][gripper]") {
-  const auto env = make_env("BunchOfColors3-VLA-v0");
-  env->reset();
+  const auto batch = make_env("BunchOfColors3-VLA-v0");
+  batch->reset();
   bool closed = false;
-  while (env->success()[0] == 0) {
-    const std::vector<float> action = test::act(*env, Policy::kOracle);
-    const bool touched_all = *test::row<std::uint8_t>(env->output("button_pressable"), 0) != 0;
+  while (batch->success()[0] == 0) {
+    const std::vector<float> action = test::act(*batch, Policy::kOracle);
+    const bool touched_all = *test::row<std::uint8_t>(batch->output("button_pressable"), 0) != 0;
     closed = closed || action[kGripper] == kClosed;
     if (action[kGripper] == kClosed) CHECK(touched_all);
-    env->step(action);
-    REQUIRE(env->truncated()[0] == 0);
+    batch->step(action);
+    REQUIRE(batch->truncated()[0] == 0);
   }
   CHECK(closed);
 }
@@ -147,17 +147,17 @@ TEST_CASE("Open fingers nudge no coloured cube", "[oracle][gripper]") {
     options.num_envs = 30;
     options.threads = 2;
     options.auto_reset = AutoReset::kOff;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     std::vector<bool> acting(30);
     double moved = 0;
-    for (int step = 0; step < env->info().horizon; ++step) {
-      const std::vector<float> actions = test::act(*env, Policy::kOracle);
-      env->step(actions);
+    for (int step = 0; step < batch->info().horizon; ++step) {
+      const std::vector<float> actions = test::act(*batch, Policy::kOracle);
+      batch->step(actions);
       for (std::size_t i = 0; i < acting.size(); ++i) {
         acting[i] = acting[i] || !rests(actions.data() + 7 * i);
         if (!acting[i]) continue;
-        const ColumnView displacement = env->output("max_cube_displacement_xy");
+        const ColumnView displacement = batch->output("max_cube_displacement_xy");
         const auto largest = *test::row<float>(displacement, static_cast<int>(i));
         moved = std::max(moved, static_cast<double>(largest));
       }

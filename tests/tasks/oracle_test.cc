@@ -27,21 +27,21 @@ std::vector<std::uint8_t> outcomes(const std::string& id, Policy policy, bool sl
   options.sleep = sleep;
   options.threads = 2;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_env(id, options);
-  env->reset();
-  const State& state = env->state();
-  const std::uint8_t* succeeded = row<std::uint8_t>(env->output("success_once"), 0);
+  const auto batch = make_env(id, options);
+  batch->reset();
+  const State& state = batch->state();
+  const std::uint8_t* succeeded = row<std::uint8_t>(batch->output("success_once"), 0);
   const auto all_over = [&] {
     for (int i = 0; i < episodes; ++i) {
       if (succeeded[i] == 0 && state.finished[i] == 0) return false;
     }
     return true;
   };
-  while (!all_over()) test::step(*env, policy);
-  CHECK(Queries(*env).unstable_count() == 0);
+  while (!all_over()) test::step(*batch, policy);
+  CHECK(Queries(*batch).unstable_count() == 0);
   std::vector<std::uint8_t> result;
   for (int i = 0; i < episodes; ++i) {
-    result.push_back(*row<std::uint8_t>(env->output("success_once"), i));
+    result.push_back(*row<std::uint8_t>(batch->output("success_once"), i));
   }
   return result;
 }
@@ -123,10 +123,10 @@ TEST_CASE("Oracles succeed in the same episodes with and without sleep", "[oracl
 
 // Random motion that keeps the hand above the props. `closing`: the fingers meet their limit now
 // and then.
-std::vector<float> raised(Batch& env, bool closing) {
-  std::vector<float> actions = test::act(env, Policy::kRandom);
-  for (int i = 0; i < env.num_envs(); ++i) {
-    const double height = env.state().tcp_pos.row(i)[2];
+std::vector<float> raised(Batch& batch, bool closing) {
+  std::vector<float> actions = test::act(batch, Policy::kRandom);
+  for (int i = 0; i < batch.num_envs(); ++i) {
+    const double height = batch.state().tcp_pos.row(i)[2];
     float* action = actions.data() + 7 * i;
     action[2] = static_cast<float>(std::clamp(5 * (0.35 - height), -1.0, 1.0)) + 0.2F * action[2];
     for (int k = 3; k < 6; ++k) action[k] *= 0.3F;

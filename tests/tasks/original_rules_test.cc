@@ -77,8 +77,8 @@ BatchOptions under(Rules rules, std::vector<TaskOptionValue> choices = {}) {
   return options;
 }
 
-std::vector<double> values(const Batch& env) {
-  return {Queries(env).option_values().begin(), Queries(env).option_values().end()};
+std::vector<double> values(const Batch& batch) {
+  return {Queries(batch).option_values().begin(), Queries(batch).option_values().end()};
 }
 
 TEST_CASE("Both rules set every option of every task as documented", "[rules]") {
@@ -131,10 +131,10 @@ TEST_CASE("Rules do not touch tasks without such an option", "[rules]") {
     INFO(id);
     std::vector<test::Bytes> played;
     for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
-      const auto env = make_env(id, under(rules));
-      env->reset();
-      for (int i = 0; i < 20; ++i) test::step(*env, Policy::kOracle);
-      played.push_back(test::batch_bytes(*env));
+      const auto batch = make_env(id, under(rules));
+      batch->reset();
+      for (int i = 0; i < 20; ++i) test::step(*batch, Policy::kOracle);
+      played.push_back(test::batch_bytes(*batch));
     }
     CHECK((played[0] == played[1]));
   }

@@ -25,26 +25,26 @@ MakeOptions going_on(int threads = 1) {
 }
 
 // Whether everything that the batch shows is as it must be after so many steps.
-bool is_in_order(const Batch& env, int steps) {
+bool is_in_order(const Batch& batch, int steps) {
   bool good = true;
-  for (int i = 0; i < env.num_envs(); ++i) {
+  for (int i = 0; i < batch.num_envs(); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    good &= *test::row<std::int32_t>(env.output("elapsed_steps"), i) == steps;
-    good &= env.truncated()[at] == (steps >= env.info().horizon ? 1 : 0);
-    good &= env.unstable()[at] == 0;
+    good &= *test::row<std::int32_t>(batch.output("elapsed_steps"), i) == steps;
+    good &= batch.truncated()[at] == (steps >= batch.info().horizon ? 1 : 0);
+    good &= batch.unstable()[at] == 0;
   }
   return good;
 }
 
-Bytes play(Batch& env, Policy policy, int steps) {
-  env.reset();
+Bytes play(Batch& batch, Policy policy, int steps) {
+  batch.reset();
   bool good = true;
   for (int i = 1; i <= steps; ++i) {
-    test::step(env, policy);
-    good &= is_in_order(env, i);
+    test::step(batch, policy);
+    good &= is_in_order(batch, i);
   }
   CHECK(good);
-  return batch_bytes(env);
+  return batch_bytes(batch);
 }
 
 void check_going_on(const std::vector<std::string>& ids) {
@@ -76,9 +76,9 @@ TEST_CASE("Every policy goes on after the end of every task", "[past_the_end]") 
     options.terminate_on_success = false;
     options.terminate_on_failure = false;
     for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
-      const auto env = make_env(id, options);
-      play(*env, policy, env->info().horizon + 100);
-      CHECK(std::ranges::max(env->terminated()) == 0);
+      const auto batch = make_env(id, options);
+      play(*batch, policy, batch->info().horizon + 100);
+      CHECK(std::ranges::max(batch->terminated()) == 0);
     }
   }
 }
@@ -93,9 +93,9 @@ TEST_CASE("Every task can be truncated at any time", "[past_the_end]") {
     for (const int steps : {1, 5, own + 10}) {
       options.max_episode_steps = steps;
       for (const Policy policy : {Policy::kOracle, Policy::kSweep}) {
-        const auto env = make_env(id, options);
-        CHECK(env->info().horizon == steps);
-        play(*env, policy, std::min(steps, 20));
+        const auto batch = make_env(id, options);
+        CHECK(batch->info().horizon == steps);
+        play(*batch, policy, std::min(steps, 20));
       }
     }
   }

@@ -10,10 +10,10 @@ namespace engram::test {
 
 // Joint angles that bring the TCP there, pointing down, and no velocity. Without physics
 // (BatchOptions::substeps 0) the tool stays there, and the next step measures it there.
-inline void pose_tool(const Batch& env, const Eigen::Vector3d& pos, int index = 0) {
+inline void pose_tool(const Batch& batch, const Eigen::Vector3d& pos, int index = 0) {
   constexpr double kLongest = 0.1;  // step, m and rad: longer ones may lead anywhere
-  const Arm& arm = env.physics_model().arm();
-  const State& state = env.state();
+  const Arm& arm = batch.physics_model().arm();
+  const State& state = batch.state();
   double* q = state.qpos.row(index);
   ArmJacobian jacobian;
   for (int i = 0; i < 200; ++i) {
@@ -29,9 +29,9 @@ inline void pose_tool(const Batch& env, const Eigen::Vector3d& pos, int index = 
 }
 
 // One step of an environment without physics, with the tool there.
-inline void step_at(Batch& env, const Eigen::Vector3d& pos) {
-  pose_tool(env, pos);
-  step(env, Policy::kZero);
+inline void step_at(Batch& batch, const Eigen::Vector3d& pos) {
+  pose_tool(batch, pos);
+  step(batch, Policy::kZero);
 }
 
 }  // namespace engram::test

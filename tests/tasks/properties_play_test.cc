@@ -65,14 +65,14 @@ std::unique_ptr<Batch> make_play(const std::string& id) {
 }
 
 // Even environments are played by the oracle, odd ones at random.
-void step_mixed(Batch& env) {
-  std::vector<float> actions = test::act(env, Policy::kRandom);
-  const std::vector<float> oracle = test::act(env, Policy::kOracle);
-  for (int i = 0; i < env.num_envs(); i += 2) {
-    const auto begin = static_cast<std::ptrdiff_t>(i) * env.action_dim();
-    std::copy_n(oracle.begin() + begin, env.action_dim(), actions.begin() + begin);
+void step_mixed(Batch& batch) {
+  std::vector<float> actions = test::act(batch, Policy::kRandom);
+  const std::vector<float> oracle = test::act(batch, Policy::kOracle);
+  for (int i = 0; i < batch.num_envs(); i += 2) {
+    const auto begin = static_cast<std::ptrdiff_t>(i) * batch.action_dim();
+    std::copy_n(oracle.begin() + begin, batch.action_dim(), actions.begin() + begin);
   }
-  env.step(actions);
+  batch.step(actions);
 }
 
 // Something that looks on while one environment plays an episode.
@@ -150,13 +150,13 @@ RewardRange reward_range(const TaskInfo& info) {
     }
   }
   const Expectations& expected = expectations_of(info.id);
-  return {info.family, expected.least_reward, expected.most_reward};
+  return {info.family, expected.min_reward, expected.max_reward};
 }
 
 struct RewardWatch : Watch {
-  RewardWatch(const Batch& batch) : env(batch), range(reward_range(batch.info())) {}
+  RewardWatch(const Batch& watched) : batch(watched), range(reward_range(watched.info())) {}
   void look(const Spectator& scene) override {
-    const float reward = env.reward()[static_cast<std::size_t>(scene.index())];
+    const float reward = batch.reward()[static_cast<std::size_t>(scene.index())];
     if (scene.elapsed() > 0) sum += static_cast<double>(reward);
     const bool good = scene.elapsed() == 0 ? reward == 0
                       : scene.success()    ? reward == 1
@@ -166,7 +166,7 @@ struct RewardWatch : Watch {
     if (!good) complain(scene, "reward " + std::to_string(reward));
     if (scene.info("episode_return") != sum) complain(scene, "return is not the sum of rewards");
   }
-  const Batch& env;
+  const Batch& batch;
   RewardRange range;
   double sum = 0;
 };
@@ -192,15 +192,15 @@ constexpr std::array kConstant = {"target_blinks", "flash_color", "active_batter
                                   "target_working_count"};
 
 struct OrderWatch : Watch {
-  OrderWatch(const Batch& env) {
-    add(env, kGrowing, 1);
-    add(env, kShrinking, -1);
-    add(env, kConstant, 0);
+  OrderWatch(const Batch& batch) {
+    add(batch, kGrowing, 1);
+    add(batch, kShrinking, -1);
+    add(batch, kConstant, 0);
   }
   template <class Names>
-  void add(const Batch& env, const Names& names, int direction) {
+  void add(const Batch& batch, const Names& names, int direction) {
     for (const char* name : names) {
-      if (env.outputs().find(name).field != nullptr) fields.push_back({name, direction, {}});
+      if (batch.outputs().find(name).field != nullptr) fields.push_back({name, direction, {}});
     }
   }
   void look(const Spectator& scene) override {
@@ -284,32 +284,32 @@ struct PhaseWatch : Watch {
 
 void watch_episodes(const std::string& id) {
   INFO(id);
-  const auto env = make_play(id);
+  const auto batch = make_play(id);
   std::vector<std::vector<std::unique_ptr<Watch>>> watches(kEnvs);
   for (auto& list : watches) {
-    list.push_back(std::make_unique<SuccessWatch>(env->info()));
-    list.push_back(std::make_unique<RewardWatch>(*env));
-    list.push_back(std::make_unique<OrderWatch>(*env));
-    list.push_back(std::make_unique<PhaseWatch>(env->info()));
+    list.push_back(std::make_unique<SuccessWatch>(batch->info()));
+    list.push_back(std::make_unique<RewardWatch>(*batch));
+    list.push_back(std::make_unique<OrderWatch>(*batch));
+    list.push_back(std::make_unique<PhaseWatch>(batch->info()));
   }
-  env->reset();
+  batch->reset();
   std::array<bool, kEnvs> over{};
   const auto look = [&] {
     for (int i = 0; i < kEnvs; ++i) {
       const auto index = static_cast<std::size_t>(i);
       if (over[index]) continue;
-      const Spectator scene(*env, i);
+      const Spectator scene(*batch, i);
       for (const auto& watch : watches[index]) watch->look(scene);
       over[index] = scene.finished();
-      if (over[index] && i % 2 == 0) solved[env->info().family] += scene.info_int("success_once");
+      if (over[index] && i % 2 == 0) solved[batch->info().family] += scene.info_int("success_once");
     }
   };
   look();
   while (std::find(over.begin(), over.end(), false) != over.end()) {
-    step_mixed(*env);
+    step_mixed(*batch);
     look();
   }
-  CHECK(Queries(*env).unstable_count() == 0);
+  CHECK(Queries(*batch).unstable_count() == 0);
 }
 
 TEST_CASE("Whole episodes of every task keep what the spec promises", "[properties]") {
@@ -331,8 +331,8 @@ TEST_CASE("docs/tasks/README.md says what the tasks expect of rewards", "[proper
     const auto range =
         std::ranges::find_if(ranges, [&](const RewardRange& r) { return id.starts_with(r.ids); });
     REQUIRE(range != ranges.end());
-    CHECK(range->least == expectations_of(id).least_reward);
-    CHECK(range->most == expectations_of(id).most_reward);
+    CHECK(range->least == expectations_of(id).min_reward);
+    CHECK(range->most == expectations_of(id).max_reward);
     CHECK(range->least < range->most);
     used.insert(range->ids);
   }
@@ -357,7 +357,7 @@ void compare_modes(const std::string& id, int steps) {
   for (int step = 0; step < steps; ++step) {
     const std::array<bool, 2> over = {dense->state().finished[0] != 0,
                                       dense->state().finished[1] != 0};
-    for (const auto& env : envs) step_mixed(*env);
+    for (const auto& batch : envs) step_mixed(*batch);
     for (std::size_t i = 0; i < 2; ++i) {
       if (over[i]) continue;  // keeps its success, but earns nothing any more
       const float success = dense->success()[i];
@@ -367,8 +367,8 @@ void compare_modes(const std::string& id, int steps) {
       REQUIRE(normalized->reward()[i] == dense->reward()[i] / bonus);
       if (success != 0) REQUIRE(dense->reward()[i] == bonus);
     }
-    for (const auto& env : envs)
-      REQUIRE(std::ranges::equal(env->observation(), dense->observation()));
+    for (const auto& batch : envs)
+      REQUIRE(std::ranges::equal(batch->observation(), dense->observation()));
   }
 }
 

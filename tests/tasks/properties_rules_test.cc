@@ -33,9 +33,9 @@ constexpr std::array kAutoResets = {AutoReset::kNextStep, AutoReset::kSameStep, 
 
 // The step that ends an episode in which nobody does anything: TimedTransfer fails when its window
 // is over, all others run to the horizon.
-int last_step_of_idlers(Batch& env) {
-  if (!env.info().family.starts_with("TimedTransfer")) return env.info().horizon;
-  const float delay = *row<float>(env.output("oracle_info"), 0);
+int last_step_of_idlers(Batch& batch) {
+  if (!batch.info().family.starts_with("TimedTransfer")) return batch.info().horizon;
+  const float delay = *row<float>(batch.output("oracle_info"), 0);
   return 2 + static_cast<int>(static_cast<double>(delay) * 1.05) + 1;  // signal_step is pinned
 }
 
@@ -48,27 +48,27 @@ void check_horizon(const std::string& id, AutoReset mode) {
   options.terminate_on_success = false;
   options.obs_mode = ObsMode::kNone;
   if (id.starts_with("TimedTransfer")) options.pins = {{"signal_step", {2}}};
-  const auto env = make_env(id, options);
-  env->reset();
-  const int last = last_step_of_idlers(*env);
-  const bool fails = last < env->info().horizon;
-  const std::vector<float> rest = test::zeros(*env);
+  const auto batch = make_env(id, options);
+  batch->reset();
+  const int last = last_step_of_idlers(*batch);
+  const bool fails = last < batch->info().horizon;
+  const std::vector<float> rest = test::zeros(*batch);
   for (int step = 1; step <= last; ++step) {
-    env->step(rest);
+    batch->step(rest);
     for (const std::size_t i : {0U, 1U}) {
-      const bool over = env->truncated()[i] != 0 || env->terminated()[i] != 0;
+      const bool over = batch->truncated()[i] != 0 || batch->terminated()[i] != 0;
       if (over != (step == last)) FAIL("over: " << over << " in step " << step);
     }
   }
-  CHECK((env->terminated()[0] != 0) == fails);
-  CHECK((env->truncated()[0] != 0) != fails);
-  CHECK((env->final_mask()[0] != 0) == (mode == AutoReset::kSameStep));
-  const int elapsed = *row<std::int32_t>(env->output("elapsed_steps"), 0);
+  CHECK((batch->terminated()[0] != 0) == fails);
+  CHECK((batch->truncated()[0] != 0) != fails);
+  CHECK((batch->final_mask()[0] != 0) == (mode == AutoReset::kSameStep));
+  const int elapsed = *row<std::int32_t>(batch->output("elapsed_steps"), 0);
   CHECK(elapsed == (mode == AutoReset::kSameStep ? 0 : last));
-  env->step(rest);
-  const int next = *row<std::int32_t>(env->output("elapsed_steps"), 0);
+  batch->step(rest);
+  const int next = *row<std::int32_t>(batch->output("elapsed_steps"), 0);
   CHECK(next == (mode == AutoReset::kNextStep ? 0 : mode == AutoReset::kSameStep ? 1 : last));
-  CHECK((env->truncated()[0] != 0) == (mode == AutoReset::kOff && !fails));
+  CHECK((batch->truncated()[0] != 0) == (mode == AutoReset::kOff && !fails));
 }
 
 TEST_CASE("Every task is truncated exactly at its horizon in all auto-reset modes",
@@ -80,7 +80,7 @@ TEST_CASE("Every task is truncated exactly at its horizon in all auto-reset mode
 
 // --- what is hidden ---
 
-// Puts every hidden prop of an environment where it would be in the way and in the picture.
+// Puts every hidden prop of an environment where it would be in the way and in the image.
 int drag_hidden_props_into_view(const State& state, int env) {
   int dragged = 0;
   for (int prop = 0; prop < state.num_props; ++prop) {
@@ -93,10 +93,10 @@ int drag_hidden_props_into_view(const State& state, int env) {
   return dragged;
 }
 
-std::vector<std::uint8_t> picture(Batch& env, const char* camera) {
+std::vector<std::uint8_t> image(Batch& batch, const char* camera) {
   constexpr int kSide = 48;
   std::vector<std::uint8_t> rgb(kSide * kSide * 3);
-  SceneRenderer(env).render(0, camera, kSide, kSide, rgb);
+  SceneRenderer(batch).render(0, camera, kSide, kSide, rgb);
   return rgb;
 }
 
@@ -130,7 +130,7 @@ int compare_with_dragged(const std::string& id, bool sleep) {
     hidden += dragged;
     if (dragged > 0 && step % 4 == 0) {
       for (const char* camera : {"base_camera", "hand_camera"}) {
-        REQUIRE((picture(*plain, camera) == picture(*other, camera)));
+        REQUIRE((image(*plain, camera) == image(*other, camera)));
       }
     }
     const std::vector<float> actions = test::act(*plain, Policy::kRandom);
@@ -164,12 +164,13 @@ TEST_CASE("Hidden props of all tasks are neither felt nor seen, with and without
 
 // Rotate's instruction names the angle, rounded half to even; all others are those
 // of the registry, the same in every episode.
-std::string instruction_of(const Batch& env, int index) {
-  const RegistryEntry& entry = require_entry(env.info().id);
+std::string instruction_of(const Batch& batch, int index) {
+  const RegistryEntry& entry = require_entry(batch.info().id);
   std::string text(entry.instruction);
   const std::string gap = "{angle_deg}";
   if (const std::size_t at = text.find(gap); at != std::string::npos) {
-    const float degrees = *row<float>(env.output("task_cue"), index) * (180.0F / 3.14159265358979F);
+    const float degrees =
+        *row<float>(batch.output("task_cue"), index) * (180.0F / 3.14159265358979F);
     text.replace(at, gap.size(), std::to_string(std::lrint(degrees)));
   }
   return text;
@@ -205,16 +206,16 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     INFO(id);
     MakeOptions options;
     options.num_envs = 8;
-    const auto env = make_env(id, options);
-    env->reset();
-    const TaskInfo& info = env->info();
+    const auto batch = make_env(id, options);
+    batch->reset();
+    const TaskInfo& info = batch->info();
     const RegistryEntry& entry = require_entry(id);
     engram_options c_options = test::default_options(1);
-    const test::BatchHandle batch = test::make_batch(c_options, id.c_str());
-    const json task = json::parse(engram_describe_json(batch.get()));
+    const test::BatchHandle handle = test::make_batch(c_options, id.c_str());
+    const json task = json::parse(engram_describe_json(handle.get()));
 
     for (int i = 0; i < options.num_envs; ++i) {
-      CHECK(Queries(*env).instruction(i) == instruction_of(*env, i));
+      CHECK(Queries(*batch).instruction(i) == instruction_of(*batch, i));
     }
     for (const json& text : {task, listed[index]}) {
       CHECK(text["id"] == id);
@@ -225,38 +226,38 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
       CHECK(text["canonical"] == entry.canonical);
       CHECK(text["instruction"] == entry.instruction);
       CHECK(text["candidates"] == info.candidates);
-      CHECK(text["state_dim"] == env->state_dim());
-      CHECK(text["action_dim"] == env->action_dim());
+      CHECK(text["state_dim"] == batch->state_dim());
+      CHECK(text["action_dim"] == batch->action_dim());
     }
     ++index;
     CHECK(task["success_reward"] == info.success_reward);
-    CHECK(checked_row(task["state_fields"]) == env->state_dim());
-    check_fields(task["outputs"], env->outputs());
-    CHECK(task["draws"].size() == Queries(*env).random_variables().size());
-    CHECK(task["props"].size() == env->physics_model().props().size());
+    CHECK(checked_row(task["state_fields"]) == batch->state_dim());
+    check_fields(task["outputs"], batch->outputs());
+    CHECK(task["draws"].size() == Queries(*batch).random_variables().size());
+    CHECK(task["props"].size() == batch->physics_model().props().size());
     CHECK(task["reward_terms"].size() == info.reward_terms.size());
 
     // What policies are given has the width of its description, and the values that belong there.
     const auto width = [&](const char* name) {
-      const ColumnView view = env->outputs().find(name);
+      const ColumnView view = batch->outputs().find(name);
       return view.field == nullptr ? 0 : view.field->width;
     };
-    CHECK(width("observation") == env->state_dim());
+    CHECK(width("observation") == batch->state_dim());
     CHECK(width("oracle_info") == info.oracle_dim);
     // Other families keep their cue in info alone.
     CHECK(info.task_cue_dim == (id.starts_with("Rotate") ? 1 : 0));
     if (info.task_cue_dim > 0) CHECK(width("task_cue") == info.task_cue_dim);
     CHECK(width("reward_dict") == static_cast<int>(info.reward_terms.size()));
-    CHECK(env->observation().size() == 8U * static_cast<std::size_t>(env->state_dim()));
+    CHECK(batch->observation().size() == 8U * static_cast<std::size_t>(batch->state_dim()));
     CHECK(
-        std::ranges::all_of(env->observation(), [](float value) { return std::isfinite(value); }));
-    const test::Spectator scene(*env, 3);
+        std::ranges::all_of(batch->observation(), [](float value) { return std::isfinite(value); }));
+    const test::Spectator scene(*batch, 3);
     for (int i = 0; i < 3; ++i) {
       CHECK(scene.observed("tcp_pose")[i] == static_cast<float>(scene.tcp()[i]));
     }
     for (int i = 0; i < info.oracle_dim; ++i) {
       const bool given = std::ranges::any_of(
-          env->state_fields(), [](const Field& field) { return field.name == "oracle_info"; });
+          batch->state_fields(), [](const Field& field) { return field.name == "oracle_info"; });
       REQUIRE((given || id.find("OfColors") != std::string::npos));
       CHECK(static_cast<double>(scene.observed("oracle_info")[i]) == scene.info("oracle_info", i));
     }
@@ -267,7 +268,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
 // --- doing nothing, or anything ---
 
 // The most successes that chance gives in `episodes` but once in 10,000 times.
-int most_by_chance(int episodes, double chance) {
+int max_by_chance(int episodes, double chance) {
   double below = 0;
   for (int k = 0; k <= episodes; ++k) {
     below +=
@@ -284,28 +285,28 @@ void check_chance(const std::vector<std::string>& ids, int episodes) {
     MakeOptions options;
     options.num_envs = episodes;
     options.auto_reset = AutoReset::kOff;
-    const auto env = make_env(id, options);
+    const auto batch = make_env(id, options);
     for (const Policy policy : {Policy::kZero, Policy::kRandom}) {
-      env->reset();
-      for (int step = 0; step < env->info().horizon; ++step) test::step(*env, policy);
+      batch->reset();
+      for (int step = 0; step < batch->info().horizon; ++step) test::step(*batch, policy);
       int successes = 0;
       for (int i = 0; i < episodes; ++i) {
-        successes += *row<std::uint8_t>(env->output("success_once"), i);
+        successes += *row<std::uint8_t>(batch->output("success_once"), i);
       }
       INFO(id << ", policy " << static_cast<int>(policy));
       // Untouched balls roll into the goal now and then; all else stays where it is.
       const double idle = id == "InterceptSlow-v0"          ? 0.095
                           : id.starts_with("InterceptSlow") ? 0.0056
                                                             : 1e-4;
-      const double chance = policy == Policy::kZero ? idle : env->info().chance();
-      CHECK(successes <= most_by_chance(episodes, std::min(chance, 1 - 1e-9)));
+      const double chance = policy == Policy::kZero ? idle : batch->info().chance();
+      CHECK(successes <= max_by_chance(episodes, std::min(chance, 1 - 1e-9)));
     }
   }
 }
 
 TEST_CASE("The most successes by chance are those of the binomial distribution", "[properties]") {
-  CHECK(most_by_chance(10, 0.5) == 10);
-  CHECK(most_by_chance(200, 0.01) == 9);
+  CHECK(max_by_chance(10, 0.5) == 10);
+  CHECK(max_by_chance(200, 0.01) == 9);
 }
 
 TEST_CASE("Who does nothing, or anything, wins short tasks no more often than by chance",

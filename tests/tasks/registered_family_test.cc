@@ -24,7 +24,7 @@ std::unique_ptr<Task> make_like(const RegistryEntry& entry, const ConstantTable&
   return like.definition->make(like, constants);
 }
 
-constexpr Family family_of(std::string_view name, std::span<const TaskRow> rows) {
+constexpr Family family_of(std::string_view name, std::span<const TaskSpec> rows) {
   return {.name = name,
           .memory_type = "Object",
           .instruction = "Touch it.",
@@ -35,8 +35,8 @@ constexpr Family family_of(std::string_view name, std::span<const TaskRow> rows)
 TEST_CASE("A registered family's tasks are tasks like any other", "[registry][families]") {
   const std::size_t listed = registry().size();
   static constexpr std::array kRows = {
-      TaskRow{"OwnA-VLA-v0", 25, Split::kExtended},
-      TaskRow{"OwnB-VLA-v1", 25, Split::kExtended, 0.9, "Touch that."}};
+      TaskSpec{"OwnA-VLA-v0", 25, Split::kExtended},
+      TaskSpec{"OwnB-VLA-v1", 25, Split::kExtended, 0.9, "Touch that."}};
   static constexpr Family kFamily = family_of("Own", kRows);
   const std::vector<const RegistryEntry*> before = all_entries();
   register_family(kFamily);
@@ -55,16 +55,16 @@ TEST_CASE("A registered family's tasks are tasks like any other", "[registry][fa
   CHECK(entry.base == "OwnB-VLA-v1");
   CHECK(nearest_id("OwnB-VLA") == "OwnB-VLA-v1");
 
-  const auto env = test::make_env("OwnA-VLA-v0");
-  CHECK(env->info().id == "OwnA-VLA-v0");
-  env->reset();
-  test::step(*env, Policy::kOracle);
+  const auto batch = test::make_env("OwnA-VLA-v0");
+  CHECK(batch->info().id == "OwnA-VLA-v0");
+  batch->reset();
+  test::step(*batch, Policy::kOracle);
   // The benchmark's list is as before.
   CHECK(registry().size() == listed);
 }
 
 TEST_CASE("A registered family's tasks have variants", "[registry][families]") {
-  static constexpr std::array kRows = {TaskRow{"OwnVaried-VLA-v0", 25, Split::kExtended}};
+  static constexpr std::array kRows = {TaskSpec{"OwnVaried-VLA-v0", 25, Split::kExtended}};
   static constexpr Family kFamily = family_of("OwnVaried", kRows);
   register_family(kFamily);
   const TaskVariant variant = {"OwnVaried-Two-v0", "OwnVaried-VLA-v0", {{"COLORS", 2}}, {}};
@@ -77,9 +77,9 @@ TEST_CASE("A registered family's tasks have variants", "[registry][families]") {
 }
 
 TEST_CASE("A family of the same name replaces its own tasks", "[registry][families]") {
-  static constexpr std::array kFirst = {TaskRow{"Replaced-VLA-v0", 25, Split::kExtended}};
-  static constexpr std::array kSecond = {TaskRow{"Replaced-VLA-v0", 60, Split::kExtended},
-                                         TaskRow{"Replaced-VLA-v1", 60, Split::kExtended}};
+  static constexpr std::array kFirst = {TaskSpec{"Replaced-VLA-v0", 25, Split::kExtended}};
+  static constexpr std::array kSecond = {TaskSpec{"Replaced-VLA-v0", 60, Split::kExtended},
+                                         TaskSpec{"Replaced-VLA-v1", 60, Split::kExtended}};
   static constexpr Family kOld = family_of("Replaced", kFirst);
   static constexpr Family kNew = family_of("Replaced", kSecond);
   register_family(kOld);
@@ -99,9 +99,9 @@ TEST_CASE("A family of the same name replaces its own tasks", "[registry][famili
 
 TEST_CASE("Ids that are taken or malformed are refused, with all families that came along",
           "[registry][families]") {
-  static constexpr std::array kFree = {TaskRow{"Unheard-VLA-v0", 25, Split::kExtended}};
+  static constexpr std::array kFree = {TaskSpec{"Unheard-VLA-v0", 25, Split::kExtended}};
   static constexpr Family kFreeFamily = family_of("Unheard", kFree);
-  static constexpr std::array kOwn = {TaskRow{"OwnTaken-VLA-v0", 25, Split::kExtended}};
+  static constexpr std::array kOwn = {TaskSpec{"OwnTaken-VLA-v0", 25, Split::kExtended}};
   static constexpr Family kOwnFamily = family_of("OwnTaken", kOwn);
   register_family(kOwnFamily);
   const TaskVariant variant = {"OwnTaken-Variant-v0", kLike, {{"COLORS", 2}}, {}};
@@ -109,7 +109,7 @@ TEST_CASE("Ids that are taken or malformed are refused, with all families that c
 
   struct Case {
     const char* family;
-    std::vector<TaskRow> rows;
+    std::vector<TaskSpec> rows;
     const char* message;
   };
   const std::vector<Case> cases = {
@@ -140,14 +140,14 @@ TEST_CASE("Ids that are taken or malformed are refused, with all families that c
 }
 
 TEST_CASE("Entries stay where they are while families are registered", "[registry][families]") {
-  static constexpr std::array kRows = {TaskRow{"OwnStays-VLA-v0", 25, Split::kExtended}};
+  static constexpr std::array kRows = {TaskSpec{"OwnStays-VLA-v0", 25, Split::kExtended}};
   static constexpr Family kFamily = family_of("OwnStays", kRows);
   register_family(kFamily);
   const RegistryEntry* entry = find_entry("OwnStays-VLA-v0");
   // For the life of the process.
   constexpr std::size_t kCount = 200;
   static std::array<std::string, kCount> ids;
-  static std::array<TaskRow, kCount> rows;
+  static std::array<TaskSpec, kCount> rows;
   static std::array<Family, kCount> families;
   for (std::size_t i = 0; i < kCount; ++i) {
     ids[i] = "OwnStays" + std::to_string(i) + "-VLA-v0";

@@ -14,17 +14,17 @@ TEST_CASE("An episode that success ends has a right first answer, or a wrong one
     options.num_envs = 20;
     options.threads = 2;
     options.auto_reset = AutoReset::kOff;
-    const auto env = test::make_env(entry.id, options);
-    if (env->info().answer.empty()) continue;
-    env->reset();
-    for (int t = 0; t < entry.horizon; ++t) test::step(*env, Policy::kOracle);
+    const auto batch = test::make_env(entry.id, options);
+    if (batch->info().answer.empty()) continue;
+    batch->reset();
+    for (int t = 0; t < entry.horizon; ++t) test::step(*batch, Policy::kOracle);
     int solved = 0;
     int right = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      if (*test::row<std::uint8_t>(env->output("success_once"), i) == 0) continue;
+      if (*test::row<std::uint8_t>(batch->output("success_once"), i) == 0) continue;
       ++solved;
-      CHECK(*test::row<std::uint8_t>(env->output("answered"), i) == 1);
-      right += *test::row<std::uint8_t>(env->output("first_answer_correct"), i);
+      CHECK(*test::row<std::uint8_t>(batch->output("answered"), i) == 1);
+      right += *test::row<std::uint8_t>(batch->output("first_answer_correct"), i);
     }
     INFO(entry.id);
     CHECK(solved >= 19);

@@ -23,16 +23,16 @@ inline std::vector<std::string> names_of(const std::vector<Field>& fields) {
 // Facts that hold for all RL tasks.
 inline void check_rl_facts(const std::string& id, int horizon, const char* memory_type) {
   INFO(id);
-  const auto env = make_env(id);
-  const TaskInfo& info = env->info();
+  const auto batch = make_env(id);
+  const TaskInfo& info = batch->info();
   CHECK(info.horizon == horizon);
   CHECK(info.memory_type == memory_type);
   CHECK(info.split == "rl");
   CHECK_FALSE(info.canonical);
   CHECK_FALSE(info.frozen_cue);
   CHECK(info.termination == Termination::kSuccess);
-  CHECK(env->control_mode() == ControlMode::kPdJointDeltaPos);
-  CHECK(env->action_dim() == 8);
+  CHECK(batch->control_mode() == ControlMode::kPdJointDeltaPos);
+  CHECK(batch->action_dim() == 8);
   CHECK_THROWS_WITH(make_task(id, {{"ACTION_L2_COEF", 0.1}}), Catch::Contains("ACTION_L2_COEF"));
   const std::unique_ptr<Task> longer = make_task(id, {{"max_episode_steps", 2 * horizon}});
   CHECK(longer->info().horizon == 2 * horizon);
@@ -54,17 +54,17 @@ std::pair<int, int> play_rl(
   options.reward_mode = RewardMode::kDense;
   options.terminate_on_success = false;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_env(id, options);
+  const auto batch = make_env(id, options);
   int steps = 0;
   int successes = 0;
   for (const Policy policy : {Policy::kOracle, Policy::kRandom, Policy::kBlind}) {
-    env->reset();
-    for (int i = 0; i < options.num_envs; ++i) begin(*env, i);
-    for (int t = 1; t <= env->info().horizon; ++t) {
-      step(*env, policy);
+    batch->reset();
+    for (int i = 0; i < options.num_envs; ++i) begin(*batch, i);
+    for (int t = 1; t <= batch->info().horizon; ++t) {
+      step(*batch, policy);
       for (int i = 0; i < options.num_envs; ++i) {
-        look(*env, i);
-        successes += env->success()[static_cast<std::size_t>(i)];
+        look(*batch, i);
+        successes += batch->success()[static_cast<std::size_t>(i)];
         ++steps;
       }
     }
@@ -74,13 +74,13 @@ std::pair<int, int> play_rl(
 
 // Actions of pd_ee_delta_pose that take every hand to the point that goal_of(index) gives.
 template <class GoalOf>
-std::vector<float> move_to(const Batch& env, const GoalOf& goal_of) {
-  std::vector<float> actions = zeros(env);
-  for (int i = 0; i < env.num_envs(); ++i) {
-    const Eigen::Vector3d tcp = Eigen::Map<const Eigen::Vector3d>(env.state().tcp_pos.row(i));
+std::vector<float> move_to(const Batch& batch, const GoalOf& goal_of) {
+  std::vector<float> actions = zeros(batch);
+  for (int i = 0; i < batch.num_envs(); ++i) {
+    const Eigen::Vector3d tcp = Eigen::Map<const Eigen::Vector3d>(batch.state().tcp_pos.row(i));
     const Eigen::Vector3d command = 16 * (goal_of(i) - tcp);
     for (int k = 0; k < 3; ++k) {
-      actions[static_cast<std::size_t>(i * env.action_dim() + k)] =
+      actions[static_cast<std::size_t>(i * batch.action_dim() + k)] =
           static_cast<float>(std::clamp(command[k], -1.0, 1.0));
     }
   }
@@ -95,12 +95,12 @@ inline int solved_by(Policy policy, const std::string& id, ControlMode mode, int
   options.seed = 1000;
   options.control_mode = mode;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_env(id, options);
-  env->reset();
-  for (int t = 0; t < env->info().horizon; ++t) step(*env, policy);
+  const auto batch = make_env(id, options);
+  batch->reset();
+  for (int t = 0; t < batch->info().horizon; ++t) step(*batch, policy);
   int solved = 0;
   for (int i = 0; i < episodes; ++i) {
-    solved += *row<std::uint8_t>(env->output("success_once"), i);
+    solved += *row<std::uint8_t>(batch->output("success_once"), i);
   }
   return solved;
 }

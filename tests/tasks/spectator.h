@@ -21,23 +21,23 @@ inline double horizontal(const Point& a, const Point& b) { return (a - b).head<2
 
 class Spectator {
  public:
-  Spectator(const Batch& env, int index) : env_(&env), index_(index) {}
+  Spectator(const Batch& batch, int index) : batch_(&batch), index_(index) {}
 
-  const State& state() const { return env_->state(); }
+  const State& state() const { return batch_->state(); }
   int index() const { return index_; }
   int elapsed() const { return state().elapsed[index_]; }
   bool finished() const { return state().finished[index_] != 0; }
-  bool success() const { return env_->success()[static_cast<std::size_t>(index_)] != 0; }
+  bool success() const { return batch_->success()[static_cast<std::size_t>(index_)] != 0; }
 
   int num_props() const { return state().num_props; }
   const std::string& prop_name(int prop) const {
-    return env_->physics_model().props()[static_cast<std::size_t>(prop)].name;
+    return batch_->physics_model().props()[static_cast<std::size_t>(prop)].name;
   }
   int prop(std::string_view name) const {
     for (int i = 0; i < num_props(); ++i) {
       if (prop_name(i) == name) return i;
     }
-    FAIL("no prop " << name << " in " << env_->info().id);
+    FAIL("no prop " << name << " in " << batch_->info().id);
     return 0;
   }
   // Props whose names begin like that, in order.
@@ -72,7 +72,7 @@ class Spectator {
 
   // An info field, whatever its type.
   double info(std::string_view name, int component = 0) const {
-    const ColumnView view = env_->output(name);
+    const ColumnView view = batch_->output(name);
     const std::byte* row = view.row(index_);
     switch (view.field->dtype) {
       case DType::kBool:
@@ -88,19 +88,19 @@ class Spectator {
         return 0;
     }
   }
-  int width(std::string_view name) const { return env_->output(name).field->width; }
+  int width(std::string_view name) const { return batch_->output(name).field->width; }
   int info_int(std::string_view name, int component = 0) const {
     return static_cast<int>(std::lround(info(name, component)));
   }
   // Where a field of the state observation begins.
   const float* observed(std::string_view name) const {
     int offset = 0;
-    for (const Field& field : env_->state_fields()) {
+    for (const Field& field : batch_->state_fields()) {
       if (field.name == name)
-        return env_->observation().data() + index_ * env_->state_dim() + offset;
+        return batch_->observation().data() + index_ * batch_->state_dim() + offset;
       offset += field.width;
     }
-    FAIL("no state field " << name << " in " << env_->info().id);
+    FAIL("no state field " << name << " in " << batch_->info().id);
     return nullptr;
   }
 
@@ -109,7 +109,7 @@ class Spectator {
     return Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]).toRotationMatrix();
   }
 
-  const Batch* env_;
+  const Batch* batch_;
   int index_;
 };
 

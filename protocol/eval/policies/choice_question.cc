@@ -37,8 +37,8 @@ void ChoiceAnswer::set(std::span<const std::string> texts) {
     const bool known = found != question_.choices.end();
     const int index = known ? static_cast<int>(found - question_.choices.begin()) : index_in(text);
     if (index < 0) {
-      constexpr std::size_t kMost = 200;  // bytes of a text that are shown
-      throw Error(Error::kInvalidArgument, "policy: choice '" + printable(text.substr(0, kMost)) +
+      constexpr std::size_t kMax = 200;  // bytes of a text that are shown
+      throw Error(Error::kInvalidArgument, "policy: choice '" + printable(text.substr(0, kMax)) +
                                                "' given, " + join(question_.choices) +
                                                ", or an index, allowed");
     }

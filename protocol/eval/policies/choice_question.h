@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "protocol/parallel/work_item.h"
 
 namespace engram {

@@ -21,58 +21,58 @@ std::span<const T> frame_of(const std::vector<T>& all, std::size_t index, std::s
 
 }  // namespace
 
-ChoosingPolicy::ChoosingPolicy(Batch& env, ExternalPolicy& policy, const WorkContext& context,
+ChoosingPolicy::ChoosingPolicy(Batch& batch, ExternalPolicy& policy, const WorkContext& context,
                                const ChoosingPolicyOptions& options)
-    : env_(env),
-      choices_(*Queries(env).choices()),
-      form_(choices_.choice_form()),
-      hand_(env, Policy::kBlind),
+    : batch_(batch),
+      controller_(*Queries(batch).choices()),
+      form_(controller_.choice_form()),
+      script_(batch, Policy::kBlind),
       policy_(policy),
       context_(context),
       options_(options),
-      slots_(static_cast<std::size_t>(env.num_envs())) {
-  if (observes_objects(env.options().obs_mode)) words_.emplace(env);
+      states_(static_cast<std::size_t>(batch.num_envs())) {
+  if (observes_objects(batch.options().obs_mode)) words_.emplace(batch);
 }
 
-void ChoosingPolicy::start(int slot, const EpisodeLabel& label) {
-  Slot& fresh = slots_[static_cast<std::size_t>(slot)];
+void ChoosingPolicy::start(int env, const EpisodeLabel& label) {
+  EpisodeState& fresh = states_[static_cast<std::size_t>(env)];
   fresh = {};
   fresh.label = label;
-  choices_.await_choices(slot);
+  controller_.await_answers(env);
 }
 
 // The frames so far are what it remembers.
-void ChoosingPolicy::go_on(int slot, const EpisodeLabel& label) {
-  slots_[static_cast<std::size_t>(slot)].label = label;
+void ChoosingPolicy::replace_scene(int env, const EpisodeLabel& label) {
+  states_[static_cast<std::size_t>(env)].label = label;
 }
 
-void ChoosingPolicy::finish(int slot) {
-  slots_[static_cast<std::size_t>(slot)].label = {};
-  choices_.forget_choices(slot);
+void ChoosingPolicy::finish(int env) {
+  states_[static_cast<std::size_t>(env)].label = {};
+  controller_.discard_answers(env);
 }
 
-const EpisodeDigests& ChoosingPolicy::digests(int slot) const {
-  return slots_[static_cast<std::size_t>(slot)].digests;
+const EpisodeDigests& ChoosingPolicy::digests(int env) const {
+  return states_[static_cast<std::size_t>(env)].digests;
 }
 
 void ChoosingPolicy::act(std::span<float> actions, std::span<std::uint8_t> commanded) {
-  for (int env = 0; env < env_.num_envs(); ++env) {
-    Slot& slot = slots_[static_cast<std::size_t>(env)];
-    if (slot.label.episode < 0 || slot.questions >= form_.questions) continue;
-    const bool due = choices_.is_choice_due(env);
-    observe(env, slot, due);
-    if (due) ask(env, slot);
+  for (int env = 0; env < batch_.num_envs(); ++env) {
+    EpisodeState& state = states_[static_cast<std::size_t>(env)];
+    if (state.label.episode < 0 || state.questions >= form_.questions) continue;
+    const bool due = controller_.is_choice_due(env);
+    observe(env, state, due);
+    if (due) ask(env, state);
   }
-  hand_.act(actions);
+  script_.act(actions);
   std::ranges::fill(commanded, std::uint8_t{1});
 }
 
 // --- frames ---
 
-void ChoosingPolicy::observe(int env, Slot& slot, bool due) const {
-  if (!due && env_.state().elapsed[env] % options_.stride != 0) return;
-  const PolicyView view = view_of(env_, env);
-  Frames& frames = slot.frames;
+void ChoosingPolicy::observe(int env, EpisodeState& state, bool due) const {
+  if (!due && batch_.state().elapsed[env] % options_.stride != 0) return;
+  const PolicyView view = view_of(batch_, env);
+  Frames& frames = state.frames;
   std::string text = words_ ? words_->describe(view.state) : std::string();
   if (!due && is_as_before(frames, view, text)) return;
   frames.steps.push_back(view.step);
@@ -92,31 +92,31 @@ bool ChoosingPolicy::is_as_before(const Frames& frames, const PolicyView& view,
 
 // --- questions ---
 
-void ChoosingPolicy::ask(int env, Slot& slot) {
-  const std::vector<std::string> items = choices_.choice_items(env);
+void ChoosingPolicy::ask(int env, EpisodeState& state) {
+  const std::vector<std::string> items = controller_.choice_items(env);
   const std::vector<int> order =
-      choice_order(form_, env_.info().id, slot.label.seed, slot.questions, items.size());
+      choice_order(form_, batch_.info().id, state.label.seed, state.questions, items.size());
   ChoiceQuestion question;
-  question.env_id = env_.info().id;
+  question.env_id = batch_.info().id;
   question.slot = env;
-  question.episode = slot.label.episode;
-  question.number = slot.label.number;
-  if (options_.tell_seeds) question.seed = slot.label.seed;
-  question.step = slot.frames.steps.back();
-  question.index = slot.questions++;
-  question.instruction = Queries(env_).instruction(env);
+  question.episode = state.label.episode;
+  question.number = state.label.number;
+  if (options_.tell_seeds) question.seed = state.label.seed;
+  question.step = state.frames.steps.back();
+  question.index = state.questions++;
+  question.instruction = Queries(batch_).instruction(env);
   question.form = form_;
   for (const int key : order) question.choices.push_back(items[static_cast<std::size_t>(key)]);
-  question.steps = slot.frames.steps;
-  question.proprio = slot.frames.proprio;
-  question.rgb = slot.frames.rgb;
-  question.state = slot.frames.state;
-  question.texts = slot.frames.texts;
-  question.height = env_.options().images.height;
-  question.width = env_.options().images.width;
-  question.state_dim = question.state.empty() ? 0 : env_.state_dim();
-  question.proprio_dim = env_.proprio_dim();
-  question.max_slots = env_.num_envs();
+  question.steps = state.frames.steps;
+  question.proprio = state.frames.proprio;
+  question.rgb = state.frames.rgb;
+  question.state = state.frames.state;
+  question.texts = state.frames.texts;
+  question.height = batch_.options().images.height;
+  question.width = batch_.options().images.width;
+  question.state_dim = question.state.empty() ? 0 : batch_.state_dim();
+  question.proprio_dim = batch_.proprio_dim();
+  question.max_slots = batch_.num_envs();
   question.policy_seed = options_.policy_seed;
   question.context = &context_;
   ChoiceAnswer answer(question);
@@ -124,26 +124,27 @@ void ChoosingPolicy::ask(int env, Slot& slot) {
 
   std::vector<int> keys;
   for (const int index : answer.indices()) keys.push_back(order[static_cast<std::size_t>(index)]);
-  choices_.choose(env, keys);
-  const std::size_t count = slot.frames.steps.size();
+  controller_.choose(env, keys);
+  const std::size_t count = state.frames.steps.size();
   for (std::size_t i = 0; i < count; ++i) {
-    slot.digests.add_question({.step = slot.frames.steps[i],
-                               .instruction = question.instruction,
-                               .proprio = frame_of(slot.frames.proprio, i, count),
-                               .rgb = frame_of(slot.frames.rgb, i, count),
-                               .state = frame_of(slot.frames.state, i, count)});
+    state.digests.add_question({.step = state.frames.steps[i],
+                                .instruction = question.instruction,
+                                .proprio = frame_of(state.frames.proprio, i, count),
+                                .rgb = frame_of(state.frames.rgb, i, count),
+                                .state = frame_of(state.frames.state, i, count)});
   }
   const std::vector<float> named(keys.begin(), keys.end());
-  slot.digests.add_answer(question.step, named, 1);
-  slot.frames = {};
+  state.digests.add_answer(question.step, named, 1);
+  state.frames = {};
 }
 
-std::unique_ptr<EpisodeActor> make_external_actor(Batch& env, ExternalPolicy& policy,
+std::unique_ptr<EpisodeActor> make_external_actor(Batch& batch, ExternalPolicy& policy,
                                                   const WorkContext& context,
                                                   const ChunkedPolicyOptions& options, int stride) {
-  if (stride == 0) return std::make_unique<ChunkedPolicy>(env, policy, context, options);
+  if (stride == 0) return std::make_unique<ChunkedPolicy>(batch, policy, context, options);
   return std::make_unique<ChoosingPolicy>(
-      env, policy, context, ChoosingPolicyOptions{options.tell_seeds, options.policy_seed, stride});
+      batch, policy, context,
+      ChoosingPolicyOptions{options.tell_seeds, options.policy_seed, stride});
 }
 
 }  // namespace engram

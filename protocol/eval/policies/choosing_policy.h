@@ -23,14 +23,14 @@ struct ChoosingPolicyOptions {
 class ChoosingPolicy final : public EpisodeActor {
  public:
   // The task has choices.
-  ChoosingPolicy(Batch& env, ExternalPolicy& policy, const WorkContext& context,
+  ChoosingPolicy(Batch& batch, ExternalPolicy& policy, const WorkContext& context,
                  const ChoosingPolicyOptions& options);
 
-  void start(int slot, const EpisodeLabel& label) override;
-  void go_on(int slot, const EpisodeLabel& label) override;
-  void finish(int slot) override;
+  void start(int env, const EpisodeLabel& label) override;
+  void replace_scene(int env, const EpisodeLabel& label) override;
+  void finish(int env) override;
   void act(std::span<float> actions, std::span<std::uint8_t> commanded) override;
-  const EpisodeDigests& digests(int slot) const override;
+  const EpisodeDigests& digests(int env) const override;
 
  private:
   // Frames since the last question. Those that look like the one before are left out.
@@ -41,30 +41,30 @@ class ChoosingPolicy final : public EpisodeActor {
     std::vector<float> state;
     std::vector<std::string> texts;
   };
-  struct Slot {
+  struct EpisodeState {
     EpisodeLabel label;
     std::int32_t questions = 0;  // asked so far
     Frames frames;
     EpisodeDigests digests;
   };
 
-  void observe(int env, Slot& slot, bool due) const;
+  void observe(int env, EpisodeState& state, bool due) const;
   bool is_as_before(const Frames& frames, const PolicyView& view, const std::string& text) const;
-  void ask(int env, Slot& slot);
+  void ask(int env, EpisodeState& state);
 
-  Batch& env_;
-  const Choices& choices_;
+  Batch& batch_;
+  const AnswerController& controller_;
   const ChoiceForm form_;
-  ScriptedPolicy hand_;
+  ScriptedPolicy script_;
   ExternalPolicy& policy_;
   const WorkContext& context_;
   ChoosingPolicyOptions options_;
   std::optional<ObjectText> words_;  // in the mode that observes objects
-  std::vector<Slot> slots_;
+  std::vector<EpisodeState> states_;
 };
 
 // The policy as an actor: it names answers, or sends actions if `stride` is 0.
-std::unique_ptr<EpisodeActor> make_external_actor(Batch& env, ExternalPolicy& policy,
+std::unique_ptr<EpisodeActor> make_external_actor(Batch& batch, ExternalPolicy& policy,
                                                   const WorkContext& context,
                                                   const ChunkedPolicyOptions& options, int stride);
 

@@ -20,17 +20,17 @@ class EpisodeActor {
   virtual ~EpisodeActor() = default;
 
   // An episode begins in the environment `slot`.
-  virtual void start(int slot, const EpisodeLabel& label) = 0;
+  virtual void start(int env, const EpisodeLabel& label) = 0;
   // The policy finds itself in another scene, and nobody tells it: it remembers what it did, and
   // only its actions on the way are dropped.
-  virtual void go_on(int slot, const EpisodeLabel& label) = 0;
-  virtual void finish(int slot) = 0;
+  virtual void replace_scene(int env, const EpisodeLabel& label) = 0;
+  virtual void finish(int env) = 0;
   // Actions of all environments; zeros for those without an episode. commanded: 0 for those that
   // have no action yet, 1 for the others.
   virtual void act(std::span<float> actions, std::span<std::uint8_t> commanded) = 0;
 
   // Digests of the episode under way, or of the last one.
-  virtual const EpisodeDigests& digests(int slot) const = 0;
+  virtual const EpisodeDigests& digests(int env) const = 0;
   // Actions of the longest chunk so far.
   virtual int longest_chunk() const { return 1; }
 };

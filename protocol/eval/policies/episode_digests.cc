@@ -18,13 +18,13 @@ void chain(std::uint64_t& hash, const std::int32_t& number) {
 
 }  // namespace
 
-PolicyView view_of(const Batch& env, int slot) {
+PolicyView view_of(const Batch& batch, int env) {
   PolicyView view;
-  view.step = env.state().elapsed[slot];
-  view.instruction = Queries(env).instruction(slot);
-  view.proprio = row_of(env.proprio(), env, slot);
-  if (env.options().obs_mode == ObsMode::kRgb) view.rgb = row_of(env.images().rgb, env, slot);
-  view.state = row_of(env.observation(), env, slot);
+  view.step = batch.state().elapsed[env];
+  view.instruction = Queries(batch).instruction(env);
+  view.proprio = row_of(batch.proprio(), batch, env);
+  if (batch.options().obs_mode == ObsMode::kRgb) view.rgb = row_of(batch.images().rgb, batch, env);
+  view.state = row_of(batch.observation(), batch, env);
   return view;
 }
 

@@ -20,7 +20,7 @@ struct PolicyView {
   std::span<const float> state;       // empty with images
 };
 
-PolicyView view_of(const Batch& env, int slot);
+PolicyView view_of(const Batch& batch, int env);
 
 // Hashes of all questions and of all answers, and of the first ones.
 struct EpisodeDigests {

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "core/batch/batch.h"
-#include "core/task/choices.h"
-#include "protocol/io/document.h"
+#include "core/task/answer_controller.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
@@ -14,12 +14,12 @@ namespace engram {
 // reset.
 
 // From now on the hand of an environment's episode waits for answers. For each episode anew.
-void ask_questions(const Batch& env, int index);
+void ask_questions(const Batch& batch, int index);
 // {due, question, choices, least, most, repeats}. due: the hand cannot go on without an answer. The
 // order of the choices is that of evaluations.
-DocumentTable describe_question(const Batch& env, int index);
+JsonTable describe_question(const Batch& batch, int index);
 // Answers the question that is due, by indices of the choices as they are listed. Throws Error,
 // kBadState if none is due, and kInvalidArgument, naming what is allowed, for another form.
-void answer_question(const Batch& env, int index, std::span<const int> choices);
+void answer_question(const Batch& batch, int index, std::span<const int> choices);
 
 }  // namespace engram

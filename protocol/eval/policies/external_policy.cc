@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/base/join.h"
-#include "protocol/eval/policies/seed_seal.h"
+#include "protocol/eval/policies/seed_commitment.h"
 
 namespace engram {
 namespace {
@@ -75,37 +75,37 @@ EpisodeLabel label_episode(int episode, std::string_view env_id, std::uint64_t s
   return {episode, tell ? episode : opaque_number(key, env_id, seed), seed};
 }
 
-ChunkedPolicy::ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context,
+ChunkedPolicy::ChunkedPolicy(const Batch& batch, ExternalPolicy& policy, const WorkContext& context,
                              const ChunkedPolicyOptions& options)
-    : env_(env),
+    : batch_(batch),
       policy_(policy),
       context_(context),
       options_(options),
-      slots_(static_cast<std::size_t>(env.num_envs())) {}
+      states_(static_cast<std::size_t>(batch.num_envs())) {}
 
-void ChunkedPolicy::start(int slot, const EpisodeLabel& label) {
-  slots_[static_cast<std::size_t>(slot)] = {label, true, ActionQueue(options_.latency), {}};
+void ChunkedPolicy::start(int env, const EpisodeLabel& label) {
+  states_[static_cast<std::size_t>(env)] = {label, true, ActionQueue(options_.latency), {}};
 }
 
-void ChunkedPolicy::go_on(int slot, const EpisodeLabel& label) {
-  Slot& own = slots_[static_cast<std::size_t>(slot)];
-  own.label = label;
-  own.queue = ActionQueue(options_.latency);
+void ChunkedPolicy::replace_scene(int env, const EpisodeLabel& label) {
+  EpisodeState& state = states_[static_cast<std::size_t>(env)];
+  state.label = label;
+  state.queue = ActionQueue(options_.latency);
 }
 
-void ChunkedPolicy::finish(int slot) { slots_[static_cast<std::size_t>(slot)].label = {}; }
+void ChunkedPolicy::finish(int env) { states_[static_cast<std::size_t>(env)].label = {}; }
 
-const EpisodeDigests& ChunkedPolicy::digests(int slot) const {
-  return slots_[static_cast<std::size_t>(slot)].digests;
+const EpisodeDigests& ChunkedPolicy::digests(int env) const {
+  return states_[static_cast<std::size_t>(env)].digests;
 }
 
 void ChunkedPolicy::act(std::span<float> actions, std::span<std::uint8_t> commanded) {
   request();
-  const auto dim = static_cast<std::size_t>(env_.action_dim());
+  const auto dim = static_cast<std::size_t>(batch_.action_dim());
   std::fill(actions.begin(), actions.end(), 0.0F);
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    const bool idle = slots_[i].label.episode < 0;
-    commanded[i] = idle || slots_[i].queue.next(actions.subspan(i * dim, dim)) ? 1 : 0;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    const bool idle = states_[i].label.episode < 0;
+    commanded[i] = idle || states_[i].queue.next(actions.subspan(i * dim, dim)) ? 1 : 0;
   }
 }
 
@@ -121,19 +121,19 @@ void ChunkedPolicy::gather_rows() {
   proprio_.clear();
   rgb_.clear();
   state_.clear();
-  const int num_envs = env_.num_envs();
+  const int num_envs = batch_.num_envs();
   for (int env = 0; env < num_envs; ++env) {
-    Slot& slot = slots_[static_cast<std::size_t>(env)];
-    if (slot.label.episode < 0 || !slot.queue.empty()) continue;
+    EpisodeState& state = states_[static_cast<std::size_t>(env)];
+    if (state.label.episode < 0 || !state.queue.empty()) continue;
     rows_.push_back(env);
-    const PolicyView view = view_of(env_, env);
-    slot.digests.add_question(view);
-    episodes_.push_back(slot.label.episode);
-    numbers_.push_back(slot.label.number);
-    if (options_.tell_seeds) seeds_.push_back(slot.label.seed);
+    const PolicyView view = view_of(batch_, env);
+    state.digests.add_question(view);
+    episodes_.push_back(state.label.episode);
+    numbers_.push_back(state.label.number);
+    if (options_.tell_seeds) seeds_.push_back(state.label.seed);
     steps_.push_back(view.step);
-    first_.push_back(slot.first ? 1 : 0);
-    slot.first = false;
+    first_.push_back(state.first ? 1 : 0);
+    state.first = false;
     instructions_.push_back(view.instruction);
     append(proprio_, view.proprio);
     append(rgb_, view.rgb);
@@ -146,7 +146,7 @@ void ChunkedPolicy::request() {
   if (rows_.empty()) return;
 
   PolicyRequest request;
-  request.env_id = env_.info().id;
+  request.env_id = batch_.info().id;
   request.count = static_cast<int>(rows_.size());
   request.slots = rows_;
   request.episodes = episodes_;
@@ -158,22 +158,22 @@ void ChunkedPolicy::request() {
   request.proprio = proprio_;
   request.rgb = rgb_;
   request.state = state_;
-  request.height = env_.options().images.height;
-  request.width = env_.options().images.width;
-  request.state_dim = state_.empty() ? 0 : env_.state_dim();
-  request.proprio_dim = env_.proprio_dim();
-  request.max_slots = env_.num_envs();
+  request.height = batch_.options().images.height;
+  request.width = batch_.options().images.width;
+  request.state_dim = state_.empty() ? 0 : batch_.state_dim();
+  request.proprio_dim = batch_.proprio_dim();
+  request.max_slots = batch_.num_envs();
   request.policy_seed = options_.policy_seed;
   request.context = &context_;
-  PolicyReply reply(request.count, env_.action_dim());
+  PolicyReply reply(request.count, batch_.action_dim());
   policy_.act(request, reply);
   for (int row = 0; row < request.count; ++row) {
     const std::span<const float> chunk = reply.chunk(row);
     const auto at = static_cast<std::size_t>(row);
-    Slot& slot = slots_[static_cast<std::size_t>(rows_[at])];
-    slot.queue.answer(chunk);
-    slot.digests.add_answer(steps_[at], chunk, env_.action_dim());
-    longest_chunk_ = std::max(longest_chunk_, static_cast<int>(chunk.size()) / env_.action_dim());
+    EpisodeState& state = states_[static_cast<std::size_t>(rows_[at])];
+    state.queue.answer(chunk);
+    state.digests.add_answer(steps_[at], chunk, batch_.action_dim());
+    longest_chunk_ = std::max(longest_chunk_, static_cast<int>(chunk.size()) / batch_.action_dim());
   }
 }
 

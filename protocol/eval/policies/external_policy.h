@@ -71,7 +71,7 @@ class ExternalPolicy {
   virtual void choose(const ChoiceQuestion& question, ChoiceAnswer& answer);
   // Called when an item of work is done. Throws Error if the policy has sent more than it was asked
   // for: then some of its answers may belong to other requests.
-  virtual void require_drained() {}
+  virtual void check_no_pending_reply() {}
 };
 
 // The label for policies that are to know no seed, or that are told everything. key: of opaque
@@ -89,18 +89,18 @@ struct ChunkedPolicyOptions {
 // is empty and dropped at the end of the episode.
 class ChunkedPolicy final : public EpisodeActor {
  public:
-  ChunkedPolicy(const Batch& env, ExternalPolicy& policy, const WorkContext& context,
+  ChunkedPolicy(const Batch& batch, ExternalPolicy& policy, const WorkContext& context,
                 const ChunkedPolicyOptions& options);
 
-  void start(int slot, const EpisodeLabel& label) override;
-  void go_on(int slot, const EpisodeLabel& label) override;
-  void finish(int slot) override;
+  void start(int env, const EpisodeLabel& label) override;
+  void replace_scene(int env, const EpisodeLabel& label) override;
+  void finish(int env) override;
   void act(std::span<float> actions, std::span<std::uint8_t> commanded) override;
-  const EpisodeDigests& digests(int slot) const override;
+  const EpisodeDigests& digests(int env) const override;
   int longest_chunk() const override { return longest_chunk_; }
 
  private:
-  struct Slot {
+  struct EpisodeState {
     EpisodeLabel label;
     bool first = false;
     ActionQueue queue;
@@ -111,12 +111,12 @@ class ChunkedPolicy final : public EpisodeActor {
   void gather_rows();
   void request();
 
-  const Batch& env_;
+  const Batch& batch_;
   ExternalPolicy& policy_;
   const WorkContext& context_;
   ChunkedPolicyOptions options_;
   int longest_chunk_ = 1;
-  std::vector<Slot> slots_;
+  std::vector<EpisodeState> states_;
   // Arrays of the last request.
   std::vector<std::int32_t> rows_;
   std::vector<std::int32_t> episodes_;

@@ -71,8 +71,8 @@ void kill_children() {
 
 // Until there are none: those that are killed hand their children over to the guard.
 void end_descendants() {
-  constexpr int kMostRounds = 2000;  // of a millisecond
-  for (int round = 0; round < kMostRounds; ++round) {
+  constexpr int kMaxRounds = 2000;  // of a millisecond
+  for (int round = 0; round < kMaxRounds; ++round) {
     kill_children();
     pid_t ended = 0;
     while ((ended = ::waitpid(-1, nullptr, WNOHANG)) > 0) {

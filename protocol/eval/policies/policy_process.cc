@@ -117,7 +117,7 @@ void PolicyProcess::begin(const WorkContext* context, int step, int episode,
                           std::string_view env_id) {
   context_ = context;
   deadline_ = Clock::now() + options_.timeout;
-  require_drained();
+  check_no_pending_reply();
   request_ = "step " + std::to_string(step) + " of episode " + std::to_string(episode) + " of " +
              std::string(env_id);
 }
@@ -235,7 +235,7 @@ void PolicyProcess::read_chunks(std::span<const std::byte> answer, int rows,
 }
 
 // Bytes in the pipe before the next request would be taken for its answer.
-void PolicyProcess::require_drained() {
+void PolicyProcess::check_no_pending_reply() {
   pollfd one{from_, POLLIN, 0};
   if (::poll(&one, 1, 0) <= 0 || (one.revents & POLLIN) == 0) return;
   std::array<std::byte, 4096> more{};

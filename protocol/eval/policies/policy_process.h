@@ -40,7 +40,7 @@ class PolicyProcess final : public ExternalPolicy {
 
   void act(const PolicyRequest& request, PolicyReply& reply) override;
   void choose(const ChoiceQuestion& question, ChoiceAnswer& answer) override;
-  void require_drained() override;
+  void check_no_pending_reply() override;
 
  private:
   enum class Message : std::uint32_t {

@@ -4,46 +4,46 @@
 
 namespace engram {
 
-ScriptedActor::ScriptedActor(Batch& env, Policy policy, int latency)
-    : env_(env),
-      policy_(env, policy),
+ScriptedActor::ScriptedActor(Batch& batch, Policy policy, int latency)
+    : batch_(batch),
+      policy_(batch, policy),
       latency_(latency),
-      slots_(static_cast<std::size_t>(env.num_envs())) {}
+      states_(static_cast<std::size_t>(batch.num_envs())) {}
 
-void ScriptedActor::start(int slot, const EpisodeLabel& /*label*/) {
-  slots_[static_cast<std::size_t>(slot)] = {true, ActionQueue(latency_), {}};
+void ScriptedActor::start(int env, const EpisodeLabel& /*label*/) {
+  states_[static_cast<std::size_t>(env)] = {true, ActionQueue(latency_), {}};
 }
 
-void ScriptedActor::go_on(int slot, const EpisodeLabel& /*label*/) {
-  Slot& own = slots_[static_cast<std::size_t>(slot)];
-  own.busy = true;
-  own.queue = ActionQueue(latency_);
+void ScriptedActor::replace_scene(int env, const EpisodeLabel& /*label*/) {
+  EpisodeState& state = states_[static_cast<std::size_t>(env)];
+  state.busy = true;
+  state.queue = ActionQueue(latency_);
 }
 
-void ScriptedActor::finish(int slot) { slots_[static_cast<std::size_t>(slot)].busy = false; }
+void ScriptedActor::finish(int env) { states_[static_cast<std::size_t>(env)].busy = false; }
 
 // Scripts follow every step, also those between a question and its answer: what they remember must
 // not depend on the other environments' questions.
 void ScriptedActor::act(std::span<float> actions, std::span<std::uint8_t> commanded) {
   policy_.act(actions);
-  const auto dim = static_cast<std::size_t>(env_.action_dim());
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    Slot& slot = slots_[i];
+  const auto dim = static_cast<std::size_t>(batch_.action_dim());
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    EpisodeState& state = states_[i];
     const std::span<float> action = actions.subspan(i * dim, dim);
     commanded[i] = 1;
-    if (!slot.busy) continue;
-    if (slot.queue.empty()) {
-      const PolicyView view = view_of(env_, static_cast<int>(i));
-      slot.digests.add_question(view);
-      slot.digests.add_answer(view.step, action, env_.action_dim());
-      slot.queue.answer(action);
+    if (!state.busy) continue;
+    if (state.queue.empty()) {
+      const PolicyView view = view_of(batch_, static_cast<int>(i));
+      state.digests.add_question(view);
+      state.digests.add_answer(view.step, action, batch_.action_dim());
+      state.queue.answer(action);
     }
-    commanded[i] = slot.queue.next(action) ? 1 : 0;
+    commanded[i] = state.queue.next(action) ? 1 : 0;
   }
 }
 
-const EpisodeDigests& ScriptedActor::digests(int slot) const {
-  return slots_[static_cast<std::size_t>(slot)].digests;
+const EpisodeDigests& ScriptedActor::digests(int env) const {
+  return states_[static_cast<std::size_t>(env)].digests;
 }
 
 }  // namespace engram

@@ -12,25 +12,25 @@ namespace engram {
 class ScriptedActor final : public EpisodeActor {
  public:
   // latency: control steps from a question to its answer.
-  ScriptedActor(Batch& env, Policy policy, int latency);
+  ScriptedActor(Batch& batch, Policy policy, int latency);
 
-  void start(int slot, const EpisodeLabel& label) override;
-  void go_on(int slot, const EpisodeLabel& label) override;
-  void finish(int slot) override;
+  void start(int env, const EpisodeLabel& label) override;
+  void replace_scene(int env, const EpisodeLabel& label) override;
+  void finish(int env) override;
   void act(std::span<float> actions, std::span<std::uint8_t> commanded) override;
-  const EpisodeDigests& digests(int slot) const override;
+  const EpisodeDigests& digests(int env) const override;
 
  private:
-  struct Slot {
+  struct EpisodeState {
     bool busy = false;
     ActionQueue queue;
     EpisodeDigests digests;
   };
 
-  const Batch& env_;
+  const Batch& batch_;
   ScriptedPolicy policy_;
   int latency_;
-  std::vector<Slot> slots_;
+  std::vector<EpisodeState> states_;
 };
 
 }  // namespace engram

@@ -82,33 +82,31 @@ ProbeCondition condition_of(const ProbeTask& task, const Quantity& quantity, con
   return condition;
 }
 
-double rate_of(const Document& share) {
-  const Document& rate = part(share, "rate");
+double rate_of(const Json& share) {
+  const Json& rate = part(share, "rate");
   return is_null(rate) ? 0 : number(rate);
 }
 
 // Of what the oracle's motor skill allows above chance, the part that is reached.
-Document recall(double rate, double oracle, double chance) {
-  return oracle > chance ? Document((rate - chance) / (oracle - chance)) : Document();
+Json recall(double rate, double oracle, double chance) {
+  return oracle > chance ? Json((rate - chance) / (oracle - chance)) : Json();
 }
 
 // results: the policy's, then the oracle's.
-Document document_of(const Point& point, const ConditionResults& own,
-                     const ConditionResults& oracle) {
-  const Document success = success_document(own);
-  const Document ceiling = success_document(oracle);
-  const Document answer = first_answer_document(own);
-  const Document answer_ceiling = first_answer_document(oracle);
-  return DocumentTable{
-      {"items", point.value},
-      {"success", success},
-      {"first_answer", answer},
-      {"chance", point.chance},
-      {"answer_chance", point.answer_chance},
-      {"oracle", DocumentTable{{"success", ceiling}, {"first_answer", answer_ceiling}}},
-      {"success_of_oracle", recall(rate_of(success), rate_of(ceiling), point.chance)},
-      {"first_answer_of_oracle",
-       recall(rate_of(answer), rate_of(answer_ceiling), point.answer_chance)}};
+Json document_of(const Point& point, const ConditionResults& own, const ConditionResults& oracle) {
+  const Json success = success_document(own);
+  const Json baseline = success_document(oracle);
+  const Json answer = first_answer_document(own);
+  const Json answer_ceiling = first_answer_document(oracle);
+  return JsonTable{{"items", point.value},
+                   {"success", success},
+                   {"first_answer", answer},
+                   {"chance", point.chance},
+                   {"answer_chance", point.answer_chance},
+                   {"oracle", JsonTable{{"success", baseline}, {"first_answer", answer_ceiling}}},
+                   {"success_of_oracle", recall(rate_of(success), rate_of(baseline), point.chance)},
+                   {"first_answer_of_oracle",
+                    recall(rate_of(answer), rate_of(answer_ceiling), point.answer_chance)}};
 }
 
 }  // namespace
@@ -128,19 +126,19 @@ ProbePlan plan_capacity(const ProbeTask& task,
     plan.conditions.push_back(plan.conditions.back());
     plan.conditions.back().control = Policy::kOracle;
   }
-  plan.document = [points, items = task.facts().items](
-                      const std::vector<ConditionResults>& results) -> Document {
-    DocumentList rows;
+  plan.document =
+      [points, items = task.facts().items](const std::vector<ConditionResults>& results) -> Json {
+    JsonList rows;
     std::size_t next = 0;
     for (const Point& point : points) {
       if (!point.skipped.empty()) {
-        rows.emplace_back(DocumentTable{{"items", point.value}, {"skipped", point.skipped}});
+        rows.emplace_back(JsonTable{{"items", point.value}, {"skipped", point.skipped}});
         continue;
       }
       rows.emplace_back(document_of(point, results[next], results[next + 1]));
       next += 2;
     }
-    return DocumentTable{{"quantity", items}, {"points", rows}};
+    return JsonTable{{"quantity", items}, {"points", rows}};
   };
   return plan;
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "protocol/eval/policies/scripted_actor.h"
-#include "protocol/eval/policies/seed_seal.h"
+#include "protocol/eval/policies/seed_commitment.h"
 #include "protocol/eval/probe/trial_player.h"
 
 namespace engram {
@@ -74,10 +74,10 @@ Bytes ConditionPlayer::play_item(const WorkItem& item, const WorkContext& contex
     workspace.policy = protocol_.external(context);
   }
   const ItemTrials all = trials_of(item, condition, *workspace.lookahead);
-  Batch& env = *workspace.env;
-  const auto actor = make_actor(env, condition, workspace.policy.get(), context);
+  Batch& batch = *workspace.batch;
+  const auto actor = make_actor(batch, condition, workspace.policy.get(), context);
   std::unique_ptr<EpisodeActor> other_actor;
-  PolicyBatch main{&env, actor.get()};
+  PolicyBatch main{&batch, actor.get()};
   PolicyBatch other = main;
   if (workspace.other) {
     other_actor = make_actor(*workspace.other, condition, workspace.policy.get(), context);
@@ -87,7 +87,7 @@ Bytes ConditionPlayer::play_item(const WorkItem& item, const WorkContext& contex
   const std::vector<TrialResult> results =
       TrialPlayer(main, other, label).play(all.trials, context);
   if (context.stopped()) return {};
-  if (workspace.policy) workspace.policy->require_drained();
+  if (workspace.policy) workspace.policy->check_no_pending_reply();
   ByteWriter out;
   auto next = results.begin();
   for (const std::uint32_t size : all.sizes) {
@@ -126,13 +126,13 @@ void ConditionPlayer::prepare(Workspace& workspace, int condition) const {
   if (workspace.condition == condition) return;
   const ProbeCondition& next = conditions_[static_cast<std::size_t>(condition)];
   workspace.condition = -1;
-  workspace.env.reset();
+  workspace.batch.reset();
   workspace.other.reset();
   MakeOptions options = probe_environment(protocol_, next.constants);
   workspace.lookahead = std::make_unique<Lookahead>(next.entry->id, options);
   options.num_envs = std::min(protocol_.num_envs, protocol_.episodes);
   if (!next.control && !protocol_.external) options.policy_seed = protocol_.policy_seed;
-  workspace.env = make(next.entry->id, options);
+  workspace.batch = make(next.entry->id, options);
   if (next.other != nullptr) {
     options.constants = protocol_.environment.constants;
     workspace.other = make(next.other->id, options);
@@ -140,17 +140,17 @@ void ConditionPlayer::prepare(Workspace& workspace, int condition) const {
   workspace.condition = condition;
 }
 
-std::unique_ptr<EpisodeActor> ConditionPlayer::make_actor(Batch& env,
+std::unique_ptr<EpisodeActor> ConditionPlayer::make_actor(Batch& batch,
                                                           const ProbeCondition& condition,
                                                           ExternalPolicy* policy,
                                                           const WorkContext& context) const {
   if (condition.control || policy == nullptr) {
-    return std::make_unique<ScriptedActor>(env, condition.control.value_or(protocol_.policy),
+    return std::make_unique<ScriptedActor>(batch, condition.control.value_or(protocol_.policy),
                                            protocol_.latency);
   }
   const ChunkedPolicyOptions options{protocol_.tell_episodes, protocol_.policy_seed,
                                      protocol_.latency};
-  return std::make_unique<ChunkedPolicy>(env, *policy, context, options);
+  return std::make_unique<ChunkedPolicy>(batch, *policy, context, options);
 }
 
 }  // namespace engram

@@ -24,7 +24,7 @@ class ConditionPlayer {
   // A thread's batches, kept while the condition stays the same.
   struct Workspace {
     int condition = -1;
-    std::unique_ptr<Batch> env;
+    std::unique_ptr<Batch> batch;
     std::unique_ptr<Batch> other;
     std::unique_ptr<Lookahead> lookahead;
     std::unique_ptr<ExternalPolicy> policy;
@@ -41,7 +41,7 @@ class ConditionPlayer {
                        Lookahead& lookahead) const;
   Bytes play_item(const WorkItem& item, const WorkContext& context, Workspace& workspace) const;
   void prepare(Workspace& workspace, int condition) const;
-  std::unique_ptr<EpisodeActor> make_actor(Batch& env, const ProbeCondition& condition,
+  std::unique_ptr<EpisodeActor> make_actor(Batch& batch, const ProbeCondition& condition,
                                            ExternalPolicy* policy,
                                            const WorkContext& context) const;
 

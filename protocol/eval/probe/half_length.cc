@@ -77,7 +77,7 @@ double resampled(const std::vector<DelayedAnswers>& answers, const std::vector<i
   return half_length_of(delays, rates, chance).value_or(std::numeric_limits<double>::infinity());
 }
 
-Document finite(double value) { return std::isfinite(value) ? Document(value) : Document(); }
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 }  // namespace
 
@@ -85,7 +85,7 @@ std::optional<double> half_length(const std::vector<DelayedAnswers>& answers, do
   return half_length_of(delays_of(answers), rates_of(answers, chance), chance);
 }
 
-Document half_length_document(const std::vector<DelayedAnswers>& answers, double chance) {
+Json half_length_document(const std::vector<DelayedAnswers>& answers, double chance) {
   if (answers.empty() || rates_of(answers, chance).front() <= chance) return {};
   const std::vector<int> delays = delays_of(answers);
   RandomStream random(0, 0, kPurposeProbeResampling);
@@ -96,10 +96,9 @@ Document half_length_document(const std::vector<DelayedAnswers>& answers, double
   }
   std::ranges::sort(lengths);
   const std::optional<double> own = half_length(answers, chance);
-  return DocumentTable{
-      {"steps", own ? Document(*own) : Document()},
-      {"interval", DocumentList{finite(lengths[kResamples / 40]),
-                                finite(lengths[kResamples - 1 - kResamples / 40])}}};
+  return JsonTable{{"steps", own ? Json(*own) : Json()},
+                   {"interval", JsonList{finite(lengths[kResamples / 40]),
+                                         finite(lengths[kResamples - 1 - kResamples / 40])}}};
 }
 
 }  // namespace engram

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
@@ -21,6 +21,6 @@ std::optional<double> half_length(const std::vector<DelayedAnswers>& answers, do
 
 // {steps, interval}: with the 95 % interval of a bootstrap over episodes; null for what lies beyond
 // the longest delay. Null if the first rate is not above chance.
-Document half_length_document(const std::vector<DelayedAnswers>& answers, double chance);
+Json half_length_document(const std::vector<DelayedAnswers>& answers, double chance);
 
 }  // namespace engram

@@ -1,6 +1,6 @@
 #include "protocol/eval/probe/interference.h"
 
-#include "protocol/eval/probe/past.h"
+#include "protocol/eval/probe/counterfactual.h"
 
 namespace engram {
 namespace {
@@ -14,7 +14,7 @@ constexpr const char* kKindNames[] = {"none", "competing", "agreeing", "other ta
 // The episodes between, whose seeds nobody else has.
 TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint64_t seed, int count,
                       Kind kind) {
-  PastChooser chooser(lookahead, facts, seed);
+  CounterfactualSampler chooser(lookahead, facts, seed);
   Trial trial{.draw = {seed, chooser.any()}};
   trial.question = lookahead.cue_end(trial.draw);
   RandomStream random(seed, 0, kPurposeProbeOthers);
@@ -37,7 +37,7 @@ struct Point {
 };
 
 // The share of wrong answers that the last of the other episodes has got, too.
-Document intrusions_of(const ConditionResults& results) {
+Json intrusions_of(const ConditionResults& results) {
   std::vector<bool> intrusions;
   for (const std::vector<TrialResult>& group : results) {
     const TrialResult& trial = group.front();
@@ -47,28 +47,28 @@ Document intrusions_of(const ConditionResults& results) {
   return rate_document(intrusions);
 }
 
-Document document_of(const ProbeTask& task, const std::vector<Point>& points,
-                     const std::vector<ConditionResults>& results) {
-  DocumentList rows;
+Json document_of(const ProbeTask& task, const std::vector<Point>& points,
+                 const std::vector<ConditionResults>& results) {
+  JsonList rows;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& point = points[i];
     const bool same_task = point.kind == Kind::kCompeting || point.kind == Kind::kAgreeing;
-    rows.emplace_back(
-        DocumentTable{{"others", point.others},
-                      {"kind", kKindNames[static_cast<std::size_t>(point.kind)]},
-                      {"success", success_document(results[i])},
-                      {"first_answer", first_answer_document(results[i])},
-                      {"intrusions", same_task ? intrusions_of(results[i]) : Document()}});
+    rows.emplace_back(JsonTable{{"others", point.others},
+                                {"kind", kKindNames[static_cast<std::size_t>(point.kind)]},
+                                {"success", success_document(results[i])},
+                                {"first_answer", first_answer_document(results[i])},
+                                {"intrusions", same_task ? intrusions_of(results[i]) : Json()}});
   }
-  return DocumentTable{{"chance", task.info.chance()},
-                       {"answer_chance", task.info.answer_chance()},
-                       {"points", rows}};
+  return JsonTable{{"chance", task.info.chance()},
+                   {"answer_chance", task.info.answer_chance()},
+                   {"points", rows}};
 }
 
 }  // namespace
 
 ProbePlan plan_interference(const ProbeTask& task, const RegistryEntry* other) {
-  if (const std::string reason = task.no_twins(); !reason.empty()) return skipped_plan(reason);
+  if (const std::string reason = task.no_counterfactuals(); !reason.empty())
+    return skipped_plan(reason);
   std::vector<Point> points = {{0, Kind::kNone}};
   for (const int count : kOthers) {
     if (count == 0) continue;

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "protocol/eval/probe/past.h"
+#include "protocol/eval/probe/counterfactual.h"
 #include "protocol/eval/results/statistics.h"
 #include "protocol/eval/run/mean.h"
 
@@ -11,7 +11,7 @@ namespace engram {
 namespace {
 
 template <class Of>
-Document first_trials(const ConditionResults& results, Of&& of) {
+Json first_trials(const ConditionResults& results, Of&& of) {
   std::vector<bool> values;
   for (const std::vector<TrialResult>& group : results) {
     if (group.front().played != 0) values.push_back(of(group.front()));
@@ -36,8 +36,8 @@ void require_known(const ProbeTask& task, std::string_view name, const char* fac
 
 }  // namespace
 
-std::string ProbeTask::no_twins() const {
-  if (!facts().no_twins.empty()) return std::string(facts().no_twins);
+std::string ProbeTask::no_counterfactuals() const {
+  if (!facts().no_counterfactuals.empty()) return std::string(facts().no_counterfactuals);
   if (hidden_draw(facts(), info).empty()) return "the task names no hidden draw";
   if (info.answer.empty()) return "the task defines no answer";
   return {};
@@ -61,13 +61,13 @@ ProbeTask probe_task(const RegistryEntry& entry, const ConstantTable& constants)
 
 ProbePlan skipped_plan(const std::string& reason) {
   return {{}, [reason](const std::vector<ConditionResults>&) {
-            return Document(DocumentTable{{"skipped", reason}});
+            return Json(JsonTable{{"skipped", reason}});
           }};
 }
 
 // Neighbours are rounds of one episode to effective_episodes, which has them one round after the
 // other.
-Document rate_document(const std::vector<bool>& trials, int together) {
+Json rate_document(const std::vector<bool>& trials, int together) {
   const auto step = static_cast<std::size_t>(together);
   std::vector<bool> rounds;
   for (std::size_t round = 0; round < step; ++round) {
@@ -75,16 +75,16 @@ Document rate_document(const std::vector<bool>& trials, int together) {
   }
   const double rate = trials.empty() ? 0 : mean(trials);
   const Interval interval = wilson_interval(rate, effective_episodes(rounds, together));
-  return DocumentTable{{"rate", trials.empty() ? Document() : Document(rate)},
-                       {"interval", DocumentList{interval.low, interval.high}},
-                       {"n", trials.size()}};
+  return JsonTable{{"rate", trials.empty() ? Json() : Json(rate)},
+                   {"interval", JsonList{interval.low, interval.high}},
+                   {"n", trials.size()}};
 }
 
-Document success_document(const ConditionResults& results) {
+Json success_document(const ConditionResults& results) {
   return first_trials(results, [](const TrialResult& trial) { return trial.success != 0; });
 }
 
-Document first_answer_document(const ConditionResults& results) {
+Json first_answer_document(const ConditionResults& results) {
   return first_trials(results, [](const TrialResult& trial) { return trial.correct != 0; });
 }
 

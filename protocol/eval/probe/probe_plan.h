@@ -10,7 +10,7 @@
 #include "core/task/task.h"
 #include "protocol/eval/probe/question.h"
 #include "protocol/eval/probe/trial.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 #include "tasks/registry.h"
 
 namespace engram {
@@ -23,7 +23,7 @@ struct ProbeTask {
 
   const MemoryFacts& facts() const { return entry->definition->memory; }
   // Why no two of its episodes differ in their past alone; empty: they do.
-  std::string no_twins() const;
+  std::string no_counterfactuals() const;
   // The user's constants, with these in their place.
   ConstantTable with(const ConstantTable& others) const;
 };
@@ -46,7 +46,7 @@ using ConditionResults = std::vector<std::vector<TrialResult>>;
 struct ProbePlan {
   std::vector<ProbeCondition> conditions;
   // results: of the conditions, in their order.
-  std::function<Document(const std::vector<ConditionResults>& results)> document;
+  std::function<Json(const std::vector<ConditionResults>& results)> document;
 };
 
 // A plan without trials, which says why.
@@ -56,9 +56,9 @@ ProbePlan skipped_plan(const std::string& reason);
 
 // {rate, interval, n}: a share of trials, n of them, with its 95 % interval (Wilson). together: how
 // many neighbours are of one episode number, and so count as one where they are alike.
-Document rate_document(const std::vector<bool>& trials, int together = 1);
+Json rate_document(const std::vector<bool>& trials, int together = 1);
 // The share of the first trial of each group.
-Document success_document(const ConditionResults& results);
-Document first_answer_document(const ConditionResults& results);
+Json success_document(const ConditionResults& results);
+Json first_answer_document(const ConditionResults& results);
 
 }  // namespace engram

@@ -11,29 +11,29 @@
 namespace engram {
 namespace {
 
-bool is_skipped(const Document& section) { return find(section, "skipped") != nullptr; }
+bool is_skipped(const Json& section) { return find(section, "skipped") != nullptr; }
 
-std::string rounded(const Document& value) {
+std::string rounded(const Json& value) {
   return is_null(value) ? std::string("-") : decimal(number(value), 3);
 }
 
-std::string presents_text(const Document& presents) {
+std::string presents_text(const Json& presents) {
   if (is_null(presents)) return "-";
   return decimal(number(part(presents, "equal")), 0) + " of " +
          decimal(number(part(presents, "compared")), 0);
 }
 
-HtmlReport::CurvePoint curve_point(double x, const Document& share) {
-  const DocumentList& interval = list(part(share, "interval"));
+HtmlReport::CurvePoint curve_point(double x, const Json& share) {
+  const JsonList& interval = list(part(share, "interval"));
   return {x, number(part(share, "rate")), number(interval.at(0)), number(interval.at(1))};
 }
 
 // The curve of a share over a quantity, of points that have both.
-HtmlReport::Curve curve_of(const std::string& name, const DocumentList& points, const char* x,
+HtmlReport::Curve curve_of(const std::string& name, const JsonList& points, const char* x,
                            const char* share) {
   HtmlReport::Curve curve{name, {}};
-  for (const Document& point : points) {
-    const Document* found = find(point, share);
+  for (const Json& point : points) {
+    const Json* found = find(point, share);
     if (found == nullptr || is_null(part(*found, "rate"))) continue;
     curve.points.push_back(curve_point(number(part(point, x)), *found));
   }
@@ -42,20 +42,20 @@ HtmlReport::Curve curve_of(const std::string& name, const DocumentList& points, 
 
 // The sections of a probe that were not skipped, by task.
 template <class Each>
-void each_task(const Document& document, const char* probe, Each&& each) {
-  for (const Document& task : list(part(document, "tasks"))) {
-    const Document* section = find(task, probe);
+void each_task(const Json& document, const char* probe, Each&& each) {
+  for (const Json& task : list(part(document, "tasks"))) {
+    const Json* section = find(task, probe);
     if (section != nullptr && !is_skipped(*section)) each(text(part(task, "env_id")), *section);
   }
 }
 
-bool has_any(const Document& document, const char* probe) {
+bool has_any(const Json& document, const char* probe) {
   bool any = false;
-  each_task(document, probe, [&any](const std::string&, const Document&) { any = true; });
+  each_task(document, probe, [&any](const std::string&, const Json&) { any = true; });
   return any;
 }
 
-void add_twins(const Document& document, HtmlReport& report) {
+void add_twins(const Json& document, HtmlReport& report) {
   if (!has_any(document, "twins")) return;
   report.heading("Twins");
   report.paragraph(
@@ -67,8 +67,8 @@ void add_twins(const Document& document, HtmlReport& report) {
       "scene: it answers by its past, or by what the scene hides. Stay: the share of answers that "
       "do not change when an irrelevant part of the past does. Intervals are 95 %.");
   std::vector<std::vector<std::string>> rows;
-  each_task(document, "twins", [&rows](const std::string& id, const Document& twins) {
-    const Document& swapped = part(twins, "swapped");
+  each_task(document, "twins", [&rows](const std::string& id, const Json& twins) {
+    const Json& swapped = part(twins, "swapped");
     rows.push_back({id, decimal(number(part(twins, "pairs")), 0),
                     presents_text(part(twins, "presents")), rounded(part(twins, "chance")),
                     share_text(part(twins, "follow")), share_text(part(twins, "wiped_follow")),
@@ -82,17 +82,17 @@ void add_twins(const Document& document, HtmlReport& report) {
                rows);
 }
 
-void add_forgetting(const Document& document, HtmlReport& report) {
+void add_forgetting(const Json& document, HtmlReport& report) {
   if (!has_any(document, "forgetting")) return;
   report.heading("Forgetting");
   report.paragraph(
       "Success and first answers over the control steps between cue and question; the red line is "
       "the share of right first answers of guessing. Half length: the delay at which half of what "
       "the first answers are above it is left.");
-  each_task(document, "forgetting", [&report](const std::string& id, const Document& section) {
-    const DocumentList& points = list(part(section, "points"));
-    const Document& constant = part(section, "constant");
-    const Document& half = part(section, "half_length");
+  each_task(document, "forgetting", [&report](const std::string& id, const Json& section) {
+    const JsonList& points = list(part(section, "points"));
+    const Json& constant = part(section, "constant");
+    const Json& half = part(section, "half_length");
     const std::string axis =
         is_null(constant) ? "steps that the robot is held" : text(constant) + ", control steps";
     report.paragraph(id + ": " +
@@ -106,7 +106,7 @@ void add_forgetting(const Document& document, HtmlReport& report) {
   });
 }
 
-void add_interference(const Document& document, HtmlReport& report) {
+void add_interference(const Json& document, HtmlReport& report) {
   if (!has_any(document, "interference")) return;
   report.heading("Interference");
   report.paragraph(
@@ -117,17 +117,17 @@ void add_interference(const Document& document, HtmlReport& report) {
       "that "
       "remembers a fixed number of steps cannot keep a cue across episodes.");
   std::vector<std::vector<std::string>> rows;
-  each_task(document, "interference", [&](const std::string& id, const Document& section) {
+  each_task(document, "interference", [&](const std::string& id, const Json& section) {
     std::vector<HtmlReport::Curve> curves;
-    const DocumentList& points = list(part(section, "points"));
-    for (const Document& point : points) {
+    const JsonList& points = list(part(section, "points"));
+    for (const Json& point : points) {
       rows.push_back({id, text(part(point, "kind")), decimal(number(part(point, "others")), 0),
                       share_text(part(point, "first_answer")), share_text(part(point, "success")),
                       share_text(part(point, "intrusions"))});
     }
     for (const char* kind : {"competing", "agreeing", "other task"}) {
-      DocumentList own;
-      for (const Document& point : points) {
+      JsonList own;
+      for (const Json& point : points) {
         const std::string& its = text(part(point, "kind"));
         if (its == kind || its == "none") own.push_back(point);
       }
@@ -139,7 +139,7 @@ void add_interference(const Document& document, HtmlReport& report) {
   report.table({"task", "cues", "others", "first answer", "success", "intrusions"}, rows);
 }
 
-void add_capacity(const Document& document, HtmlReport& report) {
+void add_capacity(const Json& document, HtmlReport& report) {
   if (!has_any(document, "capacity")) return;
   report.heading("Capacity");
   report.paragraph(
@@ -147,13 +147,13 @@ void add_capacity(const Document& document, HtmlReport& report) {
       "does not reach is motor difficulty, not memory. Of oracle: the part of the oracle's first "
       "answers above chance that is reached.");
   std::vector<std::vector<std::string>> rows;
-  each_task(document, "capacity", [&](const std::string& id, const Document& section) {
-    const DocumentList& points = list(part(section, "points"));
-    DocumentList oracle;
-    for (const Document& point : points) {
+  each_task(document, "capacity", [&](const std::string& id, const Json& section) {
+    const JsonList& points = list(part(section, "points"));
+    JsonList oracle;
+    for (const Json& point : points) {
       if (is_skipped(point)) continue;
-      oracle.emplace_back(DocumentTable{{"items", part(point, "items")},
-                                        {"success", part(part(point, "oracle"), "success")}});
+      oracle.emplace_back(JsonTable{{"items", part(point, "items")},
+                                    {"success", part(part(point, "oracle"), "success")}});
       rows.push_back({id, decimal(number(part(point, "items")), 0),
                       share_text(part(point, "success")), share_text(part(point, "first_answer")),
                       rounded(part(point, "answer_chance")),
@@ -171,11 +171,11 @@ void add_capacity(const Document& document, HtmlReport& report) {
       rows);
 }
 
-void add_skipped(const Document& document, HtmlReport& report) {
+void add_skipped(const Json& document, HtmlReport& report) {
   std::vector<std::vector<std::string>> rows;
-  for (const Document& task : list(part(document, "tasks"))) {
+  for (const Json& task : list(part(document, "tasks"))) {
     for (const auto& [key, section] : table(task)) {
-      if (const Document* reason = find(section, "skipped")) {
+      if (const Json* reason = find(section, "skipped")) {
         rows.push_back({text(part(task, "env_id")), key, text(*reason)});
       }
     }
@@ -187,15 +187,15 @@ void add_skipped(const Document& document, HtmlReport& report) {
 
 }  // namespace
 
-std::string share_text(const Document& share) {
+std::string share_text(const Json& share) {
   if (is_null(share) || is_null(part(share, "rate"))) return "-";
-  const DocumentList& interval = list(part(share, "interval"));
+  const JsonList& interval = list(part(share, "interval"));
   return rounded(part(share, "rate")) + " [" + rounded(interval.at(0)) + ", " +
          rounded(interval.at(1)) + "]";
 }
 
-std::string probe_report(const Document& document) {
-  const Document& settings = part(document, "settings");
+std::string probe_report(const Json& document) {
+  const Json& settings = part(document, "settings");
   const std::size_t tasks = list(part(document, "tasks")).size();
   HtmlReport report("Probes of memory: " + text(part(settings, "policy")) + ", " +
                     counted(tasks, "task"));
@@ -215,7 +215,7 @@ std::string probe_report(const Document& document) {
   return report.text();
 }
 
-void write_probes(const Document& document, const std::filesystem::path& folder) {
+void write_probes(const Json& document, const std::filesystem::path& folder) {
   require_writable_folder(folder);
   write_file(folder / "probe.json", to_text(document));
   write_file(folder / "probe.html", probe_report(document));

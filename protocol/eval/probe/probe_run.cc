@@ -18,7 +18,7 @@ void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what
 
 // Values of an observation's row, which policies of other tasks and constants have to fit.
 int row_width(std::string_view id, const Protocol& protocol, const ConstantTable& constants) {
-  return Lookahead(id, probe_environment(protocol, constants)).env().state_dim();
+  return Lookahead(id, probe_environment(protocol, constants)).batch().state_dim();
 }
 
 bool observes_row(const Protocol& protocol) {
@@ -114,7 +114,7 @@ void check(const EvaluationSettings& settings, const ProbeOptions& options) {
   }
   if (settings.repeat != 1)
     refuse("repeat: " + std::to_string(settings.repeat) + " given, 1 allowed");
-  if (settings.seal) refuse("a sealed run given: probes have none");
+  if (settings.commitment) refuse("a sealed run given: probes have none");
   if (settings.choices) {
     refuse("policy-choices: given, probes need a policy that answers with actions");
   }
@@ -179,7 +179,7 @@ ProbeRun::ProbeRun(EvaluationSettings settings, Protocol protocol, ProbeOptions 
   check_control_mode(conditions_, protocol_);
 }
 
-Document ProbeRun::play(Ranks& ranks, const ProbeProgress& progress) {
+Json ProbeRun::play(Ranks& ranks, const ProbeProgress& progress) {
   if (ranks.is_root() && !options_.output.empty()) require_writable_folder(options_.output);
   ConditionPlayer player(conditions_, protocol_, worker_threads(protocol_.threads, ranks));
   ProbeSource source(conditions_, protocol_, progress);
@@ -189,15 +189,15 @@ Document ProbeRun::play(Ranks& ranks, const ProbeProgress& progress) {
         return player.play(item, context);
       },
       source);
-  return ranks.is_root() ? document(source.results()) : Document();
+  return ranks.is_root() ? document(source.results()) : Json();
 }
 
-Document ProbeRun::document(const std::vector<ConditionResults>& results) const {
-  DocumentList documents;
+Json ProbeRun::document(const std::vector<ConditionResults>& results) const {
+  JsonList documents;
   for (const TaskSections& task : tasks_) {
-    DocumentTable document{{"env_id", task.entry->id},
-                           {"family", task.entry->family},
-                           {"memory_type", task.entry->memory_type}};
+    JsonTable document{{"env_id", task.entry->id},
+                       {"family", task.entry->family},
+                       {"memory_type", task.entry->memory_type}};
     for (const TaskSections::Section& section : task.sections) {
       const auto first = results.begin() + static_cast<std::ptrdiff_t>(section.first);
       document.emplace_back(
@@ -207,13 +207,13 @@ Document ProbeRun::document(const std::vector<ConditionResults>& results) const 
     }
     documents.emplace_back(std::move(document));
   }
-  return DocumentTable{{"settings", settings_.document()},
-                       {"other", options_.other.empty() ? Document() : Document(options_.other)},
-                       {"tasks", std::move(documents)}};
+  return JsonTable{{"settings", settings_.document()},
+                   {"other", options_.other.empty() ? Json() : Json(options_.other)},
+                   {"tasks", std::move(documents)}};
 }
 
-Document run_probes(const EvaluationSettings& settings, const Protocol& protocol,
-                    const ProbeOptions& options, const ProbeProgress& progress) {
+Json run_probes(const EvaluationSettings& settings, const Protocol& protocol,
+                const ProbeOptions& options, const ProbeProgress& progress) {
   Ranks alone;
   return ProbeRun(settings, protocol, options).play(alone, progress);
 }

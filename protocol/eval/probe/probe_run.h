@@ -53,10 +53,10 @@ class ProbeRun {
   // {settings, tasks}: of each task of the settings, what the probes have found. All ranks call it,
   // with the same settings, policy and options; only rank 0's document, progress and output folder
   // count. The document does not depend on the number of ranks.
-  Document play(Ranks& ranks, const ProbeProgress& progress);
+  Json play(Ranks& ranks, const ProbeProgress& progress);
 
  private:
-  Document document(const std::vector<ConditionResults>& results) const;
+  Json document(const std::vector<ConditionResults>& results) const;
 
   EvaluationSettings settings_;
   Protocol protocol_;
@@ -66,7 +66,7 @@ class ProbeRun {
 };
 
 // The document of a run in this process alone.
-Document run_probes(const EvaluationSettings& settings, const Protocol& protocol,
-                    const ProbeOptions& options, const ProbeProgress& progress);
+Json run_probes(const EvaluationSettings& settings, const Protocol& protocol,
+                const ProbeOptions& options, const ProbeProgress& progress);
 
 }  // namespace engram

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/batch/scripted_policy.h"
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 #include "protocol/eval/probe/trial.h"
 #include "protocol/make/make.h"
 
@@ -16,35 +16,35 @@ namespace engram {
 // What the robots of slots do before their question.
 class CuePolicy {
  public:
-  explicit CuePolicy(Batch& env);
+  explicit CuePolicy(Batch& batch);
 
   // An episode has begun in a slot; its question has come.
-  void begin(int slot) const;
-  void end(int slot) const;
-  bool is_by_hand() const { return hand_ != nullptr; }
+  void begin(int env) const;
+  void end(int env) const;
+  bool uses_controller() const { return controller_ != nullptr; }
   // True if nothing has shown the cue yet, and time alone will not.
-  bool awaits_cue(int slot) const;
+  bool awaits_cue(int env) const;
   // Sets the actions of the next step of these slots: none, or a script's to bring the cue about.
   // Throws Error (kInvalidArgument) if scripts have no actions for the control mode.
-  void act(std::span<const int> slots, std::span<float> actions, std::span<std::uint8_t> commanded);
+  void act(std::span<const int> envs, std::span<float> actions, std::span<std::uint8_t> commanded);
 
  private:
-  Batch& env_;
-  const Choices* hand_;  // which brings the cue about; or null
+  Batch& batch_;
+  const AnswerController* controller_;  // which brings the cue about; or null
   ScriptedPolicy script_;
   std::vector<float> script_actions_;  // of all slots
 };
 
 // All that a policy and its user may see of a slot, in bits: its observation, the robot, and every
 // output that is not privileged.
-std::vector<std::byte> present_of(const Batch& env, int slot);
+std::vector<std::byte> visible_state(const Batch& batch, int env);
 
 // Looks into episodes before they are played: a batch of one environment.
 class Lookahead {
  public:
   Lookahead(std::string_view id, const MakeOptions& options);
 
-  const Batch& env() const { return *env_; }
+  const Batch& batch() const { return *batch_; }
   // True if a script has to bring about the cue of an episode.
   bool awaits_cue(const EpisodeDraw& draw);
   // Control steps from which on nothing shows the hidden draw; -1: the episode ends before.
@@ -58,7 +58,7 @@ class Lookahead {
   void begin(const EpisodeDraw& draw);
   void step();
 
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
   CuePolicy cue_policy_;
   std::vector<float> actions_;
 };

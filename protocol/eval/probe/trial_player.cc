@@ -8,13 +8,13 @@
 namespace engram {
 namespace {
 
-bool has_ended(const Batch& env, int slot) { return env.state().finished[slot] != 0; }
+bool has_ended(const Batch& batch, int env) { return batch.state().finished[env] != 0; }
 
 // The first answer, where the task asks for one.
-void read_answer(const Batch& env, int slot, std::uint8_t& answered, std::int32_t& answer) {
-  if (env.info().answer.empty()) return;
-  answered = value_of<std::uint8_t>(env.output("answered"), slot);
-  answer = value_of<std::int32_t>(env.output("first_answer"), slot);
+void read_answer(const Batch& batch, int env, std::uint8_t& answered, std::int32_t& answer) {
+  if (batch.info().answer.empty()) return;
+  answered = value_of<std::uint8_t>(batch.output("answered"), env);
+  answer = value_of<std::int32_t>(batch.output("first_answer"), env);
 }
 
 }  // namespace
@@ -23,8 +23,8 @@ TrialPlayer::TrialPlayer(const PolicyBatch& main, const PolicyBatch& other, Labe
     : main_(main),
       other_(other),
       label_(std::move(label)),
-      cue_policy_(*main.env),
-      states_(static_cast<std::size_t>(main.env->num_envs())) {}
+      cue_policy_(*main.batch),
+      states_(static_cast<std::size_t>(main.batch->num_envs())) {}
 
 std::vector<TrialResult> TrialPlayer::play(std::span<const Trial> trials,
                                            const WorkContext& context) {
@@ -33,15 +33,15 @@ std::vector<TrialResult> TrialPlayer::play(std::span<const Trial> trials,
   presents_.assign(trials.size(), {});
   done_ = 0;
   std::size_t started = 0;
-  main_.env->reset();
-  if (!shares_batch()) other_.env->reset();
+  main_.batch->reset();
+  if (!shares_batch()) other_.batch->reset();
   while (done_ < trials.size()) {
     if (context.stopped()) return {};
     const std::uint64_t busy = fill_slots(started);
     act_and_step(main_, false);
     if (!shares_batch()) act_and_step(other_, true);
     context.count_env_steps(busy);
-    for (int slot = 0; slot < static_cast<int>(states_.size()); ++slot) after_step(slot);
+    for (int env = 0; env < static_cast<int>(states_.size()); ++env) after_step(env);
   }
   compare_presents();
   return std::move(results_);
@@ -50,11 +50,11 @@ std::vector<TrialResult> TrialPlayer::play(std::span<const Trial> trials,
 // Begins trials in idle slots; returns the number of busy ones.
 std::uint64_t TrialPlayer::fill_slots(std::size_t& started) {
   std::uint64_t busy = 0;
-  for (std::size_t slot = 0; slot < states_.size(); ++slot) {
-    while (states_[slot].phase == TrialState::Phase::kIdle && started < trials_.size()) {
-      begin(static_cast<int>(slot), started++);
+  for (std::size_t env = 0; env < states_.size(); ++env) {
+    while (states_[env].phase == TrialState::Phase::kIdle && started < trials_.size()) {
+      begin(static_cast<int>(env), started++);
     }
-    busy += states_[slot].phase == TrialState::Phase::kIdle ? 0 : 1;
+    busy += states_[env].phase == TrialState::Phase::kIdle ? 0 : 1;
   }
   return busy;
 }
@@ -69,127 +69,127 @@ void TrialPlayer::compare_presents() {
   }
 }
 
-void TrialPlayer::begin_episode(const PolicyBatch& batch, int slot, const EpisodeDraw& draw) {
-  const auto size = static_cast<std::size_t>(batch.env->num_envs());
+void TrialPlayer::begin_episode(const PolicyBatch& batch, int env, const EpisodeDraw& draw) {
+  const auto size = static_cast<std::size_t>(batch.batch->num_envs());
   std::vector<std::uint8_t> mask(size);
   std::vector<std::uint64_t> seeds(size);
-  mask[static_cast<std::size_t>(slot)] = 1;
-  seeds[static_cast<std::size_t>(slot)] = draw.seed;
-  batch.env->reset({.mask = mask, .seeds = seeds, .pins = &draw.pins});
+  mask[static_cast<std::size_t>(env)] = 1;
+  seeds[static_cast<std::size_t>(env)] = draw.seed;
+  batch.batch->reset({.mask = mask, .seeds = seeds, .pins = &draw.pins});
 }
 
-void TrialPlayer::begin(int slot, std::size_t trial) {
-  TrialState& state = states_[static_cast<std::size_t>(slot)];
+void TrialPlayer::begin(int env, std::size_t trial) {
+  TrialState& state = states_[static_cast<std::size_t>(env)];
   if (trials_[trial].question < 0) {
     ++done_;
     return;
   }
-  begin_episode(main_, slot, trials_[trial].draw);
-  main_.actor->start(slot, label_(trial));
-  cue_policy_.begin(slot);
+  begin_episode(main_, env, trials_[trial].draw);
+  main_.actor->start(env, label_(trial));
+  cue_policy_.begin(env);
   state = {TrialState::Phase::kCue, trial, 0, {}};
-  if (trials_[trial].question == 0) reach_question(slot);
+  if (trials_[trial].question == 0) reach_question(env);
 }
 
-void TrialPlayer::reach_question(int slot) {
-  TrialState& state = states_[static_cast<std::size_t>(slot)];
+void TrialPlayer::reach_question(int env) {
+  TrialState& state = states_[static_cast<std::size_t>(env)];
   const Trial& trial = trials_[state.trial];
   results_[state.trial].played = 1;
   results_[state.trial].exchanged = trial.scene ? 1 : 0;
-  cue_policy_.end(slot);
-  if (trial.scene) Snapshotter(*main_.env).restore(slot, *trial.scene);
-  presents_[state.trial] = present_of(*main_.env, slot);
+  cue_policy_.end(env);
+  if (trial.scene) Snapshotter(*main_.batch).restore(env, *trial.scene);
+  presents_[state.trial] = visible_state(*main_.batch, env);
   // Actions that were chosen while the cue showed would carry it past the question.
   if (trial.wiped) {
-    main_.actor->start(slot, label_(state.trial));
+    main_.actor->start(env, label_(state.trial));
   } else {
-    main_.actor->go_on(slot, label_(state.trial));
+    main_.actor->replace_scene(env, label_(state.trial));
   }
   state.phase = TrialState::Phase::kFree;
   if (trial.others.empty()) return;
-  state.paused = Snapshotter(*main_.env).save(slot);
-  main_.actor->finish(slot);
-  begin_other(slot);
+  state.paused = Snapshotter(*main_.batch).save(env);
+  main_.actor->finish(env);
+  begin_other(env);
 }
 
-void TrialPlayer::begin_other(int slot) {
-  TrialState& state = states_[static_cast<std::size_t>(slot)];
+void TrialPlayer::begin_other(int env) {
+  TrialState& state = states_[static_cast<std::size_t>(env)];
   state.phase = TrialState::Phase::kOther;
-  begin_episode(other_, slot, trials_[state.trial].others[state.others++]);
-  other_.actor->go_on(slot, label_(state.trial));
+  begin_episode(other_, env, trials_[state.trial].others[state.others++]);
+  other_.actor->replace_scene(env, label_(state.trial));
 }
 
-void TrialPlayer::resume(int slot) {
-  TrialState& state = states_[static_cast<std::size_t>(slot)];
-  Snapshotter(*main_.env).restore(slot, state.paused);
+void TrialPlayer::resume(int env) {
+  TrialState& state = states_[static_cast<std::size_t>(env)];
+  Snapshotter(*main_.batch).restore(env, state.paused);
   state.paused.clear();
   state.phase = TrialState::Phase::kFree;
-  main_.actor->go_on(slot, label_(state.trial));
+  main_.actor->replace_scene(env, label_(state.trial));
 }
 
 // other: the batch is that of the episodes between, and only of those.
 void TrialPlayer::act_and_step(const PolicyBatch& batch, bool other) {
-  const auto busy = [&](int slot) {
-    const TrialState::Phase phase = states_[static_cast<std::size_t>(slot)].phase;
+  const auto busy = [&](int env) {
+    const TrialState::Phase phase = states_[static_cast<std::size_t>(env)].phase;
     if (phase == TrialState::Phase::kIdle) return false;
     return shares_batch() || (phase == TrialState::Phase::kOther) == other;
   };
-  const int slots = static_cast<int>(states_.size());
+  const int envs = static_cast<int>(states_.size());
   bool any = false;
-  for (int slot = 0; slot < slots; ++slot) any |= busy(slot);
+  for (int env = 0; env < envs; ++env) any |= busy(env);
   if (!any) return;
-  actions_.resize(states_.size() * static_cast<std::size_t>(batch.env->action_dim()));
+  actions_.resize(states_.size() * static_cast<std::size_t>(batch.batch->action_dim()));
   commanded_.assign(states_.size(), 1);
   batch.actor->act(actions_, commanded_);
   showing_.clear();
-  for (int slot = 0; slot < slots; ++slot) {
-    const auto i = static_cast<std::size_t>(slot);
-    if (!busy(slot)) commanded_[i] = 0;
-    if (busy(slot) && states_[i].phase == TrialState::Phase::kCue) showing_.push_back(slot);
+  for (int env = 0; env < envs; ++env) {
+    const auto i = static_cast<std::size_t>(env);
+    if (!busy(env)) commanded_[i] = 0;
+    if (busy(env) && states_[i].phase == TrialState::Phase::kCue) showing_.push_back(env);
   }
   if (!showing_.empty()) cue_policy_.act(showing_, actions_, commanded_);
-  batch.env->step(actions_, commanded_);
+  batch.batch->step(actions_, commanded_);
 }
 
-void TrialPlayer::after_step(int slot) {
-  TrialState& state = states_[static_cast<std::size_t>(slot)];
+void TrialPlayer::after_step(int env) {
+  TrialState& state = states_[static_cast<std::size_t>(env)];
   if (state.phase == TrialState::Phase::kIdle) return;
   if (state.phase == TrialState::Phase::kOther) {
-    if (has_ended(*other_.env, slot)) end_other(slot);
+    if (has_ended(*other_.batch, env)) end_other(env);
     return;
   }
   const Trial& trial = trials_[state.trial];
-  if (has_ended(*main_.env, slot)) return end(slot);
+  if (has_ended(*main_.batch, env)) return end(env);
   if (state.phase == TrialState::Phase::kCue) {
-    if (main_.env->state().elapsed[slot] >= trial.question) reach_question(slot);
+    if (main_.batch->state().elapsed[env] >= trial.question) reach_question(env);
     return;
   }
   if (!trial.until_answer) return;
   std::uint8_t answered = 0;
   std::int32_t answer = 0;
-  read_answer(*main_.env, slot, answered, answer);
-  if (answered != 0) end(slot);
+  read_answer(*main_.batch, env, answered, answer);
+  if (answered != 0) end(env);
 }
 
-void TrialPlayer::end_other(int slot) {
-  const TrialState& state = states_[static_cast<std::size_t>(slot)];
+void TrialPlayer::end_other(int env) {
+  const TrialState& state = states_[static_cast<std::size_t>(env)];
   TrialResult& result = results_[state.trial];
-  read_answer(*other_.env, slot, result.other_answered, result.other_answer);
-  if (state.others < trials_[state.trial].others.size()) return begin_other(slot);
-  other_.actor->finish(slot);
-  resume(slot);
+  read_answer(*other_.batch, env, result.other_answered, result.other_answer);
+  if (state.others < trials_[state.trial].others.size()) return begin_other(env);
+  other_.actor->finish(env);
+  resume(env);
 }
 
-void TrialPlayer::end(int slot) {
-  TrialState& state = states_[static_cast<std::size_t>(slot)];
+void TrialPlayer::end(int env) {
+  TrialState& state = states_[static_cast<std::size_t>(env)];
   TrialResult& result = results_[state.trial];
-  const Batch& env = *main_.env;
-  result.success = value_of<std::uint8_t>(env.output("success_once"), slot);
-  read_answer(env, slot, result.answered, result.answer);
+  const Batch& batch = *main_.batch;
+  result.success = value_of<std::uint8_t>(batch.output("success_once"), env);
+  read_answer(batch, env, result.answered, result.answer);
   if (result.answered != 0) {
-    result.correct = value_of<std::uint8_t>(env.output("first_answer_correct"), slot);
+    result.correct = value_of<std::uint8_t>(batch.output("first_answer_correct"), env);
   }
-  main_.actor->finish(slot);
+  main_.actor->finish(env);
   state = {};
   ++done_;
 }

@@ -15,7 +15,7 @@ namespace engram {
 
 // A batch and the policy's actor in it.
 struct PolicyBatch {
-  Batch* env = nullptr;
+  Batch* batch = nullptr;
   EpisodeActor* actor = nullptr;
 };
 
@@ -41,18 +41,18 @@ class TrialPlayer {
     std::vector<std::byte> paused;  // this trial at its question, meanwhile
   };
 
-  bool shares_batch() const { return main_.env == other_.env; }
+  bool shares_batch() const { return main_.batch == other_.batch; }
   std::uint64_t fill_slots(std::size_t& started);
   void compare_presents();
-  void begin(int slot, std::size_t trial);
-  void begin_episode(const PolicyBatch& batch, int slot, const EpisodeDraw& draw);
-  void reach_question(int slot);
-  void begin_other(int slot);
-  void resume(int slot);
+  void begin(int env, std::size_t trial);
+  void begin_episode(const PolicyBatch& batch, int env, const EpisodeDraw& draw);
+  void reach_question(int env);
+  void begin_other(int env);
+  void resume(int env);
   void act_and_step(const PolicyBatch& batch, bool other);
-  void after_step(int slot);
-  void end_other(int slot);
-  void end(int slot);
+  void after_step(int env);
+  void end_other(int env);
+  void end(int env);
 
   PolicyBatch main_;
   PolicyBatch other_;

@@ -7,7 +7,7 @@
 #include "core/base/join.h"
 #include "core/task/episode.h"
 #include "protocol/eval/probe/answers.h"
-#include "protocol/eval/probe/past.h"
+#include "protocol/eval/probe/counterfactual.h"
 
 namespace engram {
 namespace {
@@ -28,7 +28,7 @@ enum : std::size_t {
 TrialGroup unplayed() { return TrialGroup(kGroup, Trial{.draw = {}, .question = -1}); }
 
 TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint64_t seed) {
-  PastChooser chooser(lookahead, facts, seed);
+  CounterfactualSampler chooser(lookahead, facts, seed);
   TrialGroup group = unplayed();
   const EpisodeDraw one{seed, chooser.any()};
   const auto second = chooser.other_answer(one.pins);
@@ -73,10 +73,10 @@ struct Presents {
     ++compared;
     equal += trial.same_present;
   }
-  Document document() const { return DocumentTable{{"compared", compared}, {"equal", equal}}; }
+  Json document() const { return JsonTable{{"compared", compared}, {"equal", equal}}; }
 };
 
-Document document_of(const ProbeTask& task, const ConditionResults& results) {
+Json document_of(const ProbeTask& task, const ConditionResults& results) {
   const bool any_order = task.facts().any_order;
   std::vector<bool> follow;
   std::vector<bool> both;
@@ -108,27 +108,27 @@ Document document_of(const ProbeTask& task, const ConditionResults& results) {
     changed.add(group[kChanged]);
   }
   if (both.empty()) {
-    return DocumentTable{
-        {"skipped", "no two pasts with different answers and a question were found"}};
+    return JsonTable{{"skipped", "no two pasts with different answers and a question were found"}};
   }
-  return DocumentTable{{"chance", task.info.answer_chance()},
-                       {"pairs", both.size()},
-                       {"presents", twins.document()},
-                       {"follow", rate_document(follow, 2)},
-                       {"both_follow", rate_document(both)},
-                       {"answered", rate_document(answered, 2)},
-                       {"wiped_follow", rate_document(wiped, 2)},
-                       {"swapped", DocumentTable{{"past", rate_document(past, 2)},
-                                                 {"scene", rate_document(scene, 2)}}},
-                       {"stay", stay.empty() ? Document() : rate_document(stay)},
-                       {"stay_by", parts.empty() ? Document() : Document(join(parts))},
-                       {"stay_presents", stay.empty() ? Document() : changed.document()}};
+  return JsonTable{
+      {"chance", task.info.answer_chance()},
+      {"pairs", both.size()},
+      {"presents", twins.document()},
+      {"follow", rate_document(follow, 2)},
+      {"both_follow", rate_document(both)},
+      {"answered", rate_document(answered, 2)},
+      {"wiped_follow", rate_document(wiped, 2)},
+      {"swapped", JsonTable{{"past", rate_document(past, 2)}, {"scene", rate_document(scene, 2)}}},
+      {"stay", stay.empty() ? Json() : rate_document(stay)},
+      {"stay_by", parts.empty() ? Json() : Json(join(parts))},
+      {"stay_presents", stay.empty() ? Json() : changed.document()}};
 }
 
 }  // namespace
 
 ProbePlan plan_twins(const ProbeTask& task) {
-  if (const std::string reason = task.no_twins(); !reason.empty()) return skipped_plan(reason);
+  if (const std::string reason = task.no_counterfactuals(); !reason.empty())
+    return skipped_plan(reason);
   ProbeCondition condition{.entry = task.entry, .constants = task.constants};
   condition.trials = [&facts = task.facts()](Lookahead& lookahead, std::uint64_t seed) {
     return make_group(facts, lookahead, seed);

@@ -7,22 +7,22 @@
 #include "protocol/eval/policies/episode_digests.h"
 #include "protocol/eval/results/statistics.h"
 #include "protocol/eval/results/success_rates.h"
-#include "protocol/io/document_values.h"
+#include "protocol/io/json_values.h"
 
 namespace engram {
 namespace {
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
 
-const std::string& id_of(const Document& task) { return text(part(task, "env_id")); }
+const std::string& id_of(const Json& task) { return text(part(task, "env_id")); }
 
 // --- episodes that pair ---
 
 // An episode by its seed, and by its round where episodes are repeated.
 using EpisodeKey = std::pair<std::uint64_t, std::size_t>;
 
-std::map<EpisodeKey, std::size_t> episodes_of(const ResultSet& results, const Document& task) {
-  const Document& seeds = part(task, "episode_seeds");
+std::map<EpisodeKey, std::size_t> episodes_of(const ResultSet& results, const Json& task) {
+  const Json& seeds = part(task, "episode_seeds");
   if (is_null(seeds)) {
     refuse("'" + results.source + "' is sealed, and its seeds are not known; open it first");
   }
@@ -69,11 +69,11 @@ void count_pair(bool a, bool b, PairCounts& counts) {
 }
 
 // True if both tasks have digests.
-bool have_digests(const Document& a, const Document& b) {
+bool have_digests(const Json& a, const Json& b) {
   return !is_null(value_or_null(a, "digests")) && !is_null(value_or_null(b, "digests"));
 }
 
-Pairs pairs_of(const ResultSet& set_a, const Document& a, const ResultSet& set_b, const Document& b,
+Pairs pairs_of(const ResultSet& set_a, const Json& a, const ResultSet& set_b, const Json& b,
                bool common_seeds) {
   const auto episodes_a = episodes_of(set_a, a);
   const auto episodes_b = episodes_of(set_b, b);
@@ -112,7 +112,7 @@ Pairs pairs_of(const ResultSet& set_a, const Document& a, const ResultSet& set_b
 
 // --- statistics ---
 
-Document or_null(std::optional<double> value) { return value ? Document(*value) : Document(); }
+Json or_null(std::optional<double> value) { return value ? Json(*value) : Json(); }
 
 double p_value(const Pairs& pairs) {
   return pairs.rounds == 1 ? mcnemar_p_value(pairs.counts.only_a, pairs.counts.only_b)
@@ -120,7 +120,7 @@ double p_value(const Pairs& pairs) {
 }
 
 // Rounds of an episode are not independent: then the seeds are what is counted.
-DocumentTable statistics(const Pairs& pairs) {
+JsonTable statistics(const Pairs& pairs) {
   const PairCounts& counts = pairs.counts;
   const double n = counts.total();
   const auto seeds = static_cast<int>(pairs.differences.size());
@@ -130,30 +130,30 @@ DocumentTable statistics(const Pairs& pairs) {
   if (!once) interval = {interval.low / rounds, interval.high / rounds};
   std::optional<double> smallest = smallest_difference(seeds);
   if (smallest) *smallest /= rounds;
-  Document alike;
+  Json alike;
   if (pairs.alike) {
-    DocumentTable numbers;
+    JsonTable numbers;
     for (std::size_t i = 0; i < pairs.alike->size(); ++i) {
       numbers.emplace_back(kDigestKeys[i].first, (*pairs.alike)[i]);
     }
     alike = std::move(numbers);
   }
-  return {{"pairs", counts.total()},
-          {"sr_a", (counts.both + counts.only_a) / n},
-          {"sr_b", (counts.both + counts.only_b) / n},
-          {"difference", (counts.only_a - counts.only_b) / n},
-          {"difference_interval", to_document(interval)},
-          {"p_value", p_value(pairs)},
-          {"test", once ? "exact McNemar" : "exact sign flips of seeds"},
-          {"both", counts.both},
-          {"only_a", counts.only_a},
-          {"only_b", counts.only_b},
-          {"neither", counts.neither},
-          {"smallest_difference", or_null(smallest)},
-          {"detectable_difference",
-           once ? or_null(detectable_difference(seeds, (counts.only_a + counts.only_b) / n))
-                : Document()},
-          {"same_digests", std::move(alike)}};
+  return {
+      {"pairs", counts.total()},
+      {"sr_a", (counts.both + counts.only_a) / n},
+      {"sr_b", (counts.both + counts.only_b) / n},
+      {"difference", (counts.only_a - counts.only_b) / n},
+      {"difference_interval", to_document(interval)},
+      {"p_value", p_value(pairs)},
+      {"test", once ? "exact McNemar" : "exact sign flips of seeds"},
+      {"both", counts.both},
+      {"only_a", counts.only_a},
+      {"only_b", counts.only_b},
+      {"neither", counts.neither},
+      {"smallest_difference", or_null(smallest)},
+      {"detectable_difference",
+       once ? or_null(detectable_difference(seeds, (counts.only_a + counts.only_b) / n)) : Json()},
+      {"same_digests", std::move(alike)}};
 }
 
 // Holm's correction of p-values for as many tests.
@@ -174,21 +174,21 @@ std::vector<double> holm(const std::vector<double>& p_values) {
 // --- which results may be compared ---
 
 // Constants, options and perturbations of the task that a result is of.
-Document environment_of(const Document& task) {
-  const Document* config = find(part(task, "model"), "config");
-  const Document* options = config == nullptr ? nullptr : find(*config, "task_options");
-  return DocumentTable{{"variant", value_or_null(task, "variant")},
-                       {"task_options", options == nullptr ? Document() : *options},
-                       {"perturbations", value_or_null(task, "perturbations")}};
+Json environment_of(const Json& task) {
+  const Json* config = find(part(task, "model"), "config");
+  const Json* options = config == nullptr ? nullptr : find(*config, "task_options");
+  return JsonTable{{"variant", value_or_null(task, "variant")},
+                   {"task_options", options == nullptr ? Json() : *options},
+                   {"perturbations", value_or_null(task, "perturbations")}};
 }
 
 // The value of a key that not all results have.
-Document value_or(const Document& task, const char* key, Document missing) {
-  const Document* value = find(task, key);
+Json value_or(const Json& task, const char* key, Json missing) {
+  const Json* value = find(task, key);
   return value == nullptr ? missing : *value;
 }
 
-Document compared(AllowedDifference what, const Document& task) {
+Json compared(AllowedDifference what, const Json& task) {
   switch (what) {
     case AllowedDifference::kVersion:
       return part(task, "version");
@@ -210,8 +210,8 @@ class Comparison {
   Comparison(const ResultSet& a, const ResultSet& b, const std::set<AllowedDifference>& allowed)
       : a_(a), b_(b), allowed_(allowed) {}
 
-  Document document() {
-    DocumentList tasks;
+  Json document() {
+    JsonList tasks;
     std::vector<double> p_values;
     std::map<std::string, Pairs> splits;
     Pairs total;
@@ -220,36 +220,36 @@ class Comparison {
       const Pairs pairs = pairs_of(a_, *a, b_, *b, allowed_.contains(AllowedDifference::kSeeds));
       splits[text(part(*a, "split"))].add(pairs);
       total.add(pairs);
-      DocumentTable task{{"env_id", id_of(*a)}, {"split", part(*a, "split")}};
+      JsonTable task{{"env_id", id_of(*a)}, {"split", part(*a, "split")}};
       std::ranges::move(statistics(pairs), std::back_inserter(task));
       p_values.push_back(p_value(pairs));
       tasks.emplace_back(std::move(task));
     }
     const std::vector<double> corrected = holm(p_values);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
-      std::get<DocumentTable>(tasks[i].value).emplace_back("p_value_holm", corrected[i]);
+      std::get<JsonTable>(tasks[i].value).emplace_back("p_value_holm", corrected[i]);
     }
-    DocumentTable per_split;
+    JsonTable per_split;
     for (const auto& [name, pairs] : splits) per_split.emplace_back(name, group(pairs));
-    return DocumentTable{{"a", description(a_)},
-                         {"b", description(b_)},
-                         {"tasks", std::move(tasks)},
-                         {"splits", std::move(per_split)},
-                         {"total", group(total)}};
+    return JsonTable{{"a", description(a_)},
+                     {"b", description(b_)},
+                     {"tasks", std::move(tasks)},
+                     {"splits", std::move(per_split)},
+                     {"total", group(total)}};
   }
 
  private:
-  using TaskPair = std::pair<const Document*, const Document*>;
+  using TaskPair = std::pair<const Json*, const Json*>;
 
-  static const Document* find_task(const ResultSet& results, const std::string& id) {
+  static const Json* find_task(const ResultSet& results, const std::string& id) {
     const auto found = std::ranges::find(results.tasks, id, id_of);
     return found == results.tasks.end() ? nullptr : &*found;
   }
 
   std::vector<TaskPair> paired_tasks() const {
     std::vector<TaskPair> pairs;
-    for (const Document& task : a_.tasks) {
-      if (const Document* other = find_task(b_, id_of(task))) pairs.emplace_back(&task, other);
+    for (const Json& task : a_.tasks) {
+      if (const Json* other = find_task(b_, id_of(task))) pairs.emplace_back(&task, other);
     }
     if (pairs.empty()) {
       refuse("'" + a_.source + "' and '" + b_.source + "' have no task in common");
@@ -261,19 +261,19 @@ class Comparison {
   }
 
   static void require_tasks_of(const ResultSet& one, const ResultSet& other) {
-    for (const Document& task : one.tasks) {
+    for (const Json& task : one.tasks) {
       if (find_task(other, id_of(task)) != nullptr) continue;
       refuse("'" + one.source + "' has " + id_of(task) + ", and '" + other.source +
              "' has not; allow ids to compare the tasks of both");
     }
   }
 
-  void check_environments(const Document& a, const Document& b) const {
+  void check_environments(const Json& a, const Json& b) const {
     for (const AllowedDifference what :
          {AllowedDifference::kVersion, AllowedDifference::kRules, AllowedDifference::kConstants,
           AllowedDifference::kChoices}) {
-      const Document of_a = compared(what, a);
-      const Document of_b = compared(what, b);
+      const Json of_a = compared(what, a);
+      const Json of_b = compared(what, b);
       if (of_a == of_b || allowed_.contains(what)) continue;
       refuse(id_of(a) + ": " + name_of(what) + " " + to_line(of_a) + " in '" + a_.source + "', " +
              to_line(of_b) + " in '" + b_.source + "'; allow " + name_of(what) +
@@ -281,16 +281,16 @@ class Comparison {
     }
   }
 
-  static Document group(const Pairs& pairs) {
-    DocumentTable document{{"n_tasks", pairs.tasks}};
+  static Json group(const Pairs& pairs) {
+    JsonTable document{{"n_tasks", pairs.tasks}};
     std::ranges::move(statistics(pairs), std::back_inserter(document));
     return document;
   }
 
   // Facts about results beside their numbers.
-  static Document description(const ResultSet& results) {
-    const Document& task = results.tasks.front();
-    return DocumentTable{
+  static Json description(const ResultSet& results) {
+    const Json& task = results.tasks.front();
+    return JsonTable{
         {"source", results.source},           {"model", part(part(task, "model"), "name")},
         {"version", part(task, "version")},   {"rules", part(task, "rules")},
         {"obs_mode", part(task, "obs_mode")}, {"latency_steps", value_or(task, "latency_steps", 0)},
@@ -304,8 +304,8 @@ class Comparison {
 
 }  // namespace
 
-Document compare_results(const ResultSet& a, const ResultSet& b,
-                         const std::set<AllowedDifference>& allowed) {
+Json compare_results(const ResultSet& a, const ResultSet& b,
+                     const std::set<AllowedDifference>& allowed) {
   return Comparison(a, b, allowed).document();
 }
 

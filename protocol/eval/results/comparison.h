@@ -25,7 +25,7 @@ constexpr const auto& names_of(AllowedDifference) { return kAllowedDifferenceNam
 
 // {a, b, tasks, splits, total}; docs/evaluation.md has the keys. Throws Error (kInvalidArgument)
 // unless the episodes pair by id and seed, and are those of the same environments.
-Document compare_results(const ResultSet& a, const ResultSet& b,
-                         const std::set<AllowedDifference>& allowed);
+Json compare_results(const ResultSet& a, const ResultSet& b,
+                     const std::set<AllowedDifference>& allowed);
 
 }  // namespace engram

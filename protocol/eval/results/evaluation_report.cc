@@ -25,19 +25,19 @@ struct TaskTotals {
   double seconds = 0;  // of all threads; 0: unknown
 };
 
-TaskTotals totals_of(const Document& task, const std::map<std::string, double>& thread_seconds) {
+TaskTotals totals_of(const Json& task, const std::map<std::string, double>& thread_seconds) {
   TaskTotals totals;
-  const DocumentList& lengths = list(part(task, "episode_lengths"));
-  for (const Document& length : lengths) totals.steps += number(length);
+  const JsonList& lengths = list(part(task, "episode_lengths"));
+  for (const Json& length : lengths) totals.steps += number(length);
   totals.episodes = static_cast<double>(lengths.size());
   const auto timed = thread_seconds.find(text(part(task, "env_id")));
   if (timed != thread_seconds.end()) totals.seconds = timed->second;
   return totals;
 }
 
-std::vector<std::string> task_row(const Document& task, const TaskTotals& totals) {
+std::vector<std::string> task_row(const Json& task, const TaskTotals& totals) {
   const auto share = [&task](const char* key) {
-    const Document& value = part(task, key);
+    const Json& value = part(task, key);
     return is_null(value) ? std::string() : decimal(number(value), 3);
   };
   const bool timed = totals.seconds > 0;
@@ -55,9 +55,9 @@ std::vector<std::string> task_row(const Document& task, const TaskTotals& totals
           timed ? decimal(totals.steps / totals.seconds, 0) : ""};
 }
 
-int largest_chunk(const DocumentList& tasks) {
+int largest_chunk(const JsonList& tasks) {
   int largest = 1;
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     largest = std::max(largest, static_cast<int>(whole_number(part(task, "action_chunk_size"))));
   }
   return largest;
@@ -65,16 +65,16 @@ int largest_chunk(const DocumentList& tasks) {
 
 std::string seed_text(const EvaluationSettings& settings) {
   if (settings.tells_seeds()) return std::to_string(settings.start_seed);
-  return "sealed, SHA-256 of the secret " + settings.seal->hash();
+  return "sealed, SHA-256 of the secret " + settings.commitment->hash();
 }
 
 std::string policy_text(const EvaluationSettings& settings) {
   return settings.policy + (settings.choices ? " (names answers; a scripted hand acts)" : "");
 }
 
-void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
+void add_settings(const EvaluationSettings& settings, const JsonList& tasks,
                   const TaskTotals& totals, const ReportContext& context, HtmlReport& report) {
-  const Document summary = summary_document(tasks);
+  const Json summary = summary_document(tasks);
   report.table({"", ""},
                {{"split", text(part(summary, "split"))},
                 {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
@@ -101,14 +101,14 @@ void add_settings(const EvaluationSettings& settings, const DocumentList& tasks,
 
 }  // namespace
 
-std::string evaluation_report(const EvaluationSettings& settings, const DocumentList& tasks,
+std::string evaluation_report(const EvaluationSettings& settings, const JsonList& tasks,
                               const std::map<std::string, double>& thread_seconds,
                               const std::map<std::string, Bytes>& samples,
                               const ReportContext& context) {
   TaskTotals all;
   std::vector<HtmlReport::RateBar> bars;
   std::vector<std::vector<std::string>> rows;
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     const TaskTotals totals = totals_of(task, thread_seconds);
     all.steps += totals.steps;
     all.seconds += totals.seconds;
@@ -139,7 +139,7 @@ std::string evaluation_report(const EvaluationSettings& settings, const Document
   if (!samples.empty()) {
     report.heading("Seed " + seed_text(settings) + ", base camera, from start to end");
   }
-  for (const auto& [id, png] : samples) report.picture(id, png);
+  for (const auto& [id, png] : samples) report.image(id, png);
   return report.text();
 }
 

@@ -1,4 +1,4 @@
-// The report of an evaluation for people: rates as charts and tables, pictures, timing.
+// The report of an evaluation for people: rates as charts and tables, images, timing.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ struct ReportContext {
 };
 
 // An HTML document. thread_seconds, samples (PNG): by task id, where there are any.
-std::string evaluation_report(const EvaluationSettings& settings, const DocumentList& tasks,
+std::string evaluation_report(const EvaluationSettings& settings, const JsonList& tasks,
                               const std::map<std::string, double>& thread_seconds,
                               const std::map<std::string, Bytes>& samples,
                               const ReportContext& context);

@@ -14,10 +14,10 @@
 #include "protocol/eval/results/success_rates.h"
 #include "protocol/eval/run/mean.h"
 #include "protocol/io/chained_hash.h"
-#include "protocol/io/document_checksum.h"
-#include "protocol/io/document_values.h"
 #include "protocol/io/files.h"
-#include "protocol/make/ceilings.h"
+#include "protocol/io/json_checksum.h"
+#include "protocol/io/json_values.h"
+#include "protocol/make/baseline_scores.h"
 #include "protocol/make/perturbations_document.h"
 #include "protocol/make/variants.h"
 
@@ -73,13 +73,13 @@ constexpr const char* kProtocolKeys[] = {
     // end generated
 };
 
-Document start_seed_document(const EvaluationSettings& settings) {
-  return settings.tells_seeds() ? Document(settings.start_seed) : Document();
+Json start_seed_document(const EvaluationSettings& settings) {
+  return settings.tells_seeds() ? Json(settings.start_seed) : Json();
 }
 
-Document seeds_document(const EvaluationSettings& settings) {
+Json seeds_document(const EvaluationSettings& settings) {
   if (!settings.tells_seeds()) return {};
-  DocumentList seeds;
+  JsonList seeds;
   for (int i = 0; i < settings.all_episodes(); ++i) {
     seeds.emplace_back(settings.start_seed + static_cast<std::uint64_t>(i % settings.episodes));
   }
@@ -87,10 +87,10 @@ Document seeds_document(const EvaluationSettings& settings) {
 }
 
 // Throws Error unless a result was asked for in the same way as this run's.
-void check_protocol(const fs::path& file, const Document& task, const Document& expected) {
+void check_protocol(const fs::path& file, const Json& task, const Json& expected) {
   for (const char* key : kProtocolKeys) {
-    const Document found = value_or_null(task, key);
-    const Document asked = value_or_null(expected, key);
+    const Json found = value_or_null(task, key);
+    const Json asked = value_or_null(expected, key);
     if (found == asked) continue;
     throw Error(Error::kInvalidArgument, "'" + file.string() + "' has " + key + " " +
                                              to_line(found) + ", this run " + to_line(asked) +
@@ -100,28 +100,28 @@ void check_protocol(const fs::path& file, const Document& task, const Document& 
 
 // True if a run with these settings writes the genuine document so. A run that was killed while it
 // opened its results has written some of them opened.
-bool is_written(const Document& task, const Document& genuine, const EvaluationSettings& settings) {
+bool is_written(const Json& task, const Json& genuine, const EvaluationSettings& settings) {
   if (task == genuine) return true;
   if (settings.tells_seeds()) return false;
-  EvaluationSettings opened = settings;
-  opened.opened = true;
-  return task == opened_document(genuine, opened);
+  EvaluationSettings revealed = settings;
+  revealed.revealed = true;
+  return task == revealed_document(genuine, revealed);
 }
 
 // Throws Error unless a result is of the task as it is now.
-void check_variant(const fs::path& file, const Document& task, const Document& now) {
-  const Document then = value_or_null(task, "variant");
+void check_variant(const fs::path& file, const Json& task, const Json& now) {
+  const Json then = value_or_null(task, "variant");
   if (then == now) return;
   throw Error(Error::kInvalidArgument, "'" + file.string() + "' has variant " + to_line(then) +
                                            ", this run " + to_line(now) +
                                            "; one folder holds results of one protocol");
 }
 
-Document digests_document(const std::vector<EpisodeDigests>& digests) {
+Json digests_document(const std::vector<EpisodeDigests>& digests) {
   if (digests.empty()) return {};
-  DocumentTable document;
+  JsonTable document;
   for (const auto& [key, field] : kDigestKeys) {
-    DocumentList texts;
+    JsonList texts;
     for (const EpisodeDigests& one : digests) texts.emplace_back(hash_text(one.*field));
     document.emplace_back(key, std::move(texts));
   }
@@ -129,10 +129,10 @@ Document digests_document(const std::vector<EpisodeDigests>& digests) {
 }
 
 // Adds the settings that are not the default.
-void add_settings(const EvaluationSettings& settings, DocumentTable& keys) {
+void add_settings(const EvaluationSettings& settings, JsonTable& keys) {
   const EvaluationSettings usual;
   const bool rounds = settings.repeat != usual.repeat || settings.policy_seed != usual.policy_seed;
-  const auto add = [&keys](const char* key, bool written, Document value) {
+  const auto add = [&keys](const char* key, bool written, Json value) {
     if (written) keys.emplace_back(key, std::move(value));
   };
   // begin generated: first_keys
@@ -142,41 +142,40 @@ void add_settings(const EvaluationSettings& settings, DocumentTable& keys) {
   add("policy_seed", rounds, settings.policy_seed);
   add("latency_steps", settings.latency != usual.latency, settings.latency);
   // end generated
-  const Document perturbations = perturbations_document(settings.perturbations);
+  const Json perturbations = perturbations_document(settings.perturbations);
   add(kPerturbations, !is_null(perturbations), perturbations);
   // begin generated: further_keys
   add("choices", settings.choices != usual.choices, settings.choices);
   add("choices_stride", settings.choices_stride != usual.choices_stride, settings.choices_stride);
   // end generated
-  add(kSealed, settings.seal.has_value(), settings.seal_document());
+  add(kSealed, settings.commitment.has_value(), settings.commitment_document());
 }
 
 // Keys of engram's own, behind the protocol's. Null without a value.
-DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
-  DocumentTable keys = {
-      {"version", version()},
-      {"rules", name_of(settings.rules)},
-      {"chance", result.chance},
-      {"first_answers", nullptr},
-      {"first_answers_correct", nullptr},
-      {"first_answer_correct", nullptr},
-      {"answer_chance", nullptr},
-      {"memory_score", nullptr},
-      {"subtasks_done", nullptr},
-      {"subtasks", nullptr},
-      {"completion_rate", nullptr},
-      {"sr_interval",
-       to_document(wilson_interval(result.success_rate(),
-                                   effective_episodes(result.successes, settings.repeat)))},
-      {"digests", digests_document(result.digests)}};
-  const auto set = [&keys](std::string_view name, Document value) {
-    std::ranges::find(keys, name, &DocumentTable::value_type::first)->second = std::move(value);
+JsonTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
+  JsonTable keys = {{"version", version()},
+                    {"rules", name_of(settings.rules)},
+                    {"chance", result.chance},
+                    {"first_answers", nullptr},
+                    {"first_answers_correct", nullptr},
+                    {"first_answer_correct", nullptr},
+                    {"answer_chance", nullptr},
+                    {"memory_score", nullptr},
+                    {"subtasks_done", nullptr},
+                    {"subtasks", nullptr},
+                    {"completion_rate", nullptr},
+                    {"sr_interval", to_document(wilson_interval(
+                                        result.success_rate(),
+                                        effective_episodes(result.successes, settings.repeat)))},
+                    {"digests", digests_document(result.digests)}};
+  const auto set = [&keys](std::string_view name, Json value) {
+    std::ranges::find(keys, name, &JsonTable::value_type::first)->second = std::move(value);
   };
   if (!result.answers.empty()) {
-    DocumentList first;
-    DocumentList correct;
+    JsonList first;
+    JsonList correct;
     for (const Answer& answer : result.answers) {
-      first.push_back(answer.given != 0 ? Document(answer.first) : Document());
+      first.push_back(answer.given != 0 ? Json(answer.first) : Json());
       correct.emplace_back(answer.correct != 0);
     }
     set("first_answers", std::move(first));
@@ -185,8 +184,8 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
     set("answer_chance", result.answer_chance);
   }
   if (!result.completions.empty()) {
-    DocumentList done;
-    DocumentList subtasks;
+    JsonList done;
+    JsonList subtasks;
     for (const Completion& completion : result.completions) {
       done.emplace_back(completion.done);
       subtasks.emplace_back(completion.subtasks);
@@ -199,13 +198,13 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
   const bool usual = settings.rules == Rules::kReference && settings.task_options.empty() &&
                      settings.constants.empty() && settings.latency == 0 && !settings.choices &&
                      is_null(perturbations_document(settings.perturbations));
-  if (const Ceiling* ceiling = usual ? find_ceiling(result.entry->id) : nullptr) {
-    if (const auto score = memory_score(*ceiling, result.success_rate())) {
+  if (const BaselineScores* baseline = usual ? find_baseline_scores(result.entry->id) : nullptr) {
+    if (const auto score = memory_score(*baseline, result.success_rate())) {
       set("memory_score", *score);
     }
   }
   add_settings(settings, keys);
-  Document variant = variant_document(*result.entry, settings.constants);
+  Json variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
   return keys;
 }
@@ -214,62 +213,62 @@ DocumentTable own_keys(const TaskResult& result, const EvaluationSettings& setti
 
 // --- documents ---
 
-Document model_document(const EvaluationSettings& settings) {
-  DocumentTable config = {{"library", "engram"}, {"version", version()}};
+Json model_document(const EvaluationSettings& settings) {
+  JsonTable config = {{"library", "engram"}, {"version", version()}};
   if (!is_null(settings.policy_config)) config = table(settings.policy_config);
   if (!settings.task_options.empty()) {
     config.emplace_back("task_options",
-                        DocumentTable(settings.task_options.begin(), settings.task_options.end()));
+                        JsonTable(settings.task_options.begin(), settings.task_options.end()));
   }
-  return DocumentTable{{"name", settings.policy}, {"config", std::move(config)}};
+  return JsonTable{{"name", settings.policy}, {"config", std::move(config)}};
 }
 
-Document task_document(const TaskResult& result, const EvaluationSettings& settings) {
+Json task_document(const TaskResult& result, const EvaluationSettings& settings) {
   const RegistryEntry& entry = *result.entry;
-  DocumentTable document{{"env_id", entry.id},
-                         {"split", title(entry.split)},
-                         {"memory_type", entry.memory_type},
-                         {"start_seed", start_seed_document(settings)},
-                         {"n_episodes", settings.all_episodes()},
-                         {"successes", to_list(result.successes)},
-                         {"returns", to_list(result.returns)},
-                         {"sr", result.success_rate()},
-                         {"mean_return", result.mean_return()},
-                         {"benchmark_commit", nullptr},
-                         {"control_mode", name_of(settings.control_mode)},
-                         {"obs_mode", name_of(settings.obs_mode)},
-                         {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
-                         {"action_chunk_size", result.chunk_size},
-                         {"model", model_document(settings)},
-                         {"episode_lengths", to_list(result.lengths)},
-                         {"episode_seeds", seeds_document(settings)}};
-  DocumentTable own = own_keys(result, settings);
+  JsonTable document{{"env_id", entry.id},
+                     {"split", title(entry.split)},
+                     {"memory_type", entry.memory_type},
+                     {"start_seed", start_seed_document(settings)},
+                     {"n_episodes", settings.all_episodes()},
+                     {"successes", to_list(result.successes)},
+                     {"returns", to_list(result.returns)},
+                     {"sr", result.success_rate()},
+                     {"mean_return", result.mean_return()},
+                     {"benchmark_commit", nullptr},
+                     {"control_mode", name_of(settings.control_mode)},
+                     {"obs_mode", name_of(settings.obs_mode)},
+                     {"wrapper_chain", "apply_mikasa_vla_wrappers(include_overlays=False)"},
+                     {"action_chunk_size", result.chunk_size},
+                     {"model", model_document(settings)},
+                     {"episode_lengths", to_list(result.lengths)},
+                     {"episode_seeds", seeds_document(settings)}};
+  JsonTable own = own_keys(result, settings);
   std::ranges::move(own, std::back_inserter(document));
   add_checksum(document);
   return document;
 }
 
-Document opened_document(const Document& task, const EvaluationSettings& opened) {
-  DocumentTable document = table(task);
+Json revealed_document(const Json& task, const EvaluationSettings& revealed) {
+  JsonTable document = table(task);
   document.pop_back();  // the checksum
   for (auto& [key, value] : document) {
-    if (key == "start_seed") value = start_seed_document(opened);
-    if (key == "episode_seeds") value = seeds_document(opened);
-    if (key == kSealed) value = opened.seal_document();
+    if (key == "start_seed") value = start_seed_document(revealed);
+    if (key == "episode_seeds") value = seeds_document(revealed);
+    if (key == kSealed) value = revealed.commitment_document();
   }
   add_checksum(document);
   return document;
 }
 
-Document summary_document(const DocumentList& tasks) {
+Json summary_document(const JsonList& tasks) {
   std::string split;
   std::vector<double> rates;
   std::map<std::string, std::vector<double>> rates_of_type;  // sorted by name
-  DocumentList ids;
-  DocumentTable per_task_rate;
-  DocumentTable per_task_return;
-  DocumentTable per_task_interval;
-  for (const Document& task : tasks) {
+  JsonList ids;
+  JsonTable per_task_rate;
+  JsonTable per_task_return;
+  JsonTable per_task_interval;
+  for (const Json& task : tasks) {
     const std::string& id = text(part(task, "env_id"));
     const std::string& own = text(part(task, "split"));
     split = split.empty() || split == own ? own : "Custom";
@@ -280,24 +279,24 @@ Document summary_document(const DocumentList& tasks) {
     per_task_return.emplace_back(id, part(task, "mean_return"));
     per_task_interval.emplace_back(id, to_document(success_rate(task).interval));
   }
-  DocumentTable splits;
+  JsonTable splits;
   for (const auto& [name, group] : success_rates_by("split", tasks)) {
-    splits.emplace_back(name, DocumentTable{{"sr", group.rate},
-                                            {"sr_interval", to_document(group.interval)},
-                                            {"n_tasks", group.tasks},
-                                            {"n_episodes", group.episodes}});
+    splits.emplace_back(name, JsonTable{{"sr", group.rate},
+                                        {"sr_interval", to_document(group.interval)},
+                                        {"n_tasks", group.tasks},
+                                        {"n_episodes", group.episodes}});
   }
-  DocumentTable per_type;
+  JsonTable per_type;
   for (const auto& [type, values] : rates_of_type) per_type.emplace_back(type, mean(values));
-  return DocumentTable{{"split", split},
-                       {"sr_split", mean(rates)},
-                       {"sr_per_memory_type", std::move(per_type)},
-                       {"tasks", std::move(ids)},
-                       {"per_task_sr", std::move(per_task_rate)},
-                       {"per_task_mean_return", std::move(per_task_return)},
-                       {"sr_interval", to_document(mean_success_rate(tasks).interval)},
-                       {"splits", std::move(splits)},
-                       {"per_task_sr_interval", std::move(per_task_interval)}};
+  return JsonTable{{"split", split},
+                   {"sr_split", mean(rates)},
+                   {"sr_per_memory_type", std::move(per_type)},
+                   {"tasks", std::move(ids)},
+                   {"per_task_sr", std::move(per_task_rate)},
+                   {"per_task_mean_return", std::move(per_task_return)},
+                   {"sr_interval", to_document(mean_success_rate(tasks).interval)},
+                   {"splits", std::move(splits)},
+                   {"per_task_sr_interval", std::move(per_task_interval)}};
 }
 
 std::string common_split(const std::vector<std::string>& ids) {
@@ -342,23 +341,23 @@ std::optional<EvaluationSettings> ResultFolder::settings() const {
   const fs::path file = path_ / kSettingsFile;
   const std::optional<std::string> text = files().read_file(kSettingsFile);
   if (!text) return std::nullopt;
-  return EvaluationSettings::of(parse_document(*text).value_or(Document()), file);
+  return EvaluationSettings::of(parse_json(*text).value_or(Json()), file);
 }
 
-std::map<std::string, Document> ResultFolder::finished(const EvaluationSettings& settings) const {
+std::map<std::string, Json> ResultFolder::finished(const EvaluationSettings& settings) const {
   TaskResult none;
   none.entry = &registry().front();
-  const Document expected = task_document(none, settings);
-  std::map<std::string, Document> tasks;
+  const Json expected = task_document(none, settings);
+  std::map<std::string, Json> tasks;
   for (const RegistryEntry* entry : all_entries()) {
     const std::string id(entry->id);
     const fs::path file = path_ / (id + ".json");
     const std::optional<std::string> text = files().read_file(id + ".json");
     if (!text) continue;
-    const std::optional<Document> task = parse_document(*text);
+    const std::optional<Json> task = parse_json(*text);
     const std::optional<TaskResult> result = task ? parse_result(*task, *entry) : std::nullopt;
     if (!result) continue;
-    Document genuine = task_document(*result, settings);
+    Json genuine = task_document(*result, settings);
     if (follows_protocol(*result, settings) && is_written(*task, genuine, settings)) {
       tasks.emplace(id, std::move(genuine));
       continue;
@@ -374,16 +373,16 @@ void ResultFolder::begin(const EvaluationSettings& settings) const {
   files().write_file(kSettingsFile, to_text(settings.document()));
 }
 
-void ResultFolder::write_task(const Document& task) const {
+void ResultFolder::write_task(const Json& task) const {
   files().write_file(text(part(task, "env_id")) + ".json", to_text(task));
 }
 
-void ResultFolder::write_summary(const DocumentList& tasks) const {
+void ResultFolder::write_summary(const JsonList& tasks) const {
   files().write_file(kSummaryFile, to_text(summary_document(tasks)));
   files().write_file(kSummaryTable, summary_csv(tasks));
 }
 
-void ResultFolder::write_episodes(const DocumentList& tasks) const {
+void ResultFolder::write_episodes(const JsonList& tasks) const {
   files().write_file(kEpisodeTable, episodes_csv(tasks));
 }
 
@@ -392,14 +391,14 @@ void ResultFolder::write_episodes(const DocumentList& tasks) const {
 void ResultFolder::add_timing(const std::string& id, double thread_seconds) const {
   std::map<std::string, double> seconds = timing();
   seconds[id] = thread_seconds;
-  files().write_file(kTimingFile, to_text(DocumentTable(seconds.begin(), seconds.end())));
+  files().write_file(kTimingFile, to_text(JsonTable(seconds.begin(), seconds.end())));
 }
 
 std::map<std::string, double> ResultFolder::timing() const {
   std::map<std::string, double> seconds;
   const std::optional<std::string> text = files().read_file(kTimingFile);
-  const std::optional<Document> document = text ? parse_document(*text) : std::nullopt;
-  const auto* times = document ? std::get_if<DocumentTable>(&document->value) : nullptr;
+  const std::optional<Json> document = text ? parse_json(*text) : std::nullopt;
+  const auto* times = document ? std::get_if<JsonTable>(&document->value) : nullptr;
   if (times == nullptr) return seconds;
   for (const auto& [id, value] : *times) {
     if (is_number(value)) seconds[id] = number(value);

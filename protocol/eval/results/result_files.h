@@ -15,13 +15,13 @@
 namespace engram {
 
 // The policy: name and configuration.
-Document model_document(const EvaluationSettings& settings);
+Json model_document(const EvaluationSettings& settings);
 // The benchmark's result document of a task, with its keys in its order, and the chance level.
-Document task_document(const TaskResult& result, const EvaluationSettings& settings);
+Json task_document(const TaskResult& result, const EvaluationSettings& settings);
 // The document of a sealed run with what the opened settings tell: secret and seeds.
-Document opened_document(const Document& task, const EvaluationSettings& opened);
+Json revealed_document(const Json& task, const EvaluationSettings& revealed);
 // Summary of task documents in the registry's order.
-Document summary_document(const DocumentList& tasks);
+Json summary_document(const JsonList& tasks);
 
 // The folder of a run, which keeps other runs from it. Files appear whole or not at all.
 class ResultFolder {
@@ -38,15 +38,15 @@ class ResultFolder {
   std::optional<EvaluationSettings> settings() const;
   // Finished tasks, by id. Damaged and edited files are ignored. Throws Error (kInvalidArgument)
   // for intact results of another protocol.
-  std::map<std::string, Document> finished(const EvaluationSettings& settings) const;
+  std::map<std::string, Json> finished(const EvaluationSettings& settings) const;
 
   // Writes the settings, so that the run can be resumed.
   void begin(const EvaluationSettings& settings) const;
-  void write_task(const Document& task) const;
-  void write_summary(const DocumentList& tasks) const;
-  void write_episodes(const DocumentList& tasks) const;
+  void write_task(const Json& task) const;
+  void write_summary(const JsonList& tasks) const;
+  void write_episodes(const JsonList& tasks) const;
 
-  // For the report alone, beside the results: time by task id, in timing.json, and pictures, in
+  // For the report alone, beside the results: time by task id, in timing.json, and images, in
   // samples/<ID>.png.
   void add_timing(const std::string& id, double thread_seconds) const;
   std::map<std::string, double> timing() const;

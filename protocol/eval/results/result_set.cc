@@ -5,8 +5,8 @@
 
 #include "protocol/eval/policies/episode_digests.h"
 #include "protocol/eval/results/success_rates.h"
-#include "protocol/io/document_checksum.h"
 #include "protocol/io/files.h"
+#include "protocol/io/json_checksum.h"
 #include "protocol/make/make.h"
 
 namespace engram {
@@ -18,34 +18,33 @@ namespace fs = std::filesystem;
   throw Error(Error::kInvalidArgument, "'" + source + "': " + what);
 }
 
-bool is_task(const Document& document) { return find(document, "env_id") != nullptr; }
+bool is_task(const Json& document) { return find(document, "env_id") != nullptr; }
 
 // Throws Error unless a list of a task has an item for each episode.
-void check_list(const std::string& source, const Document& task, const Document& items,
-                const char* key) {
+void check_list(const std::string& source, const Json& task, const Json& items, const char* key) {
   if (list(items).size() == whole_number(part(task, "n_episodes"))) return;
   refuse(source,
          "'" + std::string(key) + "' of " + text(part(task, "env_id")) + " is not complete");
 }
 
 // The lists that every task has, and those that may be null or missing.
-void check_lists(const std::string& source, const Document& task) {
+void check_lists(const std::string& source, const Json& task) {
   for (const char* key : {"successes", "returns", "episode_lengths"}) {
     check_list(source, task, part(task, key), key);
   }
-  for (const Document& success : list(part(task, "successes"))) (void)truth(success);
+  for (const Json& success : list(part(task, "successes"))) (void)truth(success);
   for (const char* key :
        {"episode_seeds", "first_answers", "first_answers_correct", "subtasks_done", "subtasks"}) {
-    const Document* items = find(task, key);
+    const Json* items = find(task, key);
     if (items != nullptr && !is_null(*items)) check_list(source, task, *items, key);
   }
-  const Document* digests = find(task, "digests");
+  const Json* digests = find(task, "digests");
   if (digests == nullptr || is_null(*digests)) return;
   for (const auto& [key, field] : kDigestKeys) check_list(source, task, part(*digests, key), key);
 }
 
 // Throws Error unless the document has what tables and comparisons read, as it was written.
-void check_task(const std::string& source, const Document& task) {
+void check_task(const std::string& source, const Json& task) {
   try {
     const std::string& id = text(part(task, "env_id"));
     if (!has_valid_checksum(task)) {
@@ -70,18 +69,18 @@ void check_task(const std::string& source, const Document& task) {
   }
 }
 
-Document parse(const std::string& source, const std::string& text) {
-  std::optional<Document> document = parse_document(text);
+Json parse(const std::string& source, const std::string& text) {
+  std::optional<Json> document = parse_json(text);
   if (!document || !is_table(*document)) refuse(source, "a JSON object needed");
   return *std::move(document);
 }
 
-void add_document(const std::string& source, const Document& document, DocumentList& tasks) {
+void add_document(const std::string& source, const Json& document, JsonList& tasks) {
   if (is_task(document)) {
     tasks.push_back(document);
-  } else if (const Document* all = find(document, "tasks");
+  } else if (const Json* all = find(document, "tasks");
              all != nullptr && find(document, "summary") != nullptr) {
-    for (const Document& task : list(*all)) tasks.push_back(task);
+    for (const Json& task : list(*all)) tasks.push_back(task);
   } else {
     refuse(source,
            "no results of an evaluation: a folder of `engram eval --out`, a task's file in "
@@ -89,11 +88,11 @@ void add_document(const std::string& source, const Document& document, DocumentL
   }
 }
 
-void add_folder(const fs::path& folder, DocumentList& tasks) {
+void add_folder(const fs::path& folder, JsonList& tasks) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".json") continue;
     const std::optional<std::string> text = read_file(entry.path());
-    const std::optional<Document> document = text ? parse_document(*text) : std::nullopt;
+    const std::optional<Json> document = text ? parse_json(*text) : std::nullopt;
     if (document && is_task(*document)) tasks.push_back(*document);
   }
   if (tasks.empty()) {
@@ -104,7 +103,7 @@ void add_folder(const fs::path& folder, DocumentList& tasks) {
 }
 
 // Ids that the registry does not know, such as variants, come last.
-int place_of(const Document& task) {
+int place_of(const Json& task) {
   const RegistryEntry* entry = find_entry(text(part(task, "env_id")));
   return entry == nullptr ? INT_MAX : entry->index;
 }
@@ -124,8 +123,8 @@ ResultSet read_results(const std::string& source) {
     add_document(source, parse(source, *text), results.tasks);
   }
   if (results.tasks.empty()) refuse(results.source, "no tasks in it");
-  for (const Document& task : results.tasks) check_task(results.source, task);
-  std::ranges::sort(results.tasks, {}, [](const Document& task) {
+  for (const Json& task : results.tasks) check_task(results.source, task);
+  std::ranges::sort(results.tasks, {}, [](const Json& task) {
     return std::pair(place_of(task), text(part(task, "env_id")));
   });
   for (std::size_t i = 1; i < results.tasks.size(); ++i) {

@@ -4,13 +4,13 @@
 
 #include <string>
 
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
 struct ResultSet {
   std::string source;  // for messages
-  DocumentList tasks;  // in the registry's order
+  JsonList tasks;      // in the registry's order
 };
 
 // source: the folder of a run, one task's file in it, a file with what `engram eval --json` has

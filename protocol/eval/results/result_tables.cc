@@ -19,8 +19,8 @@ using Cells = std::vector<std::string>;
 const Cells kHeader = {"task", "split", "success", "95 % interval", "chance", "score", "episodes"};
 constexpr std::size_t kTextColumns = 2;
 
-std::string share(const Document& task, const char* key) {
-  const Document& value = part(task, key);
+std::string share(const Json& task, const char* key) {
+  const Json& value = part(task, key);
   return is_null(value) ? "" : decimal(number(value), 3);
 }
 
@@ -29,9 +29,9 @@ Cells mean_row(const std::string& what, const std::string& split, const SuccessR
           "",   "",    std::to_string(mean.episodes)};
 }
 
-std::vector<Cells> task_rows(const DocumentList& tasks) {
+std::vector<Cells> task_rows(const JsonList& tasks) {
   std::vector<Cells> rows;
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     const SuccessRate rate = success_rate(task);
     rows.push_back({text(part(task, "env_id")), text(part(task, "split")), decimal(rate.rate, 3),
                     to_text(rate.interval), share(task, "chance"), share(task, "memory_score"),
@@ -41,7 +41,7 @@ std::vector<Cells> task_rows(const DocumentList& tasks) {
 }
 
 // Rows of the splits, and of all tasks where there are several splits.
-std::vector<Cells> mean_rows(const DocumentList& tasks) {
+std::vector<Cells> mean_rows(const JsonList& tasks) {
   std::vector<Cells> rows;
   const auto splits = success_rates_by("split", tasks);
   for (const auto& [split, mean] : splits) {
@@ -64,7 +64,7 @@ std::string escaped(std::string_view text, std::string_view special, char before
   return out;
 }
 
-std::string markdown(const DocumentList& tasks) {
+std::string markdown(const JsonList& tasks) {
   const auto line = [](const Cells& cells) {
     std::string text = "|";
     for (const std::string& cell : cells) text += " " + escaped(cell, "|", '\\') + " |";
@@ -80,7 +80,7 @@ std::string markdown(const DocumentList& tasks) {
 }
 
 // For the package booktabs.
-std::string latex(const DocumentList& tasks) {
+std::string latex(const JsonList& tasks) {
   const auto line = [](const Cells& cells) {
     std::string text;
     for (const std::string& cell : cells) {
@@ -99,27 +99,27 @@ std::string latex(const DocumentList& tasks) {
 
 // --- comma-separated values ---
 
-std::string value_text(const Document& value) {
+std::string value_text(const Json& value) {
   return is_null(value) ? std::string() : to_line(value);
 }
 
 // An item of a list, or nothing where the task has no such list.
-std::string item_text(const Document* items, std::size_t i) {
+std::string item_text(const Json* items, std::size_t i) {
   if (items == nullptr || is_null(*items)) return "";
-  const Document& item = list(*items).at(i);
+  const Json& item = list(*items).at(i);
   const auto* words = std::get_if<std::string>(&item.value);
   return words == nullptr ? value_text(item) : *words;
 }
 
-std::uint64_t policy_seed_of(const Document& task) {
-  const Document* seed = find(task, "policy_seed");
+std::uint64_t policy_seed_of(const Json& task) {
+  const Json* seed = find(task, "policy_seed");
   return seed == nullptr ? 0 : whole_number(*seed);
 }
 
-void append_episodes(const Document& task, std::string& text) {
+void append_episodes(const Json& task, std::string& text) {
   const std::size_t count = list(part(task, "successes")).size();
   const std::size_t round = count / static_cast<std::size_t>(repeats_of(task));
-  const Document* digests = find(task, "digests");
+  const Json* digests = find(task, "digests");
   const auto digest = [digests](const char* key) {
     return digests == nullptr || is_null(*digests) ? nullptr : find(*digests, key);
   };
@@ -167,16 +167,16 @@ std::string today() {
 double in_percent(double rate) { return std::round(1000 * rate) / 10; }
 
 // Its leaderboard is of policies that act, in the benchmark's own environments.
-void require_usual_environments(const DocumentList& tasks) {
-  const auto refuse = [](const Document& task, const std::string& given, const char* needed) {
+void require_usual_environments(const JsonList& tasks) {
+  const auto refuse = [](const Json& task, const std::string& given, const char* needed) {
     throw Error(Error::kInvalidArgument, "format vla-eval: " + text(part(task, "env_id")) + ": " +
                                              given + " given, " + needed + " needed");
   };
-  const auto has = [](const Document& task, const char* key) {
-    const Document* value = find(task, key);
+  const auto has = [](const Json& task, const char* key) {
+    const Json* value = find(task, key);
     return value != nullptr && !is_null(*value);
   };
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     if (has(task, "choices")) refuse(task, "results of choices", "of actions");
     if (has(task, "perturbations")) refuse(task, "results under perturbations", "without them");
     if (has(task, "variant")) refuse(task, "results of changed constants", "the task's own");
@@ -186,13 +186,13 @@ void require_usual_environments(const DocumentList& tasks) {
 }
 
 // The five tasks of its protocol if all of them are there, otherwise every task, without a mean.
-std::string vla_eval(const DocumentList& tasks) {
+std::string vla_eval(const JsonList& tasks) {
   require_usual_environments(tasks);
-  DocumentTable all;
-  DocumentTable five;
+  JsonTable all;
+  JsonTable five;
   bool enough = true;
   double sum = 0;
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     const std::string name = short_name(text(part(task, "env_id")));
     const SuccessRate rate = success_rate(task);
     all.emplace_back(name, in_percent(rate.rate));
@@ -202,21 +202,20 @@ std::string vla_eval(const DocumentList& tasks) {
     sum += rate.rate;
   }
   const bool standard = five.size() == kVlaEvalTasks.size();
-  const Document& first = tasks.front();
+  const Json& first = tasks.front();
   const std::string& name = text(part(part(first, "model"), "name"));
   const std::string notes = "VLA ids of MIKASA-Robo-VLA (not the RL ids), re-created by engram " +
                             text(part(first, "version")) + "; seeds from " +
                             to_line(part(first, "start_seed")) + ", " +
                             to_line(part(first, "n_episodes")) + " episodes a task; observations " +
                             text(part(first, "obs_mode")) + ".";
-  return to_text(DocumentTable{
+  return to_text(JsonTable{
       {"model", model_key(name)},
       {"display_name", name},
       {"name_in_paper", nullptr},
       {"benchmark", "mikasa"},
-      {"overall_score", standard && enough
-                            ? Document(in_percent(sum / static_cast<double>(five.size())))
-                            : Document()},
+      {"overall_score",
+       standard && enough ? Json(in_percent(sum / static_cast<double>(five.size()))) : Json()},
       {"task_scores", standard ? std::move(five) : std::move(all)},
       {"reported_paper", nullptr},
       {"reported_table", nullptr},
@@ -230,11 +229,11 @@ std::string vla_eval(const DocumentList& tasks) {
 
 }  // namespace
 
-std::string summary_csv(const DocumentList& tasks) {
+std::string summary_csv(const JsonList& tasks) {
   std::string text =
       "env_id,split,memory_type,n_episodes,sr,chance,memory_score,first_answer_correct,"
       "mean_return,mean_length,sr_low,sr_high\n";
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     for (const char* key : {"env_id", "split", "memory_type"})
       text += engram::text(part(task, key)) + ",";
     for (const char* key :
@@ -242,7 +241,7 @@ std::string summary_csv(const DocumentList& tasks) {
       text += value_text(part(task, key)) + ",";
     }
     std::vector<double> lengths;
-    for (const Document& length : list(part(task, "episode_lengths"))) {
+    for (const Json& length : list(part(task, "episode_lengths"))) {
       lengths.push_back(number(length));
     }
     const Interval interval = success_rate(task).interval;
@@ -252,15 +251,15 @@ std::string summary_csv(const DocumentList& tasks) {
   return text;
 }
 
-std::string episodes_csv(const DocumentList& tasks) {
+std::string episodes_csv(const JsonList& tasks) {
   std::string text =
       "env_id,split,memory_type,episode,seed,policy_seed,success,return,length,first_answer,"
       "first_answer_correct,observations_digest,answers_digest\n";
-  for (const Document& task : tasks) append_episodes(task, text);
+  for (const Json& task : tasks) append_episodes(task, text);
   return text;
 }
 
-std::string result_table(TableFormat format, const DocumentList& tasks) {
+std::string result_table(TableFormat format, const JsonList& tasks) {
   if (tasks.empty()) throw Error(Error::kInvalidArgument, "results without a task given");
   switch (format) {
     case TableFormat::kMarkdown:

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/base/names.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
@@ -21,10 +21,10 @@ inline constexpr std::array kTableFormatNames = {"md", "latex", "csv", "episodes
 constexpr const auto& names_of(TableFormat) { return kTableFormatNames; }
 
 // tasks: documents of one policy.
-std::string result_table(TableFormat format, const DocumentList& tasks);
+std::string result_table(TableFormat format, const JsonList& tasks);
 
 // Comma-separated values: a line per task, and a line per episode.
-std::string summary_csv(const DocumentList& tasks);
-std::string episodes_csv(const DocumentList& tasks);
+std::string summary_csv(const JsonList& tasks);
+std::string episodes_csv(const JsonList& tasks);
 
 }  // namespace engram

@@ -5,36 +5,36 @@
 namespace engram {
 namespace {
 
-constexpr std::uint64_t kMostRepeats = 1'000'000;
+constexpr std::uint64_t kMaxRepeats = 1'000'000;
 
-std::vector<bool> successes_of(const Document& task) {
+std::vector<bool> successes_of(const Json& task) {
   std::vector<bool> successes;
-  for (const Document& success : list(part(task, "successes"))) successes.push_back(truth(success));
+  for (const Json& success : list(part(task, "successes"))) successes.push_back(truth(success));
   return successes;
 }
 
-double independent_episodes(const Document& task) {
+double independent_episodes(const Json& task) {
   return effective_episodes(successes_of(task), repeats_of(task));
 }
 
 }  // namespace
 
-int repeats_of(const Document& task) {
-  const Document* repeats = find(task, "repeat");
+int repeats_of(const Json& task) {
+  const Json* repeats = find(task, "repeat");
   if (repeats == nullptr) return 1;
-  return std::max(1, static_cast<int>(whole_number(*repeats, kMostRepeats)));
+  return std::max(1, static_cast<int>(whole_number(*repeats, kMaxRepeats)));
 }
 
-SuccessRate success_rate(const Document& task) {
+SuccessRate success_rate(const Json& task) {
   const double rate = number(part(task, "sr"));
   return {rate, wilson_interval(rate, independent_episodes(task)), 1,
           static_cast<int>(list(part(task, "successes")).size())};
 }
 
-SuccessRate mean_success_rate(const DocumentList& tasks) {
+SuccessRate mean_success_rate(const JsonList& tasks) {
   SuccessRate mean;
   double independent = 0;
-  for (const Document& task : tasks) {
+  for (const Json& task : tasks) {
     const SuccessRate one = success_rate(task);
     mean.rate += one.rate;
     mean.episodes += one.episodes;
@@ -46,15 +46,15 @@ SuccessRate mean_success_rate(const DocumentList& tasks) {
   return mean;
 }
 
-std::map<std::string, SuccessRate> success_rates_by(const char* key, const DocumentList& tasks) {
-  std::map<std::string, DocumentList> groups;
-  for (const Document& task : tasks) groups[text(part(task, key))].push_back(task);
+std::map<std::string, SuccessRate> success_rates_by(const char* key, const JsonList& tasks) {
+  std::map<std::string, JsonList> groups;
+  for (const Json& task : tasks) groups[text(part(task, key))].push_back(task);
   std::map<std::string, SuccessRate> rates;
   for (const auto& [name, members] : groups) rates[name] = mean_success_rate(members);
   return rates;
 }
 
-Document to_document(const Interval& interval) { return DocumentList{interval.low, interval.high}; }
+Json to_document(const Interval& interval) { return JsonList{interval.low, interval.high}; }
 
 std::string to_text(const Interval& interval) {
   return decimal(interval.low, 2) + "-" + decimal(interval.high, 2);

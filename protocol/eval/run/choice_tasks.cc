@@ -4,12 +4,12 @@
 
 #include "core/base/join.h"
 #include "core/batch/scripted_policy.h"
-#include "core/task/choices.h"
+#include "core/task/answer_controller.h"
 
 namespace engram {
 namespace {
 
-bool has_choices(std::string_view id) { return choices_of(*make_task(id)) != nullptr; }
+bool has_choices(std::string_view id) { return answer_controller_of(*make_task(id)) != nullptr; }
 
 // Tasks with choices: families where all have, ids of the others.
 std::string tasks_with_choices() {
@@ -50,7 +50,7 @@ void require_choices(const EvaluationSettings& settings) {
   }
   for (const std::string& id : settings.tasks) {
     const std::unique_ptr<Task> task = make_task(id, settings.constants);
-    const Choices* choices = choices_of(*task);
+    const AnswerController* choices = answer_controller_of(*task);
     if (choices == nullptr) {
       throw Error(Error::kInvalidArgument,
                   id + " has no list of answers to choose from; " + tasks_with_choices() + " have");

@@ -11,7 +11,7 @@
 #include "protocol/eval/policies/choosing_policy.h"
 #include "protocol/eval/policies/scripted_actor.h"
 #include "protocol/eval/run/mean.h"
-#include "protocol/eval/run/sample_pictures.h"
+#include "protocol/eval/run/sample_images.h"
 #include "protocol/make/episodes.h"
 #include "protocol/make/rows.h"
 
@@ -33,8 +33,8 @@ static_assert(std::is_trivially_copyable_v<EpisodeResult>, "messages hold it as 
 struct ItemResult {
   double chance = 1;
   double answer_chance = 1;
-  std::uint8_t asks = 0;   // for answers
-  std::uint8_t plans = 0;  // there are subtasks
+  std::uint8_t has_answers = 0;   // for answers
+  std::uint8_t has_subtasks = 0;  // there are subtasks
   std::vector<EpisodeResult> episodes;
   std::int32_t chunk_size = 1;
   std::uint64_t unstable = 0;
@@ -45,8 +45,8 @@ struct ItemResult {
     ByteWriter out;
     out.put(chance);
     out.put(answer_chance);
-    out.put(asks);
-    out.put(plans);
+    out.put(has_answers);
+    out.put(has_subtasks);
     out.append(std::span<const EpisodeResult>(episodes));
     out.put(chunk_size);
     out.put(unstable);
@@ -60,8 +60,8 @@ struct ItemResult {
     ItemResult result;
     result.chance = in.get<double>();
     result.answer_chance = in.get<double>();
-    result.asks = in.get<std::uint8_t>();
-    result.plans = in.get<std::uint8_t>();
+    result.has_answers = in.get<std::uint8_t>();
+    result.has_subtasks = in.get<std::uint8_t>();
     result.episodes = in.values<EpisodeResult>(static_cast<std::size_t>(count));
     result.chunk_size = in.get<std::int32_t>();
     result.unstable = in.get<std::uint64_t>();
@@ -74,69 +74,69 @@ struct ItemResult {
 // Records the results of an item's episodes, and images of the task's first one.
 class EpisodeObserver {
  public:
-  EpisodeObserver(Batch& env, ItemResult& result, EpisodeActor& actor, const WorkItem& item,
+  EpisodeObserver(Batch& batch, ItemResult& result, EpisodeActor& actor, const WorkItem& item,
                   const Protocol& protocol)
-      : env_(env),
+      : batch_(batch),
         result_(result),
         actor_(actor),
         item_(item),
         protocol_(protocol),
-        done_(static_cast<std::size_t>(env.num_envs())),
+        done_(static_cast<std::size_t>(batch.num_envs())),
         samples_(protocol.samples && item.repeat == 0 && item.first_seed == protocol.start_seed) {}
 
-  void start(int slot, int episode) {
-    actor_.start(slot, label_of(episode));
-    if (samples_ && episode == 0) sample_slot_ = slot;
-    if (slot == sample_slot_) pictures_.sample(env_, slot);
-    annotator_ = Queries(env_).annotator();
-    done_[static_cast<std::size_t>(slot)] = 0;
-    note_subtasks(slot);
+  void start(int env, int episode) {
+    actor_.start(env, label_of(episode));
+    if (samples_ && episode == 0) sample_slot_ = env;
+    if (env == sample_slot_) images_.sample(batch_, env);
+    annotator_ = Queries(batch_).annotator();
+    done_[static_cast<std::size_t>(env)] = 0;
+    note_subtasks(env);
   }
   void before_step(int /*slot*/, std::span<float> /*action*/) {}
-  void after_step(int slot) {
-    if (slot == sample_slot_) pictures_.sample(env_, slot);
-    note_subtasks(slot);
+  void after_step(int env) {
+    if (env == sample_slot_) images_.sample(batch_, env);
+    note_subtasks(env);
   }
-  void finish(int slot, int episode) {
+  void finish(int env, int episode) {
     EpisodeResult& result = result_.episodes.at(static_cast<std::size_t>(episode));
-    result.success = value_of<std::uint8_t>(env_.output("success_once"), slot);
-    result.episode_return = value_of<double>(env_.output("episode_return"), slot);
-    result.length = value_of<std::int32_t>(env_.output("elapsed_steps"), slot);
-    if (result_.asks != 0) {
+    result.success = value_of<std::uint8_t>(batch_.output("success_once"), env);
+    result.episode_return = value_of<double>(batch_.output("episode_return"), env);
+    result.length = value_of<std::int32_t>(batch_.output("elapsed_steps"), env);
+    if (result_.has_answers != 0) {
       result.answer = {
-          .given = value_of<std::uint8_t>(env_.output("answered"), slot),
-          .first = value_of<std::int32_t>(env_.output("first_answer"), slot),
-          .correct = value_of<std::uint8_t>(env_.output("first_answer_correct"), slot)};
+          .given = value_of<std::uint8_t>(batch_.output("answered"), env),
+          .first = value_of<std::int32_t>(batch_.output("first_answer"), env),
+          .correct = value_of<std::uint8_t>(batch_.output("first_answer_correct"), env)};
     }
-    if (annotator_ != nullptr) result.completion = completion_of(slot, result.success != 0);
-    result.digests = actor_.digests(slot);
-    actor_.finish(slot);
-    if (slot == sample_slot_) {
-      result_.sample = pictures_.png();
+    if (annotator_ != nullptr) result.completion = completion_of(env, result.success != 0);
+    result.digests = actor_.digests(env);
+    actor_.finish(env);
+    if (env == sample_slot_) {
+      result_.sample = images_.png();
       sample_slot_ = -1;
     }
   }
 
  private:
-  void note_subtasks(int slot) {
+  void note_subtasks(int env) {
     if (annotator_ == nullptr) return;
-    int& most = done_[static_cast<std::size_t>(slot)];
-    most = std::max(most, annotator_->subtasks_done(slot));
+    int& most = done_[static_cast<std::size_t>(env)];
+    most = std::max(most, annotator_->subtasks_done(env));
   }
 
-  Completion completion_of(int slot, bool success) const {
-    const auto subtasks = static_cast<std::int32_t>(annotator_->plan(slot).size());
-    const std::int32_t done = done_[static_cast<std::size_t>(slot)];
+  Completion completion_of(int env, bool success) const {
+    const auto subtasks = static_cast<std::int32_t>(annotator_->plan(env).size());
+    const std::int32_t done = done_[static_cast<std::size_t>(env)];
     return {success ? subtasks : std::min(done, subtasks - 1), subtasks};
   }
 
   EpisodeLabel label_of(int episode) const {
     const std::uint64_t seed = item_.first_seed + static_cast<std::uint64_t>(episode);
-    return label_episode(static_cast<int>(seed - protocol_.start_seed), env_.info().id, seed,
+    return label_episode(static_cast<int>(seed - protocol_.start_seed), batch_.info().id, seed,
                          protocol_.number_key, protocol_.tell_episodes);
   }
 
-  Batch& env_;
+  Batch& batch_;
   ItemResult& result_;
   EpisodeActor& actor_;
   const WorkItem& item_;
@@ -145,7 +145,7 @@ class EpisodeObserver {
   std::vector<int> done_;                 // by each slot's episode, at most
   bool samples_;
   int sample_slot_ = -1;
-  SamplePictures pictures_;
+  SampleImages images_;
 };
 
 class ItemEvaluator {
@@ -176,28 +176,28 @@ class ItemEvaluator {
         protocol_.policy_seed + static_cast<std::uint64_t>(item.repeat);
     MakeOptions environment = protocol_.environment;
     if (!protocol_.external) environment.policy_seed = policy_seed;
-    Batch& env = workspace.batch.of(entry.id, item.count, protocol_.num_envs, environment);
+    Batch& batch = workspace.batch.of(entry.id, item.count, protocol_.num_envs, environment);
 
     ItemResult result;
-    result.chance = chance_in(env);
-    result.answer_chance = env.info().answer_chance();
-    result.asks = env.info().answer.empty() ? 0 : 1;
+    result.chance = chance_in(batch);
+    result.answer_chance = batch.info().answer_chance();
+    result.has_answers = batch.info().answer.empty() ? 0 : 1;
     result.episodes.resize(static_cast<std::size_t>(item.count));
-    const Queries queries(env);
+    const Queries queries(batch);
     const std::uint64_t unstable = queries.unstable_count();
     const std::unique_ptr<EpisodeActor> actor =
-        make_actor(env, workspace.policy.get(), policy_seed, context);
-    EpisodeObserver observer(env, result, *actor, item, protocol_);
+        make_actor(batch, workspace.policy.get(), policy_seed, context);
+    EpisodeObserver observer(batch, result, *actor, item, protocol_);
     const auto act = [&actor](std::span<float> actions, std::span<std::uint8_t> commanded) {
       actor->act(actions, commanded);
     };
-    if (!play_episodes(env, item.first_seed, item.count, context, act, observer)) {
+    if (!play_episodes(batch, item.first_seed, item.count, context, act, observer)) {
       workspace.batch.clear();
       return {};
     }
-    result.plans = queries.annotator() != nullptr ? 1 : 0;
+    result.has_subtasks = queries.annotator() != nullptr ? 1 : 0;
     result.chunk_size = actor->longest_chunk();
-    if (workspace.policy) workspace.policy->require_drained();
+    if (workspace.policy) workspace.policy->check_no_pending_reply();
     result.unstable = queries.unstable_count() - unstable;
     result.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -205,10 +205,10 @@ class ItemEvaluator {
   }
 
   // Of guessing, in actions or among the choices.
-  double chance_in(const Batch& env) const {
-    const TaskInfo& info = env.info();
+  double chance_in(const Batch& batch) const {
+    const TaskInfo& info = batch.info();
     if (!protocol_.choices) return info.chance();
-    const Queries queries(env);
+    const Queries queries(batch);
     for (std::size_t i = 0; i < info.options.size(); ++i) {
       const bool strict = info.options[i].name == kStrictOption && queries.option_values()[i] != 0;
       if (strict) return info.answer_chance();  // a wrong choice fails
@@ -218,13 +218,13 @@ class ItemEvaluator {
   }
 
   // external: the policy, or null for engram's own.
-  std::unique_ptr<EpisodeActor> make_actor(Batch& env, ExternalPolicy* external,
+  std::unique_ptr<EpisodeActor> make_actor(Batch& batch, ExternalPolicy* external,
                                            std::uint64_t policy_seed,
                                            const WorkContext& context) const {
     if (external == nullptr) {
-      return std::make_unique<ScriptedActor>(env, protocol_.policy, protocol_.latency);
+      return std::make_unique<ScriptedActor>(batch, protocol_.policy, protocol_.latency);
     }
-    return make_external_actor(env, *external, context,
+    return make_external_actor(batch, *external, context,
                                {protocol_.tell_episodes, policy_seed, protocol_.latency},
                                protocol_.choices ? protocol_.choices_stride : 0);
   }
@@ -274,15 +274,15 @@ class Evaluation final : public WorkSource {
     TaskResult& result = found->second.result;
     auto i = static_cast<std::size_t>(item.first_seed - protocol_.start_seed) +
              static_cast<std::size_t>(item.repeat) * static_cast<std::size_t>(protocol_.episodes);
-    if (part.asks != 0) result.answers.resize(result.successes.size());
-    if (part.plans != 0) result.completions.resize(result.successes.size());
+    if (part.has_answers != 0) result.answers.resize(result.successes.size());
+    if (part.has_subtasks != 0) result.completions.resize(result.successes.size());
     for (const EpisodeResult& episode : part.episodes) {
       result.successes[i] = episode.success != 0;
       result.returns[i] = episode.episode_return;
       result.lengths[i] = episode.length;
       result.digests[i] = episode.digests;
-      if (part.asks != 0) result.answers[i] = episode.answer;
-      if (part.plans != 0) result.completions[i] = episode.completion;
+      if (part.has_answers != 0) result.answers[i] = episode.answer;
+      if (part.has_subtasks != 0) result.completions[i] = episode.completion;
       ++i;
     }
     result.chance = part.chance;

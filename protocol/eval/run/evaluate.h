@@ -1,5 +1,5 @@
-// The benchmark's evaluation protocol (docs/evaluation.md): fixed seeds, one episode each, success in
-// any step.
+// The benchmark's evaluation protocol (docs/evaluation.md): fixed seeds, one episode each, success
+// in any step.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct Protocol : RunOptions {
   int num_envs = kEvaluationEnvs;  // at most, of a thread
   int threads = 0;
   std::string number_key;   // of the opaque numbers that requests have without tell_episodes
-  bool samples = false;     // pictures of each task's first episode
+  bool samples = false;     // images of each task's first episode
   MakeOptions environment;  // without num_envs, threads and auto_reset
 };
 

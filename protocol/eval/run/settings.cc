@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "protocol/io/document_checksum.h"
+#include "protocol/io/json_checksum.h"
 #include "protocol/make/control_mode_choice.h"
 #include "protocol/make/make.h"
 #include "protocol/make/perturbations_document.h"
@@ -16,8 +16,8 @@ namespace engram {
 namespace {
 
 // Variants among these tasks.
-DocumentList variants_of(const std::vector<std::string>& ids) {
-  DocumentList variants;
+JsonList variants_of(const std::vector<std::string>& ids) {
+  JsonList variants;
   for (const std::string& id : ids) {
     const RegistryEntry& entry = require_entry(id);
     if (entry.constants != nullptr) variants.push_back(to_document(variant_of(entry)));
@@ -26,34 +26,34 @@ DocumentList variants_of(const std::vector<std::string>& ids) {
 }
 
 // A sealed run has no seed before it is opened.
-void read_seeds(const Document& document, EvaluationSettings& settings) {
-  const Document& seal = part(document, "sealed");
-  if (is_null(seal)) {
+void read_seeds(const Json& document, EvaluationSettings& settings) {
+  const Json& commitment = part(document, "sealed");
+  if (is_null(commitment)) {
     settings.start_seed = whole_number(part(document, "start_seed"));
     return;
   }
-  settings.set_seal(SeedSeal::of_hash(text(part(seal, "sha256"))));
-  if (is_null(part(seal, "secret"))) return;
-  SeedSeal known(text(part(seal, "secret")));
-  if (known.hash() != settings.seal->hash()) {
+  settings.set_commitment(SeedCommitment::of_hash(text(part(commitment, "sha256"))));
+  if (is_null(part(commitment, "secret"))) return;
+  SeedCommitment known(text(part(commitment, "secret")));
+  if (known.hash() != settings.commitment->hash()) {
     throw Error(Error::kIo, "the hash is not that of the secret seed");
   }
-  settings.set_seal(std::move(known));
-  settings.opened = true;
+  settings.set_commitment(std::move(known));
+  settings.revealed = true;
 }
 
 // Values under keys that older documents do not have; without one they stay as they are.
 
-void read(const Document& document, const char* key, bool& value) {
-  if (const Document* found = find(document, key)) value = truth(*found);
+void read(const Json& document, const char* key, bool& value) {
+  if (const Json* found = find(document, key)) value = truth(*found);
 }
 
-void read(const Document& document, const char* key, std::uint64_t& value) {
-  if (const Document* found = find(document, key)) value = whole_number(*found);
+void read(const Json& document, const char* key, std::uint64_t& value) {
+  if (const Json* found = find(document, key)) value = whole_number(*found);
 }
 
-void read(const Document& document, const char* key, int low, int high, int& value) {
-  const Document* found = find(document, key);
+void read(const Json& document, const char* key, int low, int high, int& value) {
+  const Json* found = find(document, key);
   if (found == nullptr) return;
   value = static_cast<int>(whole_number(*found, static_cast<std::uint64_t>(high)));
   if (value >= low) return;
@@ -61,9 +61,9 @@ void read(const Document& document, const char* key, int low, int high, int& val
 }
 
 // Older documents have none.
-std::vector<PerturbationLevel> read_perturbations(const Document& document) {
+std::vector<PerturbationLevel> read_perturbations(const Json& document) {
   std::vector<PerturbationLevel> levels;
-  const Document* value = find(document, "perturbations");
+  const Json* value = find(document, "perturbations");
   if (value == nullptr || is_null(*value)) return levels;
   for (const auto& [axis, level] : table(*value)) {
     levels.push_back({require_axis(axis), number(level)});
@@ -72,9 +72,9 @@ std::vector<PerturbationLevel> read_perturbations(const Document& document) {
   return levels;
 }
 
-EvaluationSettings read(const Document& document) {
+EvaluationSettings read(const Json& document) {
   EvaluationSettings settings;
-  for (const Document& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
+  for (const Json& id : list(part(document, "tasks"))) settings.tasks.push_back(text(id));
   settings.episodes =
       static_cast<int>(whole_number(part(document, "n_episodes"), std::numeric_limits<int>::max()));
   read_seeds(document, settings);
@@ -102,7 +102,7 @@ EvaluationSettings read(const Document& document) {
   // end generated
   check_rounds(settings.episodes, settings.repeat);
   std::vector<TaskVariant> variants;
-  for (const Document& variant : list(part(document, "variants"))) {
+  for (const Json& variant : list(part(document, "variants"))) {
     variants.push_back(to_variant(variant, "variants"));
   }
   register_variants(variants);
@@ -110,8 +110,8 @@ EvaluationSettings read(const Document& document) {
 }
 
 // The same seeds give other results in another version.
-void require_this_version(const Document& document, const std::filesystem::path& file) {
-  const Document* found = find(document, "version");
+void require_this_version(const Json& document, const std::filesystem::path& file) {
+  const Json* found = find(document, "version");
   const std::string given = found == nullptr ? "0.1.0 or older" : text(*found);
   if (given == version()) return;
   throw Error(Error::kIo, "'" + file.string() + "' is of engram " + given +
@@ -139,24 +139,24 @@ void EvaluationSettings::set_environment(const MakeOptions& environment) {
   }
 }
 
-void EvaluationSettings::set_seal(SeedSeal seed) {
-  if (seed.knows_secret()) start_seed = seed.start_seed();
-  seal = std::move(seed);
+void EvaluationSettings::set_commitment(SeedCommitment seed) {
+  if (seed.has_secret()) start_seed = seed.start_seed();
+  commitment = std::move(seed);
 }
 
-Document EvaluationSettings::seal_document() const {
-  if (!seal) return {};
-  return DocumentTable{{"sha256", seal->hash()},
-                       {"secret", opened ? Document(seal->secret()) : Document()}};
+Json EvaluationSettings::commitment_document() const {
+  if (!commitment) return {};
+  return JsonTable{{"sha256", commitment->hash()},
+                   {"secret", revealed ? Json(commitment->secret()) : Json()}};
 }
 
-Document EvaluationSettings::document() const {
-  DocumentTable document{
+Json EvaluationSettings::document() const {
+  JsonTable document{
       {"version", version()},
-      {"tasks", DocumentList(tasks.begin(), tasks.end())},
+      {"tasks", JsonList(tasks.begin(), tasks.end())},
       {"n_episodes", episodes},
-      {"start_seed", tells_seeds() ? Document(start_seed) : Document()},
-      {"sealed", seal_document()},
+      {"start_seed", tells_seeds() ? Json(start_seed) : Json()},
+      {"sealed", commitment_document()},
       {"tell_episodes", tell_episodes},
       {"obs_mode", name_of(obs_mode)},
       {"renderer", renderer},
@@ -165,7 +165,7 @@ Document EvaluationSettings::document() const {
       {"policy", policy},
       {"policy_config", policy_config},
       {"rules", name_of(rules)},
-      {"task_options", DocumentTable(task_options.begin(), task_options.end())},
+      {"task_options", JsonTable(task_options.begin(), task_options.end())},
       {"constants", constants},
       {"perturbations", perturbations_document(perturbations)},
       {"variants", variants_of(tasks)},
@@ -181,8 +181,7 @@ Document EvaluationSettings::document() const {
   return document;
 }
 
-EvaluationSettings EvaluationSettings::of(const Document& document,
-                                          const std::filesystem::path& file) {
+EvaluationSettings EvaluationSettings::of(const Json& document, const std::filesystem::path& file) {
   EvaluationSettings settings;
   require_this_version(document, file);
   try {
@@ -196,7 +195,7 @@ EvaluationSettings EvaluationSettings::of(const Document& document,
   return settings;
 }
 
-void require_external_name(std::string_view option, std::string_view name) {
+void require_custom_name(std::string_view option, std::string_view name) {
   const auto lower = [](unsigned char letter) { return std::tolower(letter); };
   const bool own = std::ranges::any_of(names_of(Policy{}), [&](std::string_view policy) {
     return std::ranges::equal(name, policy, {}, lower, lower);
@@ -246,7 +245,7 @@ std::vector<std::string> ids_in_order(std::vector<const RegistryEntry*> tasks) {
 Protocol protocol_of(const EvaluationSettings& settings) {
   Protocol protocol;
   static_cast<RunOptions&>(protocol) = settings;
-  if (settings.seal) protocol.number_key = settings.seal->secret();
+  if (settings.commitment) protocol.number_key = settings.commitment->secret();
   MakeOptions& environment = protocol.environment;
   environment.obs_mode = settings.obs_mode;
   if (environment.obs_mode == ObsMode::kRgb) {

@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/eval/policies/seed_seal.h"
+#include "protocol/eval/policies/seed_commitment.h"
 #include "protocol/eval/run/evaluate.h"
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
@@ -31,32 +31,32 @@ struct EvaluationSettings : RunOptions {
   // Departures from the tasks' usual scenes, robot and words.
   std::vector<PerturbationLevel> perturbations;
   // end generated
-  std::string policy;            // "oracle", or the name of an external one
-  Document policy_config;        // further description in the results
-  std::optional<SeedSeal> seal;  // of a sealed run, whose start_seed follows from it
-  bool opened = false;           // documents tell the seed and the secret of a sealed run
+  std::string policy;                        // "oracle", or the name of an external one
+  Json policy_config;                        // further description in the results
+  std::optional<SeedCommitment> commitment;  // of a sealed run, whose start_seed follows from it
+  bool revealed = false;  // documents tell the seed and the secret of a sealed run
 
   // Seals the run; the seed is set if the secret is known.
-  void set_seal(SeedSeal seed);
+  void set_commitment(SeedCommitment seed);
   // True if documents tell the seeds.
-  bool tells_seeds() const { return !seal || opened; }
+  bool tells_seeds() const { return !commitment || revealed; }
 
   // Takes over observations, renderer, control mode, rules, task options and constants. The tasks
   // have to be known: without a control mode, it is their own. Throws Error (kInvalidArgument) if
   // theirs differ.
   void set_environment(const MakeOptions& environment);
 
-  Document document() const;
+  Json document() const;
   // {sha256, secret} of a sealed run, null for others. The secret is null until it is opened.
-  Document seal_document() const;
+  Json commitment_document() const;
   // Registers the variants that it is about. Throws Error (kIo) if the document is not one of
   // settings, or one of another version.
-  static EvaluationSettings of(const Document& document, const std::filesystem::path& file);
+  static EvaluationSettings of(const Json& document, const std::filesystem::path& file);
 };
 
 // Throws Error (kInvalidArgument) if results would take an external policy of that name for one of
 // engram's own. `option`: what gave the name, for the message.
-void require_external_name(std::string_view option, std::string_view name);
+void require_custom_name(std::string_view option, std::string_view name);
 
 // Throws Error (kInvalidArgument) if all rounds together are more episodes than an int can count.
 void check_rounds(int episodes, int repeat);

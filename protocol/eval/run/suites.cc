@@ -32,14 +32,14 @@ const Suite& require_suite(std::string_view option, std::string_view name) {
                                            "' given, " + suite_names() + " allowed");
 }
 
-Document suites_document() {
-  DocumentTable all;
+Json suites_document() {
+  JsonTable all;
   for (const Suite& suite : kSuites) {
-    DocumentList ids;
+    JsonList ids;
     for (const std::string_view id : suite.ids) ids.emplace_back(std::string(id));
-    all.emplace_back(suite.name, DocumentTable{{"ids", std::move(ids)},
-                                               {"episodes", suite.episodes},
-                                               {"seed", kBenchmarkSeed}});
+    all.emplace_back(
+        suite.name,
+        JsonTable{{"ids", std::move(ids)}, {"episodes", suite.episodes}, {"seed", kBenchmarkSeed}});
   }
   return all;
 }

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/io/document.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
@@ -21,6 +21,6 @@ const Suite& require_suite(std::string_view option, std::string_view name);
 // The names, for messages and help: "mikasa5|...".
 std::string suite_names();
 // {name: {ids, episodes, seed}}.
-Document suites_document();
+Json suites_document();
 
 }  // namespace engram

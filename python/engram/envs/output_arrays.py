@@ -42,7 +42,7 @@ class OutputArrays:
             array = self._turns[0][name]
             return lambda: array
         pair = [turn[name] for turn in self._turns]
-        return lambda: pair[self._batch.output_turn]
+        return lambda: pair[self._batch.output_buffer]
 
     def observation(
         self, layout: Layout, whole: Any, exported: Callable[[Any], Callable[[], Any]]

@@ -137,7 +137,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         observe_time: Objects modes: elapsed time in observations, as a share of the horizon.
         rules: Rule set of the task: the default of every task option; task_options win. "reference"
             or "original".
-        render_shadows: Soft shadows in pictures of render_camera; the original benchmark has none.
+        render_shadows: Soft shadows in images of render_camera; the original benchmark has none.
         joint_proprio: Proprio has the arm's seven joint angles and the gripper's opening, instead
             of the TCP's pose and the opening.
         terminate_on_failure: End of episodes at failure, where the task's rule has it; off, with

@@ -47,7 +47,7 @@ class Host {
 };
 
 struct Played {
-  test::Bytes bytes;  // everything shown and remembered, pictures too
+  test::Bytes bytes;  // everything shown and remembered, images too
   std::string text;
   int changed = 0;
 };
@@ -67,34 +67,34 @@ Played play(const std::string& id, unsigned when_made, unsigned later) {
   options.chunk = 1;
   options.obs_mode = ObsMode::kRgb;
   options.auto_reset = AutoReset::kSameStep;
-  std::unique_ptr<Batch> env;
+  std::unique_ptr<Batch> batch;
   Host maker(when_made);
-  maker.run([&] { env = make(id, options); });
+  maker.run([&] { batch = make(id, options); });
 
   Host host(later);
   const auto note = [&] {
-    append<std::byte>(played.bytes, test::batch_bytes(*env));
-    append(played.bytes, env->images().rgb);
+    append<std::byte>(played.bytes, test::batch_bytes(*batch));
+    append(played.bytes, batch->images().rgb);
   };
-  std::vector<float> actions = test::zeros(*env);
+  std::vector<float> actions = test::zeros(*batch);
   const auto play_on = [&](Policy policy) {
-    host.run([&] { ScriptedPolicy(*env, policy).act(actions); });
-    host.run([&] { env->step(actions); });
+    host.run([&] { ScriptedPolicy(*batch, policy).act(actions); });
+    host.run([&] { batch->step(actions); });
     note();
   };
-  host.run([&] { env->reset(); });
+  host.run([&] { batch->reset(); });
   note();
   for (int i = 0; i < 4; ++i) play_on(i % 2 == 0 ? Policy::kRandom : Policy::kOracle);
   test::Bytes saved;
-  host.run([&] { saved = Snapshotter(*env).save(); });
+  host.run([&] { saved = Snapshotter(*batch).save(); });
   for (int i = 0; i < 3; ++i) play_on(Policy::kRandom);
-  host.run([&] { Snapshotter(*env).restore(saved); });
+  host.run([&] { Snapshotter(*batch).restore(saved); });
   note();
   play_on(Policy::kOracle);
-  std::vector<std::uint8_t> picture(std::size_t{3} * 48 * 48);
-  host.run([&] { SceneRenderer(*env).render(0, "render_camera", 48, 48, picture); });
-  append<std::uint8_t>(played.bytes, picture);
-  host.run([&] { played.text = Queries(*env).document() + Queries(*env).instruction(0); });
+  std::vector<std::uint8_t> image(std::size_t{3} * 48 * 48);
+  host.run([&] { SceneRenderer(*batch).render(0, "render_camera", 48, 48, image); });
+  append<std::uint8_t>(played.bytes, image);
+  host.run([&] { played.text = Queries(*batch).document() + Queries(*batch).instruction(0); });
   played.changed = maker.changed() + host.changed();
   return played;
 }

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 // Files that look like a machine's.
 struct Machine {
-  tests::TemporaryFolder folder;
+  test::TemporaryFolder folder;
 
   void write(const std::string& path, const std::string& text) const {
     const fs::path file = fs::path(root()) / path;

@@ -9,7 +9,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 // The exit code of the program in a folder with a module `json` of its own, which writes a file.
@@ -31,4 +31,4 @@ TEST_CASE("python_program: nothing is imported from the current folder", "[base]
   CHECK(std::filesystem::exists(folder.path() / "ran"));
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -32,20 +32,20 @@ void write(TemporaryFile& file, std::string_view text) {
 }
 
 TEST_CASE("A temporary file gets its name with all its bytes, or none", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path path = folder.path() / "file";
   {
     TemporaryFile file(path.string());
     write(file, "half");
     CHECK_FALSE(fs::exists(path));
-    CHECK(tests::read_file(file.open_name()) == "half");
+    CHECK(test::read_file(file.open_name()) == "half");
   }
   CHECK(fs::is_empty(folder.path()));
   TemporaryFile file(path.string());
   write(file, "whole");
   file.keep();
   CHECK(names_of(folder.path()) == std::vector<std::string>{"file"});
-  CHECK(tests::read_file(path) == "whole");
+  CHECK(test::read_file(path) == "whole");
   struct stat status {};
   REQUIRE(::stat(path.c_str(), &status) == 0);
   const mode_t mask = ::umask(0);
@@ -54,20 +54,20 @@ TEST_CASE("A temporary file gets its name with all its bytes, or none", "[files]
 }
 
 TEST_CASE("A link that has the file's name is replaced, not followed", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path other = folder.path() / "other";
   std::ofstream(other) << "precious";
   fs::create_symlink(other, folder.path() / "file");
   TemporaryFile file((folder.path() / "file").string());
   write(file, "mine");
   file.keep();
-  CHECK(tests::read_file(other) == "precious");
+  CHECK(test::read_file(other) == "precious");
   CHECK_FALSE(fs::is_symlink(folder.path() / "file"));
-  CHECK(tests::read_file(folder.path() / "file") == "mine");
+  CHECK(test::read_file(folder.path() / "file") == "mine");
 }
 
 TEST_CASE("The name of the open file leads to it, whoever has its temporary name", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path other = folder.path() / "other";
   std::ofstream(other) << "precious";
   const TemporaryFile file((folder.path() / "file").string());
@@ -77,11 +77,11 @@ TEST_CASE("The name of the open file leads to it, whoever has its temporary name
     fs::create_symlink(other, folder.path() / name);
   }
   std::ofstream(file.open_name()) << "mine";
-  CHECK(tests::read_file(other) == "precious");
+  CHECK(test::read_file(other) == "precious");
 }
 
 TEST_CASE("Two names of temporary files are never the same", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "file").string();
   const TemporaryFile one(path);
   const TemporaryFile other(path);
@@ -89,7 +89,7 @@ TEST_CASE("Two names of temporary files are never the same", "[files]") {
 }
 
 TEST_CASE("What a killed process has left goes, what a living one writes stays", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path path = folder.path() / "film.mp4";
   const pid_t killed = ::fork();
   if (killed == 0) {
@@ -112,8 +112,8 @@ TEST_CASE("What a killed process has left goes, what a living one writes stays",
 }
 
 TEST_CASE("Only what engram has made is removed", "[files]") {
-  const tests::TemporaryFolder folder;
-  const tests::TemporaryFolder elsewhere;
+  const test::TemporaryFolder folder;
+  const test::TemporaryFolder elsewhere;
   std::ofstream(elsewhere.path() / "a.7.engram-tmp") << "not in the folder";
   fs::create_symlink(elsewhere.path() / "a.7.engram-tmp", folder.path() / "link.1.engram-tmp");
   fs::create_directory(folder.path() / "folder.2.engram-tmp");

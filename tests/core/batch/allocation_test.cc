@@ -26,17 +26,17 @@ void* counted(size_t size) {
 
 // Allocations of operator new and of MuJoCo in a loop of steps that the oracle takes, pressing
 // down at the end so that there are contacts.
-std::int64_t allocations_in_steps(Batch& env, int steps) {
-  std::vector<float> actions = test::zeros(env);
+std::int64_t allocations_in_steps(Batch& batch, int steps) {
+  std::vector<float> actions = test::zeros(batch);
   const std::int64_t before = test::allocation_count();
   mujoco_allocations = 0;
   mju_user_malloc = counted;
   for (int i = 0; i < steps; ++i) {
-    ScriptedPolicy(env, Policy::kOracle).act(actions);
+    ScriptedPolicy(batch, Policy::kOracle).act(actions);
     for (std::size_t k = 2; k < actions.size(); k += 7) {
       if (i % 25 > 16) actions[k] = -0.5F;
     }
-    env.step(actions);
+    batch.step(actions);
   }
   mju_user_malloc = nullptr;
   return test::allocation_count() - before + mujoco_allocations;
@@ -49,10 +49,10 @@ TEST_CASE("Steps do not allocate", "[allocation]") {
   options.sleep = GENERATE(true, false);
   options.auto_reset = GENERATE(AutoReset::kNextStep, AutoReset::kSameStep);
   for (const char* id : {"RememberColor3-VLA-v0", "RememberColor9-VLA-v0"}) {
-    const auto env = make_env(id, options);
-    env->reset();
-    CHECK(allocations_in_steps(*env, 60) == 0);  // over two automatic resets
-    CHECK(env->state().episode[0] >= 2);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    CHECK(allocations_in_steps(*batch, 60) == 0);  // over two automatic resets
+    CHECK(batch->state().episode[0] >= 2);
   }
 }
 
@@ -62,15 +62,15 @@ TEST_CASE("No task allocates in steps, automatic resets and policies", "[allocat
     BatchOptions options;
     options.num_envs = 2;
     options.substeps = 0;
-    const auto env = make_env(id, options);
-    env->reset();
-    std::vector<float> actions = test::zeros(*env);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    std::vector<float> actions = test::zeros(*batch);
     const std::int64_t before = test::allocation_count();
-    while (env->state().episode[0] < 2) {
+    while (batch->state().episode[0] < 2) {
       for (const Policy policy : {Policy::kRandom, Policy::kBlind, Policy::kOracle}) {
-        ScriptedPolicy(*env, policy).act(actions);
+        ScriptedPolicy(*batch, policy).act(actions);
       }
-      env->step(actions);
+      batch->step(actions);
     }
     const std::int64_t allocated = test::allocation_count() - before;
     INFO(id);
@@ -91,13 +91,13 @@ TEST_CASE("Steps in every control mode do not allocate", "[allocation]") {
     BatchOptions options;
     options.num_envs = 2;
     options.control_mode = static_cast<ControlMode>(mode);
-    const auto env = make_env("RememberColor3-VLA-v0", options);
-    env->reset();
-    std::vector<float> actions = test::zeros(*env);
+    const auto batch = make_env("RememberColor3-VLA-v0", options);
+    batch->reset();
+    std::vector<float> actions = test::zeros(*batch);
     const std::int64_t before = test::allocation_count();
     for (int i = 0; i < 30; ++i) {
-      ScriptedPolicy(*env, Policy::kRandom).act(actions);
-      env->step(actions);
+      ScriptedPolicy(*batch, Policy::kRandom).act(actions);
+      batch->step(actions);
     }
     const std::int64_t allocated = test::allocation_count() - before;
     INFO(name_of(*options.control_mode));

@@ -299,16 +299,16 @@ TEST_CASE("Outputs are written to arrays of the user's, in turns") {
   };
   group->write_to(targets(0), targets(1));
   group->reset();
-  CHECK(group->turn() == 0);
+  CHECK(group->output_buffer() == 0);
   std::vector<float> actions = zeros(*group);
   for (int step = 0; step < 6; ++step) {
     act(*group, Policy::kRandom, actions);
-    const std::vector<float> last = rows[static_cast<std::size_t>(group->turn())];
-    const int turn = group->turn();
+    const std::vector<float> last = rows[static_cast<std::size_t>(group->output_buffer())];
+    const int output_buffer = group->output_buffer();
     group->step(actions);
-    CHECK(group->turn() == 1 - turn);
-    CHECK(rows[static_cast<std::size_t>(turn)] == last);  // still readable
-    const auto now = static_cast<std::size_t>(group->turn());
+    CHECK(group->output_buffer() == 1 - output_buffer);
+    CHECK(rows[static_cast<std::size_t>(output_buffer)] == last);  // still readable
+    const auto now = static_cast<std::size_t>(group->output_buffer());
     const OutputArray& own = *find_array(group->outputs(), "observation");
     CHECK(std::memcmp(rows[now].data(), own.data, count * own.row_bytes()) == 0);
     CHECK(std::memcmp(rewards[now].data(), find_array(group->outputs(), "reward")->data,

@@ -35,9 +35,9 @@ ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
 TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
   BatchOptions options;
   options.robot_init_qpos_noise = 0;
-  const auto env = make_env(kId, options);
-  env->reset();
-  const auto proprio = env->proprio();
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  const auto proprio = batch->proprio();
   REQUIRE(proprio.size() == 7);
   CHECK(proprio[0] == Approx(-0.070696).margin(1e-6));
   CHECK(proprio[1] == Approx(0).margin(1e-6));
@@ -51,16 +51,16 @@ TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
 TEST_CASE("joint_proprio shows the arm's angles and the gripper's opening", "[batch]") {
   BatchOptions options;
   options.joint_proprio = true;
-  const auto env = make_env("RememberColor3-VLA-v0", options);
-  env->reset();
-  CHECK(env->proprio_dim() == 8);
+  const auto batch = make_env("RememberColor3-VLA-v0", options);
+  batch->reset();
+  CHECK(batch->proprio_dim() == 8);
   for (int step = 0; step < 3; ++step) {
-    const auto proprio = env->proprio();
+    const auto proprio = batch->proprio();
     REQUIRE(proprio.size() == 8);
-    const double* qpos = env->state().qpos.row(0);
+    const double* qpos = batch->state().qpos.row(0);
     for (std::size_t i = 0; i < 7; ++i) CHECK(proprio[i] == static_cast<float>(qpos[i]));
     CHECK(proprio[7] == static_cast<float>(qpos[7] + qpos[8]));
-    env->step(std::vector<float>{0.5F, 0.5F, -0.5F, 0, 0, 0, -1});
+    batch->step(std::vector<float>{0.5F, 0.5F, -0.5F, 0, 0, 0, -1});
   }
 }
 
@@ -70,19 +70,19 @@ TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[batch]")
     options.robot_init_qpos_noise = 0;
     options.rotation_sign = sign;
     options.freeze_cue = false;
-    const auto env = make_env(kId, options);
-    env->reset();
-    env->step(std::vector<float>{0, 0, 0, 0, 0, 1, 0});
-    CHECK(sign * static_cast<double>(env->proprio()[5]) == Approx(0.04).margin(0.006));
+    const auto batch = make_env(kId, options);
+    batch->reset();
+    batch->step(std::vector<float>{0, 0, 0, 0, 0, 1, 0});
+    CHECK(sign * static_cast<double>(batch->proprio()[5]) == Approx(0.04).margin(0.006));
   }
 }
 
 TEST_CASE("State fields name the parts of the state observation", "[batch]") {
-  const auto env = make_env(kId);
-  env->reset();
+  const auto batch = make_env(kId);
+  batch->reset();
   int offset = 0;
   std::vector<std::string> names;
-  for (const Field& field : env->state_fields()) {
+  for (const Field& field : batch->state_fields()) {
     if (field.name == "tcp_pose") CHECK(offset == 18);
     if (field.name == "oracle_info") CHECK(offset == 25);
     if (field.name == "goal_0_pose") CHECK(offset == 26);
@@ -91,24 +91,24 @@ TEST_CASE("State fields name the parts of the state observation", "[batch]") {
   }
   CHECK(names == std::vector<std::string>{"qpos", "qvel", "tcp_pose", "oracle_info", "goal_0_pose",
                                           "goal_1_pose", "goal_2_pose"});
-  CHECK(offset == env->state_dim());
-  CHECK(env->observation().size() == static_cast<std::size_t>(offset));
+  CHECK(offset == batch->state_dim());
+  CHECK(batch->observation().size() == static_cast<std::size_t>(offset));
   for (int i = 0; i < 9; ++i) {
-    CHECK(env->observation()[static_cast<std::size_t>(i)] ==
-          static_cast<float>(env->state().qpos.row(0)[i]));
+    CHECK(batch->observation()[static_cast<std::size_t>(i)] ==
+          static_cast<float>(batch->state().qpos.row(0)[i]));
   }
-  CHECK(env->observation()[18] == static_cast<float>(env->state().tcp_pos.row(0)[0]));
-  CHECK(env->observation()[21] == static_cast<float>(env->state().tcp_quat.row(0)[0]));
+  CHECK(batch->observation()[18] == static_cast<float>(batch->state().tcp_pos.row(0)[0]));
+  CHECK(batch->observation()[21] == static_cast<float>(batch->state().tcp_quat.row(0)[0]));
 }
 
 TEST_CASE("Target modes add the controller state after qvel", "[batch]") {
   BatchOptions options;
   options.control_mode = ControlMode::kPdJointTargetDeltaPos;
-  const auto env = make_env(kId, options);
-  env->reset();
-  CHECK(env->state_dim() == 35 + 7);
-  CHECK(env->state_fields()[2].name == "target_qpos");
-  CHECK(env->observation()[18] == env->observation()[0]);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  CHECK(batch->state_dim() == 35 + 7);
+  CHECK(batch->state_fields()[2].name == "target_qpos");
+  CHECK(batch->observation()[18] == batch->observation()[0]);
   options.control_mode = ControlMode::kPdEeTargetDeltaPose;
   const auto pose = make_env(kId, options);
   pose->reset();
@@ -125,9 +125,9 @@ TEST_CASE("Observation modes choose what is written", "[batch]") {
   const auto dict = make_env(kId, options);
   options.obs_mode = ObsMode::kNone;
   const auto none = make_env(kId, options);
-  for (Batch* env : {state.get(), dict.get(), none.get()}) {
-    env->reset();
-    step(*env, Policy::kRandom);
+  for (Batch* batch : {state.get(), dict.get(), none.get()}) {
+    batch->reset();
+    step(*batch, Policy::kRandom);
   }
   CHECK(none->observation().empty());
   CHECK(state->observation().size() == 35);
@@ -139,14 +139,14 @@ TEST_CASE("Observation modes choose what is written", "[batch]") {
 TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[batch]") {
   BatchOptions options;
   options.num_envs = 2000;
-  const auto env = make_env(kId, options);
-  env->reset();
+  const auto batch = make_env(kId, options);
+  batch->reset();
   const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4};
   for (int joint = 0; joint < kArmJoints; ++joint) {
     double sum = 0;
     double squares = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      const double noise = env->state().qpos.row(i)[joint] - start[joint];
+      const double noise = batch->state().qpos.row(i)[joint] - start[joint];
       sum += noise;
       squares += noise * noise;
     }
@@ -154,8 +154,8 @@ TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[bat
     CHECK(std::sqrt(squares / options.num_envs) == Approx(0.02).epsilon(0.1));
   }
   for (int i = 0; i < options.num_envs; ++i) {
-    REQUIRE(env->state().qpos.row(i)[7] == 0.04);
-    REQUIRE(env->state().qpos.row(i)[8] == 0.04);
+    REQUIRE(batch->state().qpos.row(i)[7] == 0.04);
+    REQUIRE(batch->state().qpos.row(i)[8] == 0.04);
   }
 }
 
@@ -163,76 +163,76 @@ TEST_CASE("Environment i has the seed of the batch plus i", "[batch]") {
   BatchOptions options;
   options.num_envs = 3;
   options.seed = 4242424242;
-  const auto env = make_env(kId, options);
-  env->reset();
+  const auto batch = make_env(kId, options);
+  batch->reset();
   for (int i = 0; i < 3; ++i) {
-    CHECK(env->state().seed[i] == 4242424242u + static_cast<unsigned>(i));
+    CHECK(batch->state().seed[i] == 4242424242u + static_cast<unsigned>(i));
   }
 }
 
 TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[batch]") {
   BatchOptions options;
   options.num_envs = 2;
-  const auto env = make_env(kId, options);
-  env->reset();
-  const auto first = batch_bytes(*env);
-  env->reset();
-  const auto second = batch_bytes(*env);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  const auto first = batch_bytes(*batch);
+  batch->reset();
+  const auto second = batch_bytes(*batch);
   CHECK(first != second);
-  CHECK(env->state().episode[1] == 1);
+  CHECK(batch->state().episode[1] == 1);
   const std::uint64_t seeds[] = {0, 1};
-  env->reset(with_seeds(seeds));
-  CHECK(batch_bytes(*env) == first);
-  env->reset();
-  CHECK(batch_bytes(*env) == second);
+  batch->reset(with_seeds(seeds));
+  CHECK(batch_bytes(*batch) == first);
+  batch->reset();
+  CHECK(batch_bytes(*batch) == second);
 }
 
 TEST_CASE("Every environment can be given a seed of its own", "[batch]") {
   BatchOptions options;
   options.num_envs = 3;
-  const auto env = make_env(kId, options);
+  const auto batch = make_env(kId, options);
   const std::uint64_t seeds[] = {77, 5, 77};
-  env->reset(with_seeds(seeds));
+  batch->reset(with_seeds(seeds));
   options.num_envs = 1;
   options.seed = 77;
   const auto single = make_env(kId, options);
   single->reset();
-  CHECK(env_bytes(*env, 0) == env_bytes(*single, 0));
-  CHECK(env_bytes(*env, 2) == env_bytes(*single, 0));
-  CHECK(env_bytes(*env, 1) != env_bytes(*single, 0));
+  CHECK(env_bytes(*batch, 0) == env_bytes(*single, 0));
+  CHECK(env_bytes(*batch, 2) == env_bytes(*single, 0));
+  CHECK(env_bytes(*batch, 1) != env_bytes(*single, 0));
 }
 
 TEST_CASE("A reset by mask leaves all other environments byte for byte", "[batch]") {
   BatchOptions options;
   options.num_envs = 6;
-  const auto env = make_env(kId, options);
-  env->reset();
-  for (int i = 0; i < 12; ++i) step(*env, Policy::kOracle);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  for (int i = 0; i < 12; ++i) step(*batch, Policy::kOracle);
   std::vector<test::Bytes> before;
   before.reserve(6);
-  for (int i = 0; i < 6; ++i) before.push_back(env_bytes(*env, i));
+  for (int i = 0; i < 6; ++i) before.push_back(env_bytes(*batch, i));
   const std::uint8_t mask[] = {0, 1, 0, 0, 1, 0};
   const std::uint64_t seeds[] = {9, 9, 9, 9, 4, 9};
-  env->reset({.mask = mask, .seeds = seeds, .pins = nullptr});
+  batch->reset({.mask = mask, .seeds = seeds, .pins = nullptr});
   for (int i = 0; i < 6; ++i) {
     INFO("environment " << i);
-    CHECK((env_bytes(*env, i) == before[static_cast<std::size_t>(i)]) ==
+    CHECK((env_bytes(*batch, i) == before[static_cast<std::size_t>(i)]) ==
           (mask[static_cast<std::size_t>(i)] == 0));
   }
-  CHECK(env->state().seed[1] == 9);
-  CHECK(env->state().seed[4] == 4);
-  CHECK(env->state().elapsed[1] == 0);
-  CHECK(env->state().elapsed[0] == 12);
+  CHECK(batch->state().seed[1] == 9);
+  CHECK(batch->state().seed[4] == 4);
+  CHECK(batch->state().elapsed[1] == 0);
+  CHECK(batch->state().elapsed[0] == 12);
 }
 
 TEST_CASE("The first reset must reset all environments", "[batch]") {
   BatchOptions options;
   options.num_envs = 2;
-  const auto env = make_env(kId, options);
+  const auto batch = make_env(kId, options);
   const std::uint8_t mask[] = {1, 0};
-  CHECK_THROWS_WITH(env->reset({.mask = mask, .seeds = {}, .pins = nullptr}),
+  CHECK_THROWS_WITH(batch->reset({.mask = mask, .seeds = {}, .pins = nullptr}),
                     Catch::Contains("environment 1 masked out"));
-  CHECK_THROWS_AS(env->step(zeros(*env)), Error);
+  CHECK_THROWS_AS(batch->step(zeros(*batch)), Error);
 }
 
 TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[batch]") {
@@ -240,22 +240,22 @@ TEST_CASE("The zero policy writes zeros and the random one stays within bounds",
     BatchOptions options;
     options.num_envs = 4;
     options.control_mode = static_cast<ControlMode>(mode);
-    const auto env = make_env(kId, options);
-    env->reset();
-    CHECK(test::act(*env, Policy::kZero) == zeros(*env));
+    const auto batch = make_env(kId, options);
+    batch->reset();
+    CHECK(test::act(*batch, Policy::kZero) == zeros(*batch));
     std::set<float> distinct;
     for (int i = 0; i < 10; ++i) {
-      const std::vector<float> actions = test::act(*env, Policy::kRandom);
+      const std::vector<float> actions = test::act(*batch, Policy::kRandom);
       for (std::size_t k = 0; k < actions.size(); ++k) {
-        const std::size_t c = k % static_cast<std::size_t>(env->action_dim());
-        REQUIRE(actions[k] >= env->action_space().low[c]);
-        REQUIRE(actions[k] <= env->action_space().high[c]);
+        const std::size_t c = k % static_cast<std::size_t>(batch->action_dim());
+        REQUIRE(actions[k] >= batch->action_space().low[c]);
+        REQUIRE(actions[k] <= batch->action_space().high[c]);
         distinct.insert(actions[k]);
       }
-      env->step(actions);
+      batch->step(actions);
     }
     CHECK(distinct.size() > 100);
-    CHECK(Queries(*env).unstable_count() == 0);
+    CHECK(Queries(*batch).unstable_count() == 0);
   }
 }
 
@@ -286,7 +286,7 @@ TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
   options.rotation_sign = 1;
   const auto positive = make_env(kId, options);
   double turned = 0;
-  for (Batch* env : {upstream.get(), positive.get()}) env->reset();
+  for (Batch* batch : {upstream.get(), positive.get()}) batch->reset();
   for (int i = 0; i < 20; ++i) {
     const std::vector<float> a = test::act(*upstream, Policy::kOracle);
     const std::vector<float> b = test::act(*positive, Policy::kOracle);
@@ -303,20 +303,20 @@ TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
 }
 
 TEST_CASE("Outputs are found by name", "[batch]") {
-  const auto env = make_env(kId);
-  env->reset();
+  const auto batch = make_env(kId);
+  batch->reset();
   for (const char* name :
        {"observation", "proprio", "reward", "terminated", "truncated", "unstable", "elapsed_steps",
         "success", "success_once", "episode_return", "oracle_info", "obj_to_goal_pos",
         "is_obj_placed", "is_robot_static", "reward_dict"}) {
-    CHECK(env->output(name).field->name == name);
-    CHECK(env->final_output(name).field->name == name);
+    CHECK(batch->output(name).field->name == name);
+    CHECK(batch->final_output(name).field->name == name);
   }
-  CHECK_THROWS_WITH(env->output("rewards"),
+  CHECK_THROWS_WITH(batch->output("rewards"),
                     Catch::Contains("no output named 'rewards'") && Catch::Contains("proprio"));
-  CHECK(Queries(*env).instruction(0) == env->info().instruction);
-  CHECK_THROWS_AS(Queries(*env).instruction(1), Error);
-  CHECK_THROWS_AS(Queries(*env).instruction(-1), Error);
+  CHECK(Queries(*batch).instruction(0) == batch->info().instruction);
+  CHECK_THROWS_AS(Queries(*batch).instruction(1), Error);
+  CHECK_THROWS_AS(Queries(*batch).instruction(-1), Error);
 }
 
 TEST_CASE("An additional environment costs a few kilobytes", "[batch]") {
@@ -331,38 +331,38 @@ TEST_CASE("A step without a new command keeps the drives' targets", "[batch]") {
     options.control_mode = static_cast<ControlMode>(i);
     options.freeze_cue = false;
     options.auto_reset = AutoReset::kOff;
-    const auto env = make_env(kId, options);
-    CHECK_THROWS_WITH(env->step_no_action(), Catch::Contains("reset first"));
-    env->reset();
+    const auto batch = make_env(kId, options);
+    CHECK_THROWS_WITH(batch->step_no_action(), Catch::Contains("reset first"));
+    batch->reset();
     INFO(name_of(*options.control_mode));
     // Before the first command, the robot stays in its start pose.
-    const std::vector<double> start(env->state().qpos.row(1), env->state().qpos.row(1) + 9);
-    for (int k = 0; k < 3; ++k) env->step_no_action();
+    const std::vector<double> start(batch->state().qpos.row(1), batch->state().qpos.row(1) + 9);
+    for (int k = 0; k < 3; ++k) batch->step_no_action();
     for (std::size_t k = 0; k < start.size(); ++k) {
-      CHECK(env->state().qpos.row(1)[k] == Approx(start[k]).margin(1e-4));
+      CHECK(batch->state().qpos.row(1)[k] == Approx(start[k]).margin(1e-4));
     }
-    CHECK(env->state().elapsed[1] == 3);
+    CHECK(batch->state().elapsed[1] == 3);
 
     std::vector<float> actions;
-    test::act(*env, Policy::kRandom).swap(actions);
-    env->step(actions);
-    const std::vector<double> target(env->state().target_qpos.row(1),
-                                     env->state().target_qpos.row(1) + 9);
+    test::act(*batch, Policy::kRandom).swap(actions);
+    batch->step(actions);
+    const std::vector<double> target(batch->state().target_qpos.row(1),
+                                     batch->state().target_qpos.row(1) + 9);
     std::vector<double> far(9);
     for (std::size_t k = 0; k < far.size(); ++k) {
-      far[k] = std::abs(env->state().qpos.row(1)[k] - target[k]);
+      far[k] = std::abs(batch->state().qpos.row(1)[k] - target[k]);
     }
-    for (int k = 0; k < 8; ++k) env->step_no_action();
+    for (int k = 0; k < 8; ++k) batch->step_no_action();
     for (std::size_t k = 0; k < target.size(); ++k) {
-      CHECK(env->state().target_qpos.row(1)[k] == target[k]);
+      CHECK(batch->state().target_qpos.row(1)[k] == target[k]);
       const bool moves_on = options.control_mode == ControlMode::kPdJointVel && k < 7;
       const bool pushed = options.control_mode == ControlMode::kPdJointPosVel ||
                           options.control_mode == ControlMode::kPdJointDeltaPosVel;
       if (moves_on || pushed) continue;
       // Farther on the way: a tenth of the way is left, or the joint was there already.
-      CHECK(std::abs(env->state().qpos.row(1)[k] - target[k]) <= 0.5 * far[k] + 2e-3);
+      CHECK(std::abs(batch->state().qpos.row(1)[k] - target[k]) <= 0.5 * far[k] + 2e-3);
     }
-    CHECK(env->state().elapsed[1] == 12);
+    CHECK(batch->state().elapsed[1] == 12);
   }
 }
 
@@ -394,7 +394,7 @@ TEST_CASE("Environments without a new command step beside others", "[batch]") {
   const auto left = make_env(kId, options);
   const auto mixed = make_env(kId, options);
   const std::vector<std::uint8_t> commanded = {1, 0, 0, 1, 1, 0};
-  for (const auto* env : {&moved, &left, &mixed}) (*env)->reset();
+  for (const auto* batch : {&moved, &left, &mixed}) (*batch)->reset();
   for (int k = 0; k < 4; ++k) {
     const std::vector<float> actions = test::act(*mixed, Policy::kRandom);
     moved->step(actions);

@@ -18,17 +18,17 @@ using test::make_env;
 using History = std::vector<std::vector<Bytes>>;
 
 History play(const std::string& id, const BatchOptions& options, Policy policy, int steps) {
-  const auto env = make_env(id, options);
-  env->reset();
+  const auto batch = make_env(id, options);
+  batch->reset();
   History history(static_cast<std::size_t>(options.num_envs));
   const auto note = [&] {
     for (int i = 0; i < options.num_envs; ++i) {
-      history[static_cast<std::size_t>(i)].push_back(test::env_bytes(*env, i));
+      history[static_cast<std::size_t>(i)].push_back(test::env_bytes(*batch, i));
     }
   };
   note();
   for (int i = 0; i < steps; ++i) {
-    test::step(*env, policy);
+    test::step(*batch, policy);
     note();
   }
   return history;

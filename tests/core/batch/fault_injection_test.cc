@@ -24,15 +24,15 @@ constexpr double kValues[] = {std::numeric_limits<double>::quiet_NaN(),
 constexpr int kEnvs = 3;
 
 // Which of the numbers that policies and learners see of an environment is not finite, or "".
-std::string not_finite(const Batch& env, int index) {
+std::string not_finite(const Batch& batch, int index) {
   for (const char* name : {"observation", "proprio", "reward"}) {
-    const ColumnView column = env.output(name);
+    const ColumnView column = batch.output(name);
     const auto* values = test::row<float>(column, index);
     const bool finite = std::all_of(values, values + column.field->width,
                                     [](float value) { return std::isfinite(value); });
     if (!finite) return name;
   }
-  const bool finite = std::isfinite(*test::row<double>(env.output("episode_return"), index));
+  const bool finite = std::isfinite(*test::row<double>(batch.output("episode_return"), index));
   return finite ? "" : "episode_return";
 }
 
@@ -53,12 +53,12 @@ struct Place {
   }
 };
 
-Place any_place(const Batch& env, RandomStream& random, bool physical) {
+Place any_place(const Batch& batch, RandomStream& random, bool physical) {
   static const std::vector<std::string> columns = {"qpos", "qvel", "prop_pos", "prop_quat",
                                                    "prop_qvel"};
   while (true) {
-    const auto last = static_cast<int>(env.memory().size()) - 1;
-    const ColumnView column = env.memory()[static_cast<std::size_t>(random.integer(0, last))];
+    const auto last = static_cast<int>(batch.memory().size()) - 1;
+    const ColumnView column = batch.memory()[static_cast<std::size_t>(random.integer(0, last))];
     const Field& field = *column.field;
     if (field.dtype != DType::kFloat64 && field.dtype != DType::kFloat32) continue;
     const bool named = std::find(columns.begin(), columns.end(), field.name) != columns.end();
@@ -74,21 +74,21 @@ struct Trial {
 };
 
 // Plays two batches side by side, one of which gets a fault.
-void play(const Trial& trial, RandomStream& random, Batch& sound, Batch& env) {
+void play(const Trial& trial, RandomStream& random, Batch& sound, Batch& batch) {
   const std::uint64_t seed[] = {static_cast<std::uint64_t>(random.integer(0, 1000)), 7, 8};
   sound.reset({.mask = {}, .seeds = seed, .pins = nullptr});
-  env.reset({.mask = {}, .seeds = seed, .pins = nullptr});
+  batch.reset({.mask = {}, .seeds = seed, .pins = nullptr});
   const int steps = random.integer(0, 25);
   for (int i = 0; i < steps; ++i) {
     const std::vector<float> actions = test::act(sound, Policy::kOracle);
     sound.step(actions);
-    env.step(actions);
+    batch.step(actions);
   }
   const int faulty = random.integer(0, kEnvs - 1);
-  const std::uint64_t episode = env.state().episode[faulty];
+  const std::uint64_t episode = batch.state().episode[faulty];
   // An environment that waits for its reset forgets everything anyway.
-  if (env.state().finished[faulty] != 0) return;
-  const Place place = any_place(env, random, trial.physical);
+  if (batch.state().finished[faulty] != 0) return;
+  const Place place = any_place(batch, random, trial.physical);
   const double value = kValues[random.integer(0, 4)];
   place.write(faulty, value);
   INFO(trial.id << ", step " << steps << ", " << place.column.field->name << "[" << place.index
@@ -99,25 +99,25 @@ void play(const Trial& trial, RandomStream& random, Batch& sound, Batch& env) {
     was_reset |= flagged && trial.auto_reset == AutoReset::kNextStep;
     const std::vector<float> actions = test::act(sound, Policy::kOracle);
     sound.step(actions);
-    env.step(actions);
+    batch.step(actions);
     for (int other = 0; other < kEnvs; ++other) {
-      if (other != faulty) REQUIRE((env_bytes(env, other) == env_bytes(sound, other)));
+      if (other != faulty) REQUIRE((env_bytes(batch, other) == env_bytes(sound, other)));
     }
-    REQUIRE((env.unstable()[faulty] == 0 || env.truncated()[faulty] != 0));
-    if (env.unstable()[faulty] != 0) {
+    REQUIRE((batch.unstable()[faulty] == 0 || batch.truncated()[faulty] != 0));
+    if (batch.unstable()[faulty] != 0) {
       REQUIRE_FALSE(flagged);  // once, and the next episode is sound
       flagged = true;
       was_reset = trial.auto_reset == AutoReset::kSameStep;
-      REQUIRE(std::isfinite(env.reward()[faulty]));
-      if (trial.auto_reset == AutoReset::kSameStep) REQUIRE(not_finite(env, faulty) == "");
+      REQUIRE(std::isfinite(batch.reward()[faulty]));
+      if (trial.auto_reset == AutoReset::kSameStep) REQUIRE(not_finite(batch, faulty) == "");
     } else {
-      REQUIRE(not_finite(env, faulty) == "");
+      REQUIRE(not_finite(batch, faulty) == "");
     }
     // Unless the task has placed the prop anew before physics read it.
     if (i == 0 && trial.physical) REQUIRE((flagged || !place.absurd(faulty)));
     if (flagged && trial.auto_reset == AutoReset::kOff) break;
   }
-  if (was_reset) CHECK(env.state().episode[faulty] == episode + 1);
+  if (was_reset) CHECK(batch.state().episode[faulty] == episode + 1);
 }
 
 void run_trials(const std::string& id, int trials, bool physical) {
@@ -129,8 +129,8 @@ void run_trials(const std::string& id, int trials, bool physical) {
     options.auto_reset = mode;
     options.reward_mode = RewardMode::kDense;
     const auto sound = make_env(id, options);
-    const auto env = make_env(id, options);
-    for (int i = 0; i < trials; ++i) play({id, mode, physical}, random, *sound, *env);
+    const auto batch = make_env(id, options);
+    for (int i = 0; i < trials; ++i) play({id, mode, physical}, random, *sound, *batch);
   }
 }
 
@@ -158,26 +158,26 @@ TEST_CASE("Absurd actions end an episode at worst, in every control mode", "[fau
     options.control_mode = static_cast<ControlMode>(mode);
     options.num_envs = 2;
     options.freeze_cue = false;
-    const auto env = make_env("RememberColor3-VLA-v0", options);
+    const auto batch = make_env("RememberColor3-VLA-v0", options);
     options.num_envs = 1;
     const auto alone = make_env("RememberColor3-VLA-v0", options);
-    env->reset();
+    batch->reset();
     alone->reset();
-    std::vector<float> calm(static_cast<std::size_t>(env->action_dim()));
+    std::vector<float> calm(static_cast<std::size_t>(batch->action_dim()));
     for (int step = 0; step < 60; ++step) {
       // The first environment moves sensibly and is never disturbed by the second.
       ScriptedPolicy(*alone, Policy::kRandom).act(calm);
-      std::vector<float> actions = test::zeros(*env);
+      std::vector<float> actions = test::zeros(*batch);
       std::copy(calm.begin(), calm.end(), actions.begin());
       for (std::size_t i = calm.size(); i < actions.size(); ++i) {
         actions[i] = kActions[random.integer(0, 10)];
       }
-      env->step(actions);
+      batch->step(actions);
       alone->step(calm);
       INFO(name_of(*options.control_mode) << ", step " << step);
-      REQUIRE((env_bytes(*env, 0) == env_bytes(*alone, 0)));
-      REQUIRE((env->unstable()[1] == 0 || env->truncated()[1] != 0));
-      if (env->unstable()[1] == 0) REQUIRE(not_finite(*env, 1) == "");
+      REQUIRE((env_bytes(*batch, 0) == env_bytes(*alone, 0)));
+      REQUIRE((batch->unstable()[1] == 0 || batch->truncated()[1] != 0));
+      if (batch->unstable()[1] == 0) REQUIRE(not_finite(*batch, 1) == "");
     }
   }
 }

@@ -96,68 +96,68 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
     options.sleep = sleep;
     options.auto_reset = auto_reset;
     const auto sound = make_env(kId, options);
-    const auto env = make_env(kId, options);
+    const auto batch = make_env(kId, options);
     sound->reset();
-    env->reset();
+    batch->reset();
     for (int i = 0; i < 11; ++i) {
       test::step(*sound, Policy::kOracle);
-      test::step(*env, Policy::kOracle);
+      test::step(*batch, Policy::kOracle);
     }
     INFO(fault.what << ", sleep " << sleep);
-    fault.inject(env->state(), 1);
+    fault.inject(batch->state(), 1);
     const bool log_before = std::filesystem::exists("MUJOCO_LOG.TXT");
     Silence silence;
-    env->step(test::act(*sound, Policy::kOracle));
+    batch->step(test::act(*sound, Policy::kOracle));
     const long printed = silence.restore();
     test::step(*sound, Policy::kOracle);
     CHECK(printed == 0);
     CHECK(std::filesystem::exists("MUJOCO_LOG.TXT") == log_before);
 
-    CHECK(env->unstable()[1] == 1);
-    CHECK(env->truncated()[1] == 1);
-    CHECK(env->terminated()[1] == 0);
-    CHECK(Queries(*env).unstable_count() == 1);
-    CHECK((env->final_mask()[1] != 0) == (auto_reset == AutoReset::kSameStep));
-    for (const int i : {0, 2, 3}) CHECK(env_bytes(*env, i) == env_bytes(*sound, i));
+    CHECK(batch->unstable()[1] == 1);
+    CHECK(batch->truncated()[1] == 1);
+    CHECK(batch->terminated()[1] == 0);
+    CHECK(Queries(*batch).unstable_count() == 1);
+    CHECK((batch->final_mask()[1] != 0) == (auto_reset == AutoReset::kSameStep));
+    for (const int i : {0, 2, 3}) CHECK(env_bytes(*batch, i) == env_bytes(*sound, i));
 
     for (int i = 0; i < 20; ++i) {
       const std::vector<float> actions = test::act(*sound, Policy::kOracle);
-      env->step(actions);
+      batch->step(actions);
       sound->step(actions);
-      for (const int k : {0, 2, 3}) REQUIRE(env_bytes(*env, k) == env_bytes(*sound, k));
-      REQUIRE(env->unstable()[1] == 0);
-      for (const float value : env->observation()) REQUIRE(std::isfinite(value));
+      for (const int k : {0, 2, 3}) REQUIRE(env_bytes(*batch, k) == env_bytes(*sound, k));
+      REQUIRE(batch->unstable()[1] == 0);
+      for (const float value : batch->observation()) REQUIRE(std::isfinite(value));
     }
-    CHECK(Queries(*env).unstable_count() == 1);
-    CHECK(env->state().episode[1] == 1);
+    CHECK(Queries(*batch).unstable_count() == 1);
+    CHECK(batch->state().episode[1] == 1);
   }
 }
 
 TEST_CASE("Actions that are not finite are refused whole", "[fault]") {
   BatchOptions options;
   options.num_envs = 3;
-  const auto env = make_env(kId, options);
-  env->reset();
-  test::step(*env, Policy::kRandom);
-  const test::Bytes before = test::batch_bytes(*env);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  test::step(*batch, Policy::kRandom);
+  const test::Bytes before = test::batch_bytes(*batch);
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
         -std::numeric_limits<float>::infinity()}) {
-    std::vector<float> actions = zeros(*env);
+    std::vector<float> actions = zeros(*batch);
     actions[7 * 2 + 4] = bad;
-    CHECK_THROWS_WITH(env->step(actions),
+    CHECK_THROWS_WITH(batch->step(actions),
                       Catch::Contains("environment 2, component 4") && Catch::Contains("finite"));
-    CHECK(test::batch_bytes(*env) == before);
+    CHECK(test::batch_bytes(*batch) == before);
   }
   for (const std::size_t length : {0u, 7u, 20u, 22u}) {
-    CHECK_THROWS_WITH(env->step(std::vector<float>(length)), Catch::Contains("21 needed"));
+    CHECK_THROWS_WITH(batch->step(std::vector<float>(length)), Catch::Contains("21 needed"));
     std::vector<float> out(length);
-    CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(out), Catch::Contains("21 needed"));
+    CHECK_THROWS_WITH(ScriptedPolicy(*batch, Policy::kZero).act(out), Catch::Contains("21 needed"));
   }
-  CHECK(test::batch_bytes(*env) == before);
+  CHECK(test::batch_bytes(*batch) == before);
   const float largest = std::numeric_limits<float>::max();
-  env->step(std::vector<float>(21, largest));  // finite, and clipped
-  CHECK(Queries(*env).unstable_count() == 0);
+  batch->step(std::vector<float>(21, largest));  // finite, and clipped
+  CHECK(Queries(*batch).unstable_count() == 0);
 }
 
 TEST_CASE("Absurd targets of absolute modes end an episode at worst", "[fault]") {
@@ -166,14 +166,14 @@ TEST_CASE("Absurd targets of absolute modes end an episode at worst", "[fault]")
     BatchOptions options;
     options.control_mode = mode;
     options.freeze_cue = false;
-    const auto env = make_env(kId, options);
-    env->reset();
-    std::vector<float> actions = zeros(*env);
+    const auto batch = make_env(kId, options);
+    batch->reset();
+    std::vector<float> actions = zeros(*batch);
     std::fill(actions.begin(), actions.end(), std::numeric_limits<float>::max());
     for (int i = 0; i < 30; ++i) {
-      env->step(actions);
-      if (env->truncated()[0] == 0) {
-        for (const float value : env->observation()) REQUIRE(std::isfinite(value));
+      batch->step(actions);
+      if (batch->truncated()[0] == 0) {
+        for (const float value : batch->observation()) REQUIRE(std::isfinite(value));
       }
     }
   }
@@ -193,28 +193,29 @@ TEST_CASE("Every registered task can be made, and an unknown one is refused", "[
 }
 
 TEST_CASE("Nothing runs before the first reset", "[fault]") {
-  const auto env = make_env(kId);
-  std::vector<float> actions = zeros(*env);
-  CHECK_THROWS_WITH(env->step(actions), Catch::Contains("before the first reset"));
-  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(actions),
+  const auto batch = make_env(kId);
+  std::vector<float> actions = zeros(*batch);
+  CHECK_THROWS_WITH(batch->step(actions), Catch::Contains("before the first reset"));
+  CHECK_THROWS_WITH(ScriptedPolicy(*batch, Policy::kZero).act(actions),
                     Catch::Contains("before the first reset"));
 }
 
 TEST_CASE("A reset request of the wrong length changes nothing", "[fault]") {
   BatchOptions options;
   options.num_envs = 2;
-  const auto env = make_env(kId, options);
-  env->reset();
-  const test::Bytes before = test::batch_bytes(*env);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  const test::Bytes before = test::batch_bytes(*batch);
   const std::uint8_t mask[] = {1, 1, 1};
   const std::uint64_t seeds[] = {1};
   ResetRequest request;
   request.mask = mask;
-  CHECK_THROWS_WITH(env->reset(request), Catch::Contains("reset mask: 3 values given, 2 needed"));
+  CHECK_THROWS_WITH(batch->reset(request), Catch::Contains("reset mask: 3 values given, 2 needed"));
   request = {};
   request.seeds = seeds;
-  CHECK_THROWS_WITH(env->reset(request), Catch::Contains("reset seeds: 1 values given, 2 needed"));
-  CHECK(test::batch_bytes(*env) == before);
+  CHECK_THROWS_WITH(batch->reset(request),
+                    Catch::Contains("reset seeds: 1 values given, 2 needed"));
+  CHECK(test::batch_bytes(*batch) == before);
 }
 
 }  // namespace

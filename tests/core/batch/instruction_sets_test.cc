@@ -28,20 +28,20 @@ std::uint64_t bits_of(std::string_view id) {
   options.num_envs = 2;
   options.threads = 1;
   options.obs_mode = ObsMode::kRgb;
-  const auto env = make(id, options);
-  std::uint64_t hash = checksum(Queries(*env).document());
-  const PhysicsModel& physics = env->physics_model();
+  const auto batch = make(id, options);
+  std::uint64_t hash = checksum(Queries(*batch).document());
+  const PhysicsModel& physics = batch->physics_model();
   for (const mjModel* model : {&physics.full(), &physics.robot()}) {
     std::vector<std::byte> bytes(static_cast<std::size_t>(mj_sizeModel(model)));
     mj_saveModel(model, nullptr, bytes.data(), static_cast<int>(bytes.size()));
     hash = checksum(bytes, hash);
   }
-  env->reset();
+  batch->reset();
   for (int i = 0; i < kSteps; ++i) {
-    test::step(*env, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
+    test::step(*batch, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
   }
-  hash = checksum(test::batch_bytes(*env), hash);
-  return checksum(std::as_bytes(env->images().rgb), hash);
+  hash = checksum(test::batch_bytes(*batch), hash);
+  return checksum(std::as_bytes(batch->images().rgb), hash);
 }
 
 // Not for itself: what the other one runs in processes of their own.

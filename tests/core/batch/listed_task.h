@@ -1,16 +1,16 @@
-// A task of the registry whose methods are called through BatchRules, environment by environment.
+// A task of the registry whose methods are called through BatchTask, environment by environment.
 #pragma once
 
 #include <memory>
 #include <stdexcept>
 #include <utility>
 
-#include "core/task/batch_rules.h"
+#include "core/task/batch_task.h"
 #include "core/task/expert.h"
 
 namespace engram::test {
 
-class ListedTask final : public Task, public BatchRules {
+class ListedTask final : public Task, public BatchTask {
  public:
   explicit ListedTask(std::unique_ptr<Task> task) : task_(std::move(task)) {}
 
@@ -34,7 +34,7 @@ class ListedTask final : public Task, public BatchRules {
     throw std::logic_error("called for a range");
   }
   const Expert& expert() const override { throw std::logic_error("called for a range"); }
-  BatchRules* batch_rules() override { return this; }
+  BatchTask* batch_task() override { return this; }
   int cue_end(int env) const override { return task_->cue_end(env); }
 
   void reset(std::span<const int> /*envs*/) override { fail(Failure::kReset); }

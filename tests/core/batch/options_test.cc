@@ -74,7 +74,7 @@ TEST_CASE("Modes say what they observe", "[options]") {
     const auto mode = static_cast<ObsMode>(i);
     INFO(name_of(mode));
     const std::string name = name_of(mode);
-    CHECK(observes_pictures(mode) == name.starts_with("rgb"));
+    CHECK(observes_images(mode) == name.starts_with("rgb"));
     CHECK(observes_depth(mode) == (name.find("depth") != std::string::npos));
     CHECK(observes_segmentation(mode) == (name.find("segmentation") != std::string::npos));
     CHECK_FALSE((observes_state(mode) && observes_objects(mode)));

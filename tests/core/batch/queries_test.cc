@@ -17,8 +17,8 @@ namespace {
 
 using Catch::Matchers::Contains;
 
-std::vector<float> floats(const Batch& env, int width) {
-  return std::vector<float>(static_cast<std::size_t>(env.num_envs() * width));
+std::vector<float> floats(const Batch& batch, int width) {
+  return std::vector<float>(static_cast<std::size_t>(batch.num_envs() * width));
 }
 
 TEST_CASE("The robot's state is known in every observation mode", "[queries]") {
@@ -26,16 +26,17 @@ TEST_CASE("The robot's state is known in every observation mode", "[queries]") {
   options.num_envs = 3;
   const auto observed = make("RememberColor3-VLA-v0", options);
   options.obs_mode = ObsMode::kNone;
-  const auto env = make("RememberColor3-VLA-v0", options);
-  std::vector<float> qpos = floats(*env, 9);
-  std::vector<float> qvel = floats(*env, 9);
-  std::vector<float> tcp = floats(*env, 7);
-  CHECK_THROWS_WITH(Queries(*env).robot_state(qpos, qvel, tcp), Contains("before the first reset"));
-  for (Batch* batch : {observed.get(), env.get()}) {
-    batch->reset();
-    for (int i = 0; i < 12; ++i) test::step(*batch, Policy::kRandom);
+  const auto batch = make("RememberColor3-VLA-v0", options);
+  std::vector<float> qpos = floats(*batch, 9);
+  std::vector<float> qvel = floats(*batch, 9);
+  std::vector<float> tcp = floats(*batch, 7);
+  CHECK_THROWS_WITH(Queries(*batch).robot_state(qpos, qvel, tcp),
+                    Contains("before the first reset"));
+  for (Batch* each : {observed.get(), batch.get()}) {
+    each->reset();
+    for (int i = 0; i < 12; ++i) test::step(*each, Policy::kRandom);
   }
-  Queries(*env).robot_state(qpos, qvel, tcp);
+  Queries(*batch).robot_state(qpos, qvel, tcp);
   for (int i = 0; i < 3; ++i) {
     // A row of the state begins with qpos, qvel and the TCP's pose.
     const float* row = observed->observation().data() + i * observed->state_dim();
@@ -43,9 +44,9 @@ TEST_CASE("The robot's state is known in every observation mode", "[queries]") {
     CHECK(std::equal(row + 9, row + 18, qvel.data() + 9 * i));
     CHECK(std::equal(row + 18, row + 25, tcp.data() + 7 * i));
   }
-  Queries(*env).robot_state({}, {}, {});
+  Queries(*batch).robot_state({}, {}, {});
   qpos.pop_back();
-  CHECK_THROWS_WITH(Queries(*env).robot_state(qpos, {}, {}),
+  CHECK_THROWS_WITH(Queries(*batch).robot_state(qpos, {}, {}),
                     Contains("26 values given, 27 needed"));
 }
 
@@ -62,11 +63,11 @@ struct Camera {
   }
 };
 
-Camera camera_of(Batch& env, int index, const std::string& name, int width, int height) {
-  std::vector<float> extrinsic = floats(env, 12);
-  std::vector<float> pose = floats(env, 16);
-  std::vector<float> intrinsic = floats(env, 9);
-  Queries(env).camera_params(name, width, height, {extrinsic, pose, intrinsic});
+Camera camera_of(Batch& batch, int index, const std::string& name, int width, int height) {
+  std::vector<float> extrinsic = floats(batch, 12);
+  std::vector<float> pose = floats(batch, 16);
+  std::vector<float> intrinsic = floats(batch, 9);
+  Queries(batch).camera_params(name, width, height, {extrinsic, pose, intrinsic});
   Camera camera;
   camera.extrinsic = Eigen::Map<decltype(camera.extrinsic)>(extrinsic.data() + 12 * index);
   camera.pose = Eigen::Map<decltype(camera.pose)>(pose.data() + 16 * index);
@@ -74,10 +75,10 @@ Camera camera_of(Batch& env, int index, const std::string& name, int width, int 
   return camera;
 }
 
-std::vector<std::uint8_t> picture(Batch& env, int index, const std::string& camera, int width,
-                                  int height) {
+std::vector<std::uint8_t> image(Batch& batch, int index, const std::string& camera, int width,
+                                int height) {
   std::vector<std::uint8_t> rgb(static_cast<std::size_t>(3 * width * height));
-  SceneRenderer(env).render(index, camera, width, height, rgb);
+  SceneRenderer(batch).render(index, camera, width, height, rgb);
   return rgb;
 }
 
@@ -104,23 +105,23 @@ Eigen::Vector2f middle_of_change(const std::vector<std::uint8_t>& first,
 TEST_CASE("A ball is seen where the cameras' matrices say", "[queries]") {
   BatchOptions options;
   options.num_envs = 2;
-  const auto env = make("InterceptSlow-VLA-v0", options);
-  env->reset();
-  std::vector<float> actions = test::zeros(*env);
+  const auto batch = make("InterceptSlow-VLA-v0", options);
+  batch->reset();
+  std::vector<float> actions = test::zeros(*batch);
   for (std::size_t i = 7; i < 14; ++i) actions[i] = 0.4F;  // the second arm moves and turns
-  for (int i = 0; i < 5; ++i) env->step(actions);
+  for (int i = 0; i < 5; ++i) batch->step(actions);
   for (const auto& [width, height] : {std::pair(200, 160), std::pair(128, 256)}) {
     for (const std::string name : {"base_camera", "hand_camera"}) {
       CAPTURE(name, width, height);
-      const Camera camera = camera_of(*env, 1, name, width, height);
+      const Camera camera = camera_of(*batch, 1, name, width, height);
       // Half a metre before the camera, off its axis.
       const Eigen::Vector4f before(0.06F, 0.09F, -0.35F, 1);
       const Eigen::Vector3d ball = (camera.pose * before).head<3>().cast<double>();
       const double still[4] = {1, 0, 0, 0};
-      env->state().place_prop(1, 0, ball.data(), still);
-      const auto with = picture(*env, 1, name, width, height);
-      env->state().hide_prop(1, 0, ball.data());
-      const auto without = picture(*env, 1, name, width, height);
+      batch->state().place_prop(1, 0, ball.data(), still);
+      const auto with = image(*batch, 1, name, width, height);
+      batch->state().hide_prop(1, 0, ball.data());
+      const auto without = image(*batch, 1, name, width, height);
       const Eigen::Vector2f seen = middle_of_change(with, without, width);
       const Eigen::Vector2f projected = camera.project(ball);
       CAPTURE(seen.x(), seen.y(), projected.x(), projected.y());
@@ -131,21 +132,22 @@ TEST_CASE("A ball is seen where the cameras' matrices say", "[queries]") {
     }
   }
   // The first arm has stood still: its camera is elsewhere.
-  const Camera first = camera_of(*env, 0, "hand_camera", 128, 128);
-  CHECK((first.pose - camera_of(*env, 1, "hand_camera", 128, 128).pose).norm() > 0.05F);
+  const Camera first = camera_of(*batch, 0, "hand_camera", 128, 128);
+  CHECK((first.pose - camera_of(*batch, 1, "hand_camera", 128, 128).pose).norm() > 0.05F);
   CHECK(first.intrinsic(0, 0) == Approx(64));
   CHECK(first.intrinsic(1, 2) == 64);
-  CHECK_THROWS_WITH(Queries(*env).camera_params("top", 128, 128, {}), Contains("hand_camera"));
-  CHECK_THROWS_WITH(Queries(*env).camera_params("hand_camera", 0, 128, {}), Contains("1 to 4096"));
+  CHECK_THROWS_WITH(Queries(*batch).camera_params("top", 128, 128, {}), Contains("hand_camera"));
+  CHECK_THROWS_WITH(Queries(*batch).camera_params("hand_camera", 0, 128, {}),
+                    Contains("1 to 4096"));
 }
 
 // The drawn values of an environment by name, the first of each.
-std::map<std::string, double> drawn(const Batch& env, int index) {
-  std::vector<float> values = floats(env, Queries(env).sampled_dim());
-  Queries(env).sampled_values(values);
+std::map<std::string, double> drawn(const Batch& batch, int index) {
+  std::vector<float> values = floats(batch, Queries(batch).sampled_dim());
+  Queries(batch).sampled_values(values);
   std::map<std::string, double> named;
-  std::size_t at = static_cast<std::size_t>(index * Queries(env).sampled_dim());
-  for (const Field& field : env.info().sampled_values) {
+  std::size_t at = static_cast<std::size_t>(index * Queries(batch).sampled_dim());
+  for (const Field& field : batch.info().sampled_values) {
     named[field.name] = static_cast<double>(values[at]);
     at += static_cast<std::size_t>(field.width);
   }
@@ -156,10 +158,10 @@ std::map<std::string, double> drawn_with(const std::string& id, std::vector<Pin>
   BatchOptions options;
   options.num_envs = 2;
   options.pins = std::move(pins);
-  const auto env = test::make_env(id, options);
-  env->reset();
-  test::step(*env, Policy::kZero);
-  return drawn(*env, 1);
+  const auto batch = test::make_env(id, options);
+  batch->reset();
+  test::step(*batch, Policy::kZero);
+  return drawn(*batch, 1);
 }
 
 TEST_CASE("Sampled values are those of the episode", "[queries]") {
@@ -185,13 +187,13 @@ TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last"
   options.pins = {{"shapes", {0, 0, 0, 0, 0}},    {"radii", {0.08, 0.09, 0.1, 0.11, 0.12}},
                   {"center_x", {-0.1}},           {"center_y", {0.05}},
                   {"rotations", {0, 1, 2, 3, 4}}, {"sequence_length", {3}}};
-  const auto env = test::make_env("TraceShapeSeqEasy-VLA-v0", options);
-  env->reset();
-  const std::vector<Field>& fields = env->info().sampled_values;
+  const auto batch = test::make_env("TraceShapeSeqEasy-VLA-v0", options);
+  batch->reset();
+  const std::vector<Field>& fields = batch->info().sampled_values;
   REQUIRE(fields.back().name == "waypoints");
   REQUIRE(fields.back().width == 5 * 64 * 2);
-  std::vector<float> values = floats(*env, Queries(*env).sampled_dim());
-  Queries(*env).sampled_values(values);
+  std::vector<float> values = floats(*batch, Queries(*batch).sampled_dim());
+  Queries(*batch).sampled_values(values);
   const float* next = values.data() + values.size() - 5 * 64 * 2;
   for (int shape = 0; shape < 5; ++shape) {
     for (int i = 0; i < 64; ++i, next += 2) {
@@ -213,20 +215,20 @@ TEST_CASE("Every task reports the lengths of its phases", "[queries]") {
     BatchOptions options;
     options.num_envs = 3;
     options.seed = 5;
-    const auto env = test::make_env(id, options);
-    CHECK_THROWS_WITH(drawn(*env, 0), Contains("before the first reset"));
-    env->reset();
+    const auto batch = test::make_env(id, options);
+    CHECK_THROWS_WITH(drawn(*batch, 0), Contains("before the first reset"));
+    batch->reset();
     for (int i = 0; i < 3; ++i) {
-      std::map<std::string, double> values = drawn(*env, i);
+      std::map<std::string, double> values = drawn(*batch, i);
       if (values.contains("cue_steps_per_env")) {
-        CHECK(values["cue_steps_per_env"] == Queries(*env).cue_end(i));
+        CHECK(values["cue_steps_per_env"] == Queries(*batch).cue_end(i));
       }
-      for (const Field& field : env->info().sampled_values) {
+      for (const Field& field : batch->info().sampled_values) {
         if (field.dtype == DType::kInt32)
           CHECK(std::trunc(values[field.name]) == values[field.name]);
       }
-      if (!env->info().frozen_cue) continue;
-      const int frozen = *test::row<std::int32_t>(env->memory().find("freeze_steps"), i);
+      if (!batch->info().frozen_cue) continue;
+      const int frozen = *test::row<std::int32_t>(batch->memory().find("freeze_steps"), i);
       CHECK(values["cue_steps_per_env"] + values["empty_steps_per_env"] == frozen);
     }
   }

@@ -15,57 +15,57 @@ using Catch::Contains;
 
 constexpr const char* kId = "RememberColor5-VLA-v0";
 
-TEST_CASE("Bad environments, cameras and sizes are refused, and pictures before the first reset",
+TEST_CASE("Bad environments, cameras and sizes are refused, and images before the first reset",
           "[scene_renderer]") {
-  const auto env = make(kId, {.num_envs = 1});
-  SceneRenderer renderer(*env);
+  const auto batch = make(kId, {.num_envs = 1});
+  SceneRenderer renderer(*batch);
   std::vector<std::uint8_t> rgb(3);
   CHECK_THROWS_WITH(renderer.render(0, "base_camera", 1, 1, rgb),
                     Contains("render before the first reset"));
-  env->reset();
+  batch->reset();
   CHECK_THROWS_WITH(renderer.render(1, "base_camera", 1, 1, rgb), Contains("0 to 0"));
   CHECK_THROWS_WITH(renderer.render(0, "base_camera", 2, 1, rgb), Contains("6 needed"));
   CHECK_THROWS_WITH(renderer.render(0, "base_camera", 1, 5000, rgb), Contains("1 x 5000"));
   CHECK_THROWS_WITH(renderer.render(0, "nose", 1, 1, rgb), Contains("hand_camera"));
 }
 
-TEST_CASE("A batch without a renderer has no pictures", "[scene_renderer]") {
-  const auto env = test::make_env(kId);
-  env->reset();
+TEST_CASE("A batch without a renderer has no images", "[scene_renderer]") {
+  const auto batch = test::make_env(kId);
+  batch->reset();
   std::vector<std::uint8_t> rgb(3);
-  CHECK_THROWS_WITH(SceneRenderer(*env).render(0, "base_camera", 1, 1, rgb),
-                    Contains("pictures without a renderer"));
+  CHECK_THROWS_WITH(SceneRenderer(*batch).render(0, "base_camera", 1, 1, rgb),
+                    Contains("images without a renderer"));
 }
 
-TEST_CASE("A sensor's picture on demand is the one that is observed", "[scene_renderer]") {
+TEST_CASE("A sensor's image on demand is the one that is observed", "[scene_renderer]") {
   BatchOptions options;
   options.num_envs = 2;
   options.obs_mode = ObsMode::kRgb;
   options.images.width = 24;
   options.images.height = 16;
   options.images.cameras = {"base_camera"};
-  const auto env = make(kId, options);
-  env->reset();
-  SceneRenderer renderer(*env);
+  const auto batch = make(kId, options);
+  batch->reset();
+  SceneRenderer renderer(*batch);
   constexpr std::size_t kBytes = 24 * 16 * 3;
-  std::vector<std::uint8_t> picture(kBytes);
+  std::vector<std::uint8_t> image(kBytes);
   for (int t = 0; t < 3; ++t) {
     for (int index = 0; index < 2; ++index) {
-      renderer.render(index, "base_camera", 24, 16, picture);
+      renderer.render(index, "base_camera", 24, 16, image);
       const auto observed =
-          env->images().rgb.subspan(kBytes * static_cast<std::size_t>(index), kBytes);
-      CHECK(std::ranges::equal(picture, observed));
+          batch->images().rgb.subspan(kBytes * static_cast<std::size_t>(index), kBytes);
+      CHECK(std::ranges::equal(image, observed));
     }
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
   }
 }
 
 TEST_CASE("Overlays are the task's, environment by environment", "[scene_renderer]") {
-  const auto env = make("BlinkCountButtonPressEasy-VLA-v0");
-  env->reset();
+  const auto batch = make("BlinkCountButtonPressEasy-VLA-v0");
+  batch->reset();
   Overlay overlay;
-  CHECK_THROWS_WITH(SceneRenderer(*env).overlay(1, overlay), Contains("0 to 0"));
-  CHECK_NOTHROW(SceneRenderer(*env).overlay(0, overlay));
+  CHECK_THROWS_WITH(SceneRenderer(*batch).overlay(1, overlay), Contains("0 to 0"));
+  CHECK_NOTHROW(SceneRenderer(*batch).overlay(0, overlay));
 }
 
 }  // namespace

@@ -20,26 +20,26 @@ constexpr const char* kId = "RememberColor5-VLA-v0";
 TEST_CASE("Scripts need a mode that they have actions for", "[scripted_policy]") {
   BatchOptions options;
   options.control_mode = ControlMode::kPdEePose;
-  const auto env = make_env(kId, options);
-  env->reset();
-  std::vector<float> actions = zeros(*env);
-  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kOracle).act(actions),
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  std::vector<float> actions = zeros(*batch);
+  CHECK_THROWS_WITH(ScriptedPolicy(*batch, Policy::kOracle).act(actions),
                     Catch::Contains("oracle with control mode pd_ee_pose, pd_ee_delta_pose, "
                                     "pd_joint_pos or pd_joint_delta_pos needed"));
-  CHECK_THROWS_AS(ScriptedPolicy(*env, Policy::kBlind).act(actions), Error);
-  CHECK_THROWS_AS(ScriptedPolicy(*env, Policy::kSweep).act(actions), Error);
-  CHECK_NOTHROW(ScriptedPolicy(*env, Policy::kRandom).act(actions));
+  CHECK_THROWS_AS(ScriptedPolicy(*batch, Policy::kBlind).act(actions), Error);
+  CHECK_THROWS_AS(ScriptedPolicy(*batch, Policy::kSweep).act(actions), Error);
+  CHECK_NOTHROW(ScriptedPolicy(*batch, Policy::kRandom).act(actions));
 }
 
 TEST_CASE("Actions of the wrong number are refused, and those before the first reset",
           "[scripted_policy]") {
-  const auto env = make_env(kId);
-  std::vector<float> actions = zeros(*env);
-  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(actions),
+  const auto batch = make_env(kId);
+  std::vector<float> actions = zeros(*batch);
+  CHECK_THROWS_WITH(ScriptedPolicy(*batch, Policy::kZero).act(actions),
                     Catch::Contains("act before the first reset"));
-  env->reset();
+  batch->reset();
   actions.push_back(0);
-  CHECK_THROWS_WITH(ScriptedPolicy(*env, Policy::kZero).act(actions),
+  CHECK_THROWS_WITH(ScriptedPolicy(*batch, Policy::kZero).act(actions),
                     Catch::Contains("8 values given, 7 needed"));
 }
 
@@ -48,15 +48,15 @@ TEST_CASE("Random actions fill the action space and follow from seed and step",
   BatchOptions options;
   options.num_envs = 200;
   options.seed = 5;
-  const auto env = make_env(kId, options);
-  env->reset();
-  const std::vector<float> first = act(*env, Policy::kRandom);
-  CHECK(act(*env, Policy::kRandom) == first);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  const std::vector<float> first = act(*batch, Policy::kRandom);
+  CHECK(act(*batch, Policy::kRandom) == first);
   CHECK(*std::ranges::max_element(first) > 0.9F);
   CHECK(*std::ranges::min_element(first) < -0.9F);
   for (const float value : first) REQUIRE(std::abs(value) <= 1);
-  env->step(first);
-  CHECK(act(*env, Policy::kRandom) != first);
+  batch->step(first);
+  CHECK(act(*batch, Policy::kRandom) != first);
   // The same environment in another batch, at another place.
   options.num_envs = 2;
   options.seed = 7;
@@ -70,10 +70,10 @@ TEST_CASE("Scripts rest where the episode has ended and nothing resets it", "[sc
   BatchOptions options;
   options.num_envs = 3;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_env(kId, options);
-  env->reset();
-  env->state().finished[1] = 1;
-  const std::vector<float> actions = act(*env, Policy::kOracle);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  batch->state().finished[1] = 1;
+  const std::vector<float> actions = act(*batch, Policy::kOracle);
   const auto is_zero = [&](int index) {
     const auto row = actions.begin() + 7 * index;
     return std::all_of(row, row + 7, [](float value) { return value == 0; });
@@ -87,9 +87,9 @@ TEST_CASE("Scripts turn rotations round for rotation sign 1", "[scripted_policy]
   const auto actions_with = [](int sign) {
     BatchOptions options;
     options.rotation_sign = sign;
-    const auto env = make_env("RotateLenientPos-VLA-v0", options);
-    env->reset();
-    return act(*env, Policy::kOracle);
+    const auto batch = make_env("RotateLenientPos-VLA-v0", options);
+    batch->reset();
+    return act(*batch, Policy::kOracle);
   };
   const std::vector<float> canonical = actions_with(-1);
   const std::vector<float> turned = actions_with(1);
@@ -110,16 +110,16 @@ Course course_of(std::string_view id, ControlMode mode, int steps) {
   options.num_envs = 10;
   options.control_mode = mode;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_env(id, options);
-  env->reset();
+  const auto batch = make_env(id, options);
+  batch->reset();
   Course course;
   for (int k = 0; k < steps; ++k) {
-    env->step(act(*env, Policy::kOracle));
-    const auto now = env->proprio();
+    batch->step(act(*batch, Policy::kOracle));
+    const auto now = batch->proprio();
     course.proprio.insert(course.proprio.end(), now.begin(), now.end());
   }
-  for (int i = 0; i < env->num_envs(); ++i) {
-    course.successes += *test::row<std::uint8_t>(env->output("success_once"), i);
+  for (int i = 0; i < batch->num_envs(); ++i) {
+    course.successes += *test::row<std::uint8_t>(batch->output("success_once"), i);
   }
   return course;
 }
@@ -156,19 +156,19 @@ TEST_CASE("A policy seed changes random actions and guesses, and nothing of the 
     BatchOptions options;
     options.num_envs = 20;
     options.policy_seed = policy_seed;
-    const auto env = make_env(kId, options);
-    env->reset();
-    for (int k = 0; k < steps; ++k) env->step_no_action();
-    return std::pair(act(*env, policy), test::batch_bytes(*env));
+    const auto batch = make_env(kId, options);
+    batch->reset();
+    for (int k = 0; k < steps; ++k) batch->step_no_action();
+    return std::pair(act(*batch, policy), test::batch_bytes(*batch));
   };
   const auto [usual, episodes] = actions_of(0, Policy::kRandom, 0);
   CHECK(usual == act(
                      *[] {
                        BatchOptions options;
                        options.num_envs = 20;
-                       auto env = make_env(kId, options);
-                       env->reset();
-                       return env;
+                       auto batch = make_env(kId, options);
+                       batch->reset();
+                       return batch;
                      }(),
                      Policy::kRandom));
   const auto [other, same_episodes] = actions_of(1, Policy::kRandom, 0);

@@ -22,20 +22,20 @@ using test::make_env;
 constexpr const char* kId = "RememberColor9-VLA-v0";
 
 // The oracle's way to the target, then down onto it.
-void press(Batch& env) {
-  std::vector<float> actions = test::act(env, Policy::kOracle);
-  for (int i = 0; i < env.num_envs(); ++i) {
-    if (env.state().elapsed[i] >= 18) actions[static_cast<std::size_t>(7 * i + 2)] = -0.5F;
+void press(Batch& batch) {
+  std::vector<float> actions = test::act(batch, Policy::kOracle);
+  for (int i = 0; i < batch.num_envs(); ++i) {
+    if (batch.state().elapsed[i] >= 18) actions[static_cast<std::size_t>(7 * i + 2)] = -0.5F;
   }
-  env.step(actions);
+  batch.step(actions);
 }
 
 // What one environment shows and remembers over the next steps.
-std::vector<Bytes> future(Batch& env, int index, int steps = 45) {
+std::vector<Bytes> future(Batch& batch, int index, int steps = 45) {
   std::vector<Bytes> history;
   for (int i = 0; i < steps; ++i) {
-    press(env);
-    history.push_back(env_bytes(env, index));
+    press(batch);
+    history.push_back(env_bytes(batch, index));
   }
   return history;
 }
@@ -50,21 +50,21 @@ BatchOptions batch_of(int num_envs, std::uint64_t seed = 0) {
 TEST_CASE("An environment goes on bit for bit after it was restored", "[snapshot]") {
   RandomStream random(1, 0, 0);
   for (int round = 0; round < 8; ++round) {
-    const auto env = make_env(kId, batch_of(3, static_cast<std::uint64_t>(10 * round)));
-    env->reset();
+    const auto batch = make_env(kId, batch_of(3, static_cast<std::uint64_t>(10 * round)));
+    batch->reset();
     const int steps = random.integer(0, 40);
-    for (int i = 0; i < steps; ++i) press(*env);
+    for (int i = 0; i < steps; ++i) press(*batch);
     const int index = random.integer(0, 2);
-    const std::vector<std::byte> saved = Snapshotter(*env).save(index);
-    const Bytes now = env_bytes(*env, index);
-    const std::vector<Bytes> expected = future(*env, index);
+    const std::vector<std::byte> saved = Snapshotter(*batch).save(index);
+    const Bytes now = env_bytes(*batch, index);
+    const std::vector<Bytes> expected = future(*batch, index);
 
     // Into the same slot, another slot, and a batch of another size and seed.
-    Snapshotter(*env).restore(index, saved);
-    CHECK(env_bytes(*env, index) == now);
-    CHECK((future(*env, index) == expected));
-    Snapshotter(*env).restore((index + 1) % 3, saved);
-    CHECK((future(*env, (index + 1) % 3) == expected));
+    Snapshotter(*batch).restore(index, saved);
+    CHECK(env_bytes(*batch, index) == now);
+    CHECK((future(*batch, index) == expected));
+    Snapshotter(*batch).restore((index + 1) % 3, saved);
+    CHECK((future(*batch, (index + 1) % 3) == expected));
     const auto other = make_env(kId, batch_of(5, 999));
     other->reset();
     for (int i = 0; i < round; ++i) press(*other);
@@ -76,44 +76,44 @@ TEST_CASE("An environment goes on bit for bit after it was restored", "[snapshot
 TEST_CASE("A snapshot in the middle of a contact goes on bit for bit", "[snapshot]") {
   BatchOptions options = batch_of(1, 3);
   options.sleep = GENERATE(true, false);
-  const auto env = make_env(kId, options);
-  env->reset();
+  const auto batch = make_env(kId, options);
+  batch->reset();
   const auto in_contact = [&] {
-    const double* force = env->state().finger_force.row(0);
+    const double* force = batch->state().finger_force.row(0);
     return std::any_of(force, force + 54, [](double v) { return v != 0; });
   };
   int contacts = 0;
   for (int i = 0; i < 24; ++i) {
-    press(*env);
+    press(*batch);
     if (!in_contact()) continue;
     ++contacts;
-    const std::vector<std::byte> saved = Snapshotter(*env).save();
-    const std::vector<Bytes> expected = future(*env, 0, 10);
+    const std::vector<std::byte> saved = Snapshotter(*batch).save();
+    const std::vector<Bytes> expected = future(*batch, 0, 10);
     const auto fresh = make_env(kId, options);
     Snapshotter(*fresh).restore(saved);
     CHECK((future(*fresh, 0, 10) == expected));
-    Snapshotter(*env).restore(saved);
+    Snapshotter(*batch).restore(saved);
   }
   CHECK(contacts >= 2);
 }
 
 // Under way, in flight, in a grasp: whatever the oracle is doing by then.
 TEST_CASE("Every task goes on bit for bit from the middle of an episode", "[snapshot]") {
-  const auto play = [](Batch& env, int steps) {
+  const auto play = [](Batch& batch, int steps) {
     std::vector<Bytes> history;
     for (int i = 0; i < steps; ++i) {
-      test::step(env, Policy::kOracle);
-      history.push_back(test::batch_bytes(env));
+      test::step(batch, Policy::kOracle);
+      history.push_back(test::batch_bytes(batch));
     }
     return history;
   };
   for (const std::string& id : test::implemented_ids()) {
-    const auto env = make_env(id, batch_of(2, 7));
-    env->reset();
+    const auto batch = make_env(id, batch_of(2, 7));
+    batch->reset();
     for (const int steps : {2, 10, 10}) {
-      play(*env, steps);
-      const std::vector<std::byte> saved = Snapshotter(*env).save();
-      const std::vector<Bytes> expected = play(*env, 6);
+      play(*batch, steps);
+      const std::vector<std::byte> saved = Snapshotter(*batch).save();
+      const std::vector<Bytes> expected = play(*batch, 6);
       const auto fresh = make_env(id, batch_of(2, 50));
       Snapshotter(*fresh).restore(saved);
       INFO(id);
@@ -142,47 +142,47 @@ TEST_CASE("A reset leaves nothing of the episode before", "[reset]") {
 TEST_CASE("A whole batch is restored into a fresh one, pins included", "[snapshot]") {
   BatchOptions options = batch_of(4);
   options.pins = {{"target", {6}}};
-  const auto env = make_env(kId, options);
-  env->reset();
-  for (int i = 0; i < 20; ++i) press(*env);
-  const std::vector<std::byte> saved = Snapshotter(*env).save();
-  CHECK(Snapshotter(*env).save() == saved);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  for (int i = 0; i < 20; ++i) press(*batch);
+  const std::vector<std::byte> saved = Snapshotter(*batch).save();
+  CHECK(Snapshotter(*batch).save() == saved);
   const auto fresh = make_env(kId, batch_of(4, 50));  // never reset, without pins
   Snapshotter(*fresh).restore(saved);
   for (int i = 0; i < 40; ++i) {  // over an automatic reset
-    press(*env);
+    press(*batch);
     press(*fresh);
-    REQUIRE(test::batch_bytes(*fresh) == test::batch_bytes(*env));
+    REQUIRE(test::batch_bytes(*fresh) == test::batch_bytes(*batch));
   }
   CHECK(*test::row<std::int32_t>(fresh->memory().find("target"), 0) == 6);
   CHECK(fresh->state().episode[0] > 0);
 }
 
 TEST_CASE("Restoring one environment leaves its neighbours alone", "[snapshot]") {
-  const auto env = make_env(kId, batch_of(3));
-  env->reset();
-  const std::vector<std::byte> saved = Snapshotter(*env).save(0);
-  for (int i = 0; i < 12; ++i) press(*env);
-  const Bytes first = env_bytes(*env, 0);
-  const Bytes last = env_bytes(*env, 2);
-  Snapshotter(*env).restore(1, saved);
-  CHECK(env_bytes(*env, 0) == first);
-  CHECK(env_bytes(*env, 2) == last);
-  CHECK(env->state().elapsed[1] == 0);
+  const auto batch = make_env(kId, batch_of(3));
+  batch->reset();
+  const std::vector<std::byte> saved = Snapshotter(*batch).save(0);
+  for (int i = 0; i < 12; ++i) press(*batch);
+  const Bytes first = env_bytes(*batch, 0);
+  const Bytes last = env_bytes(*batch, 2);
+  Snapshotter(*batch).restore(1, saved);
+  CHECK(env_bytes(*batch, 0) == first);
+  CHECK(env_bytes(*batch, 2) == last);
+  CHECK(batch->state().elapsed[1] == 0);
 }
 
 TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing", "[snapshot]") {
-  const auto env = make_env(kId, batch_of(2));
-  env->reset();
-  for (int i = 0; i < 5; ++i) press(*env);
-  const std::vector<std::byte> good = Snapshotter(*env).save();
-  const std::vector<std::byte> single = Snapshotter(*env).save(0);
-  press(*env);
-  const Bytes before = test::batch_bytes(*env);
+  const auto batch = make_env(kId, batch_of(2));
+  batch->reset();
+  for (int i = 0; i < 5; ++i) press(*batch);
+  const std::vector<std::byte> good = Snapshotter(*batch).save();
+  const std::vector<std::byte> single = Snapshotter(*batch).save(0);
+  press(*batch);
+  const Bytes before = test::batch_bytes(*batch);
   const auto refuse = [&](const std::vector<std::byte>& bytes, const char* why) {
-    CHECK_THROWS_WITH(Snapshotter(*env).restore(bytes),
+    CHECK_THROWS_WITH(Snapshotter(*batch).restore(bytes),
                       Catch::StartsWith("snapshot refused: ") && Catch::Contains(why));
-    CHECK(test::batch_bytes(*env) == before);
+    CHECK(test::batch_bytes(*batch) == before);
   };
 
   constexpr std::size_t kHeader = 48;  // and the label behind it
@@ -215,7 +215,7 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   older[8] = std::byte{1};
   refuse(older, "version 1 given, 6 needed");
   refuse(single, "1 environments given, 2 needed");
-  CHECK_THROWS_WITH(Snapshotter(*env).restore(0, good),
+  CHECK_THROWS_WITH(Snapshotter(*batch).restore(0, good),
                     Catch::Contains("2 environments given, 1 needed"));
 
   const auto foreign = make_env("RememberColor5-VLA-v0", batch_of(2));
@@ -235,9 +235,9 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   mode->reset();
   refuse(Snapshotter(*mode).save(),
          "it is of RememberColor9-VLA-v0, pd_ee_pose, rules=reference, ");
-  CHECK(test::batch_bytes(*env) == before);
-  Snapshotter(*env).restore(good);  // the good one still is
-  CHECK(Snapshotter(*env).save() == good);
+  CHECK(test::batch_bytes(*batch) == before);
+  Snapshotter(*batch).restore(good);  // the good one still is
+  CHECK(Snapshotter(*batch).save() == good);
 }
 
 // --- bytes that somebody has made up, with a checksum that fits ---
@@ -251,9 +251,10 @@ std::size_t rows_of(const std::vector<std::byte>& snapshot) {
 }
 
 // Where a column of the memory or, at a snapshot's end, of the outputs lies.
-std::size_t place_of(const Batch& env, const std::vector<std::byte>& snapshot, const char* column) {
-  const bool remembered = env.memory().find(column).field != nullptr;
-  const ColumnStore& store = remembered ? env.memory() : env.outputs();
+std::size_t place_of(const Batch& batch, const std::vector<std::byte>& snapshot,
+                     const char* column) {
+  const bool remembered = batch.memory().find(column).field != nullptr;
+  const ColumnStore& store = remembered ? batch.memory() : batch.outputs();
   std::size_t at = remembered ? rows_of(snapshot) : snapshot.size() - store.row_bytes();
   for (std::size_t i = 0; store[i].field->name != column; ++i) {
     const Field& field = *store[i].field;
@@ -273,60 +274,60 @@ std::vector<std::byte> made_up(std::vector<std::byte> bytes, std::size_t at, T v
 }
 
 TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
-  const auto env = make_env(kId, batch_of(1));
-  env->reset();
-  const std::vector<std::byte> good = Snapshotter(*env).save();
-  const Bytes before = test::batch_bytes(*env);
-  const auto position = [&](const char* column) { return place_of(*env, good, column); };
+  const auto batch = make_env(kId, batch_of(1));
+  batch->reset();
+  const std::vector<std::byte> good = Snapshotter(*batch).save();
+  const Bytes before = test::batch_bytes(*batch);
+  const auto position = [&](const char* column) { return place_of(*batch, good, column); };
   const auto with = [&good](std::size_t at, auto value) { return made_up(good, at, value); };
   const auto refuse = [&](const std::vector<std::byte>& bytes, const char* why) {
-    CHECK_THROWS_WITH(Snapshotter(*env).restore(bytes), Catch::Contains(why));
-    CHECK_THROWS_WITH(Snapshotter(*env).restore(0, bytes), Catch::Contains(why));
-    CHECK((test::batch_bytes(*env) == before));
+    CHECK_THROWS_WITH(Snapshotter(*batch).restore(bytes), Catch::Contains(why));
+    CHECK_THROWS_WITH(Snapshotter(*batch).restore(0, bytes), Catch::Contains(why));
+    CHECK((test::batch_bytes(*batch) == before));
   };
   for (const std::int32_t target : {-1, 9, 1'000'000, INT32_MIN, INT32_MAX}) {
     refuse(with(position("target"), target), "'target' has a value that no episode");
   }
   refuse(with(position("elapsed"), std::int32_t{-1}), "'elapsed'");
-  refuse(with(position("elapsed"), env->info().horizon + 1), "'elapsed'");
+  refuse(with(position("elapsed"), batch->info().horizon + 1), "'elapsed'");
   refuse(with(position("finished"), std::uint8_t{2}), "'finished'");
   refuse(with(position("prop_status"), std::uint8_t{3}), "'prop_status'");
-  const std::size_t pins = rows_of(good) + env->memory().row_bytes();
+  const std::size_t pins = rows_of(good) + batch->memory().row_bytes();
   refuse(with(pins, ~std::uint64_t{0}), "snapshot refused");
-  Snapshotter(*env).restore(
+  Snapshotter(*batch).restore(
       with(position("target"), std::int32_t{8}));  // what one can have is taken
-  CHECK(*test::row<std::int32_t>(env->memory().find("target"), 0) == 8);
+  CHECK(*test::row<std::int32_t>(batch->memory().find("target"), 0) == 8);
 }
 
 // A further bit would be that of a checkpoint behind the last one.
 TEST_CASE("Snapshots with visits of checkpoints that there are not are refused", "[snapshot]") {
   for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeSeqEasy-VLA-v0"}) {
-    const auto env = make_env(id, batch_of(1));
-    env->reset();
-    const std::vector<std::byte> good = Snapshotter(*env).save();
+    const auto batch = make_env(id, batch_of(1));
+    batch->reset();
+    const std::vector<std::byte> good = Snapshotter(*batch).save();
     for (const char* column : {"visited", "guess_visited"}) {
       for (const std::int32_t visits : {-1, INT32_MAX}) {
         INFO(id << " " << column << " " << visits);
         CHECK_THROWS_WITH(
-            Snapshotter(*env).restore(made_up(good, place_of(*env, good, column), visits)),
+            Snapshotter(*batch).restore(made_up(good, place_of(*batch, good, column), visits)),
             Catch::Contains(std::string("'") + column + "' has a value that no"));
       }
     }
-    CHECK(Snapshotter(*env).save() == good);
+    CHECK(Snapshotter(*batch).save() == good);
   }
 }
 
 // Their beginnings would be read behind the last one.
 TEST_CASE("Snapshots of more blinks than there can be are refused", "[snapshot]") {
-  const auto env = make_env("BlinkCountButtonPressEasy-VLA-v0", batch_of(1));
-  env->reset();
-  const std::vector<std::byte> good = Snapshotter(*env).save();
-  const std::size_t target = place_of(*env, good, "target_blinks");
+  const auto batch = make_env("BlinkCountButtonPressEasy-VLA-v0", batch_of(1));
+  batch->reset();
+  const std::vector<std::byte> good = Snapshotter(*batch).save();
+  const std::size_t target = place_of(*batch, good, "target_blinks");
   for (const std::int32_t count : {-1, 1000, INT32_MAX}) {
-    CHECK_THROWS_WITH(Snapshotter(*env).restore(made_up(good, target, count)),
+    CHECK_THROWS_WITH(Snapshotter(*batch).restore(made_up(good, target, count)),
                       Catch::Contains("'target_blinks' has a value that no"));
   }
-  CHECK(Snapshotter(*env).save() == good);
+  CHECK(Snapshotter(*batch).save() == good);
 }
 
 TEST_CASE("A snapshot goes only into batches of the same task options", "[snapshot]") {
@@ -374,11 +375,11 @@ TEST_CASE("What is observed of a snapshot is up to the batch it goes into", "[sn
 }
 
 TEST_CASE("A snapshot goes on by the rules of the batch it goes into", "[snapshot]") {
-  const auto env = make_env(kId, batch_of(1));
-  env->reset();
-  for (int i = 0; i < env->info().horizon; ++i) press(*env);
-  REQUIRE(env->truncated()[0] == 1);
-  const std::vector<std::byte> ended = Snapshotter(*env).save();
+  const auto batch = make_env(kId, batch_of(1));
+  batch->reset();
+  for (int i = 0; i < batch->info().horizon; ++i) press(*batch);
+  REQUIRE(batch->truncated()[0] == 1);
+  const std::vector<std::byte> ended = Snapshotter(*batch).save();
 
   const auto episode_after_step = [&](AutoReset rule) {
     BatchOptions options = batch_of(1, 40);
@@ -389,27 +390,27 @@ TEST_CASE("A snapshot goes on by the rules of the batch it goes into", "[snapsho
     press(*other);
     return std::pair(other->state().episode[0], other->state().elapsed[0]);
   };
-  const auto horizon = env->info().horizon;
+  const auto horizon = batch->info().horizon;
   CHECK(episode_after_step(AutoReset::kNextStep) == std::pair(std::uint64_t{1}, 0));
   CHECK(episode_after_step(AutoReset::kSameStep) == std::pair(std::uint64_t{1}, 0));
   CHECK(episode_after_step(AutoReset::kOff) == std::pair(std::uint64_t{0}, horizon));
 }
 
 TEST_CASE("Saving needs a reset and an environment of the batch", "[snapshot]") {
-  const auto env = make_env(kId, batch_of(2));
-  CHECK_THROWS_WITH(Snapshotter(*env).save(), Catch::Contains("before the first reset"));
-  CHECK_THROWS_WITH(Snapshotter(*env).save_size(), Catch::Contains("before the first reset"));
-  CHECK_THROWS_AS(Snapshotter(*env).save(0), Error);
-  CHECK_THROWS_AS(Snapshotter(*env).save_size(0), Error);
-  env->reset();
-  CHECK(Snapshotter(*env).save().size() == Snapshotter(*env).save_size());
-  CHECK(Snapshotter(*env).save(0).size() == Snapshotter(*env).save_size(0));
-  CHECK_THROWS_WITH(Snapshotter(*env).save_size(2),
+  const auto batch = make_env(kId, batch_of(2));
+  CHECK_THROWS_WITH(Snapshotter(*batch).save(), Catch::Contains("before the first reset"));
+  CHECK_THROWS_WITH(Snapshotter(*batch).save_size(), Catch::Contains("before the first reset"));
+  CHECK_THROWS_AS(Snapshotter(*batch).save(0), Error);
+  CHECK_THROWS_AS(Snapshotter(*batch).save_size(0), Error);
+  batch->reset();
+  CHECK(Snapshotter(*batch).save().size() == Snapshotter(*batch).save_size());
+  CHECK(Snapshotter(*batch).save(0).size() == Snapshotter(*batch).save_size(0));
+  CHECK_THROWS_WITH(Snapshotter(*batch).save_size(2),
                     Catch::Contains("environment 2 given, 0 to 1 allowed"));
-  const std::vector<std::byte> saved = Snapshotter(*env).save(0);
-  CHECK_THROWS_WITH(Snapshotter(*env).save(2),
+  const std::vector<std::byte> saved = Snapshotter(*batch).save(0);
+  CHECK_THROWS_WITH(Snapshotter(*batch).save(2),
                     Catch::Contains("environment 2 given, 0 to 1 allowed"));
-  CHECK_THROWS_AS(Snapshotter(*env).restore(-1, saved), Error);
+  CHECK_THROWS_AS(Snapshotter(*batch).restore(-1, saved), Error);
   const auto fresh = make_env(kId, batch_of(2));
   CHECK_THROWS_WITH(Snapshotter(*fresh).restore(0, saved),
                     Catch::Contains("before the first reset"));

@@ -41,50 +41,51 @@ struct Subject {
 };
 
 // The oracle's actions for even seeds, random ones for odd seeds.
-void step(Batch& env) {
-  std::vector<float> actions = test::act(env, Policy::kOracle);
-  const std::vector<float> random = test::act(env, Policy::kRandom);
-  const auto dim = static_cast<std::size_t>(env.action_dim());
+void step(Batch& batch) {
+  std::vector<float> actions = test::act(batch, Policy::kOracle);
+  const std::vector<float> random = test::act(batch, Policy::kRandom);
+  const auto dim = static_cast<std::size_t>(batch.action_dim());
   for (std::size_t i = 0; i < actions.size(); ++i) {
-    if (env.state().seed[static_cast<int>(i / dim)] % 2 == 1) actions[i] = random[i];
+    if (batch.state().seed[static_cast<int>(i / dim)] % 2 == 1) actions[i] = random[i];
   }
-  env.step(actions);
+  batch.step(actions);
 }
 
 // What one environment remembers and shows.
-std::uint64_t digest(const Batch& env, int index, std::uint64_t before) {
-  const std::uint64_t hash = checksum(test::env_bytes(env, index), before);
-  const std::size_t image = env.images().rgb.size() / static_cast<std::size_t>(env.num_envs());
+std::uint64_t digest(const Batch& batch, int index, std::uint64_t before) {
+  const std::uint64_t hash = checksum(test::env_bytes(batch, index), before);
+  const std::size_t image = batch.images().rgb.size() / static_cast<std::size_t>(batch.num_envs());
   return checksum(
-      std::as_bytes(env.images().rgb.subspan(static_cast<std::size_t>(index) * image, image)),
+      std::as_bytes(batch.images().rgb.subspan(static_cast<std::size_t>(index) * image, image)),
       hash);
 }
 
 // The futures of snapshots that are restored into neighbouring slots, from `slot` on.
-std::vector<std::uint64_t> futures(Batch& env, std::span<const test::Bytes> saved, int slot) {
+std::vector<std::uint64_t> futures(Batch& batch, std::span<const test::Bytes> saved, int slot) {
   std::vector<std::uint64_t> hashes(saved.size(), kChecksumSeed);
   const auto note = [&] {
     for (std::size_t i = 0; i < saved.size(); ++i) {
-      hashes[i] = digest(env, (slot + static_cast<int>(i)) % env.num_envs(), hashes[i]);
+      hashes[i] = digest(batch, (slot + static_cast<int>(i)) % batch.num_envs(), hashes[i]);
     }
   };
   for (std::size_t i = 0; i < saved.size(); ++i) {
-    Snapshotter(env).restore((slot + static_cast<int>(i)) % env.num_envs(), saved[i]);
+    Snapshotter(batch).restore((slot + static_cast<int>(i)) % batch.num_envs(), saved[i]);
   }
   note();
   for (int i = 0; i < kFuture; ++i) {
-    step(env);
+    step(batch);
     note();
   }
   return hashes;
 }
 
 // The same for more of them than there are slots.
-std::vector<std::uint64_t> all_futures(Batch& env, std::span<const test::Bytes> saved) {
+std::vector<std::uint64_t> all_futures(Batch& batch, std::span<const test::Bytes> saved) {
   std::vector<std::uint64_t> hashes;
   while (!saved.empty()) {
-    const auto some = saved.first(std::min(saved.size(), static_cast<std::size_t>(env.num_envs())));
-    for (const std::uint64_t hash : futures(env, some, 2)) hashes.push_back(hash);
+    const auto some =
+        saved.first(std::min(saved.size(), static_cast<std::size_t>(batch.num_envs())));
+    for (const std::uint64_t hash : futures(batch, some, 2)) hashes.push_back(hash);
     saved = saved.subspan(some.size());
   }
   return hashes;
@@ -98,7 +99,7 @@ struct Journey {
 };
 
 // Takes snapshots at `count` random steps before `end`, each of a random environment.
-Journey travel(Batch& env, int count, int end, std::uint64_t seed) {
+Journey travel(Batch& batch, int count, int end, std::uint64_t seed) {
   RandomStream random(seed, 0, 0);
   std::vector<int> steps;
   steps.reserve(static_cast<std::size_t>(count));
@@ -106,16 +107,16 @@ Journey travel(Batch& env, int count, int end, std::uint64_t seed) {
   std::sort(steps.begin(), steps.end());
   Journey journey;
   journey.futures.assign(steps.size(), kChecksumSeed);
-  env.reset();
+  batch.reset();
   for (int now = 0; now <= steps.back() + kFuture; ++now) {
-    if (now > 0) step(env);
+    if (now > 0) step(batch);
     for (std::size_t i = 0; i < steps.size(); ++i) {
       if (steps[i] == now) {
-        journey.slots.push_back(random.integer(0, env.num_envs() - 1));
-        journey.saved.push_back(Snapshotter(env).save(journey.slots.back()));
+        journey.slots.push_back(random.integer(0, batch.num_envs() - 1));
+        journey.saved.push_back(Snapshotter(batch).save(journey.slots.back()));
       }
       if (steps[i] <= now && now <= steps[i] + kFuture) {
-        journey.futures[i] = digest(env, journey.slots[i], journey.futures[i]);
+        journey.futures[i] = digest(batch, journey.slots[i], journey.futures[i]);
       }
     }
   }
@@ -150,14 +151,14 @@ TEST_CASE("Snapshots from a folder go on", "[.continue_snapshots]") {
     subject.obs_mode = static_cast<ObsMode>(obs_mode);
     std::vector<test::Bytes> saved;
     for (std::size_t i = 0; i < count; ++i) {
-      const std::string bytes = tests::read_file(entry.path() / std::to_string(i));
+      const std::string bytes = test::read_file(entry.path() / std::to_string(i));
       const auto all = std::as_bytes(std::span(bytes));
       saved.emplace_back(all.begin(), all.end());
     }
-    const auto env = subject.batch(4, 2, 700);
-    env->reset();
+    const auto batch = subject.batch(4, 2, 700);
+    batch->reset();
     std::ofstream out(entry.path() / "futures");
-    for (const std::uint64_t hash : all_futures(*env, saved)) out << hash << '\n';
+    for (const std::uint64_t hash : all_futures(*batch, saved)) out << hash << '\n';
   }
 }
 
@@ -173,7 +174,7 @@ void continue_elsewhere(const fs::path& root) {
   const std::string line = std::string(kFolderVariable) + "='" + root.string() + "' '" + program +
                            "' '[.continue_snapshots]' >'" + (root.string() + ".log") + "' 2>&1";
   const int status = std::system(line.c_str());
-  INFO(tests::read_file(root.string() + ".log"));
+  INFO(test::read_file(root.string() + ".log"));
   REQUIRE(status == 0);
 }
 
@@ -181,17 +182,17 @@ void continue_elsewhere(const fs::path& root) {
 
 // Snapshots at `count` random steps of each subject's first `limit` steps.
 void check_travel(const std::vector<Subject>& subjects, int count, int limit) {
-  const tests::TemporaryFolder temporary;
+  const test::TemporaryFolder temporary;
   const fs::path root = temporary.path() / "journeys";
   std::vector<Journey> journeys;
   for (const Subject& subject : subjects) {
     INFO(subject.id);
     const auto seed = static_cast<std::uint64_t>(100 * journeys.size());
-    const auto env = subject.batch(3, 2, seed);
-    const int end = std::min(limit, env->info().horizon);
-    const Journey& journey = journeys.emplace_back(travel(*env, count, end, seed));
+    const auto batch = subject.batch(3, 2, seed);
+    const int end = std::min(limit, batch->info().horizon);
+    const Journey& journey = journeys.emplace_back(travel(*batch, count, end, seed));
     for (std::size_t i = 0; i < journey.saved.size(); ++i) {  // into another slot
-      const auto again = futures(*env, {&journey.saved[i], 1}, (journey.slots[i] + 1) % 3);
+      const auto again = futures(*batch, {&journey.saved[i], 1}, (journey.slots[i] + 1) % 3);
       CHECK(again.front() == journey.futures[i]);
     }
     const auto other = subject.batch(5, 3, 900);

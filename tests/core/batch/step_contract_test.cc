@@ -42,109 +42,110 @@ struct Logged {
 
   std::vector<std::string> log;
   SceneTask* task = nullptr;
-  std::unique_ptr<Batch> env;
+  std::unique_ptr<Batch> batch;
 };
 
 TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[batch]") {
   Logged logged;
   CHECK(logged.log.empty());
-  logged.env->reset();
+  logged.batch->reset();
   CHECK(logged.log == std::vector<std::string>{"reset@0", "advance@0", "evaluate@0", "observe@0"});
-  CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 0);
-  CHECK(logged.env->reward()[0] == 0);
+  CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 0);
+  CHECK(logged.batch->reward()[0] == 0);
 }
 
 TEST_CASE("A step counts after physics and before evaluation", "[batch]") {
   Logged logged;
-  logged.env->reset();
+  logged.batch->reset();
   logged.log.clear();
-  step(*logged.env, Policy::kZero);
+  step(*logged.batch, Policy::kZero);
   CHECK(logged.log ==
         std::vector<std::string>{"before@0", "advance@1", "evaluate@1", "observe@1", "reward@1"});
-  CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 1);
+  CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 1);
   logged.log.clear();
-  step(*logged.env, Policy::kZero);
+  step(*logged.batch, Policy::kZero);
   CHECK(logged.log.front() == "before@1");
   CHECK(logged.log.back() == "reward@2");
 }
 
 TEST_CASE("Truncation comes exactly at the horizon", "[batch]") {
   Logged logged({}, 5);
-  logged.env->reset();
+  logged.batch->reset();
   for (int i = 1; i <= 5; ++i) {
-    step(*logged.env, Policy::kZero);
-    CHECK(logged.env->truncated()[0] == (i == 5 ? 1 : 0));
-    CHECK(logged.env->terminated()[0] == 0);
+    step(*logged.batch, Policy::kZero);
+    CHECK(logged.batch->truncated()[0] == (i == 5 ? 1 : 0));
+    CHECK(logged.batch->terminated()[0] == 0);
   }
 }
 
 TEST_CASE("With next step resets the step after an end ignores its action", "[batch]") {
   Logged logged({}, 2);
-  logged.env->reset();
-  const std::vector<float> first(logged.env->observation().begin(),
-                                 logged.env->observation().end());
-  step(*logged.env, Policy::kZero);
-  step(*logged.env, Policy::kZero);
-  CHECK(logged.env->truncated()[0] == 1);
-  CHECK(logged.env->observation().back() == 2);
-  CHECK(*row<double>(logged.env->output("episode_return"), 0) == 4);
+  logged.batch->reset();
+  const std::vector<float> first(logged.batch->observation().begin(),
+                                 logged.batch->observation().end());
+  step(*logged.batch, Policy::kZero);
+  step(*logged.batch, Policy::kZero);
+  CHECK(logged.batch->truncated()[0] == 1);
+  CHECK(logged.batch->observation().back() == 2);
+  CHECK(*row<double>(logged.batch->output("episode_return"), 0) == 4);
   logged.log.clear();
   const std::vector<float> push(7, 1.0F);
-  logged.env->step(push);
+  logged.batch->step(push);
   CHECK(logged.log == std::vector<std::string>{"reset@0", "advance@0", "evaluate@0", "observe@0"});
-  CHECK(logged.env->truncated()[0] == 0);
-  CHECK(logged.env->reward()[0] == 0);
-  CHECK(logged.env->observation().back() == 0);
-  CHECK(logged.env->observation()[0] != first[0]);  // an episode of its own
-  CHECK(logged.env->observation()[9] == 0);         // at rest
-  CHECK(*row<double>(logged.env->output("episode_return"), 0) == 0);
-  CHECK(logged.env->state().episode[0] == 1);
+  CHECK(logged.batch->truncated()[0] == 0);
+  CHECK(logged.batch->reward()[0] == 0);
+  CHECK(logged.batch->observation().back() == 0);
+  CHECK(logged.batch->observation()[0] != first[0]);  // an episode of its own
+  CHECK(logged.batch->observation()[9] == 0);         // at rest
+  CHECK(*row<double>(logged.batch->output("episode_return"), 0) == 0);
+  CHECK(logged.batch->state().episode[0] == 1);
 }
 
 TEST_CASE("With same step resets the last observation is kept as final", "[batch]") {
   BatchOptions options;
   options.auto_reset = AutoReset::kSameStep;
   Logged logged(options, 2);
-  logged.env->reset();
-  step(*logged.env, Policy::kZero);
-  CHECK(logged.env->final_mask()[0] == 0);
-  step(*logged.env, Policy::kZero);
-  CHECK(logged.env->final_mask()[0] == 1);
-  CHECK(logged.env->truncated()[0] == 1);
-  CHECK(logged.env->reward()[0] == 2);
-  CHECK(logged.env->observation().back() == 0);
-  CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 0);
-  const auto* final_row = row<float>(logged.env->final_output("observation"), 0);
-  CHECK(final_row[logged.env->state_dim() - 1] == 2);
-  CHECK(*row<std::int32_t>(logged.env->final_output("elapsed_steps"), 0) == 2);
-  CHECK(*row<double>(logged.env->final_output("episode_return"), 0) == 4);
-  step(*logged.env, Policy::kZero);
-  CHECK(logged.env->final_mask()[0] == 0);
-  CHECK(logged.env->truncated()[0] == 0);
-  CHECK(logged.env->observation().back() == 1);
+  logged.batch->reset();
+  step(*logged.batch, Policy::kZero);
+  CHECK(logged.batch->final_mask()[0] == 0);
+  step(*logged.batch, Policy::kZero);
+  CHECK(logged.batch->final_mask()[0] == 1);
+  CHECK(logged.batch->truncated()[0] == 1);
+  CHECK(logged.batch->reward()[0] == 2);
+  CHECK(logged.batch->observation().back() == 0);
+  CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 0);
+  const auto* final_row = row<float>(logged.batch->final_output("observation"), 0);
+  CHECK(final_row[logged.batch->state_dim() - 1] == 2);
+  CHECK(*row<std::int32_t>(logged.batch->final_output("elapsed_steps"), 0) == 2);
+  CHECK(*row<double>(logged.batch->final_output("episode_return"), 0) == 4);
+  step(*logged.batch, Policy::kZero);
+  CHECK(logged.batch->final_mask()[0] == 0);
+  CHECK(logged.batch->truncated()[0] == 0);
+  CHECK(logged.batch->observation().back() == 1);
 }
 
 TEST_CASE("Without resets an environment that has ended is left alone", "[batch]") {
   BatchOptions options;
   options.auto_reset = AutoReset::kOff;
   Logged logged(options, 2);
-  logged.env->reset();
-  step(*logged.env, Policy::kZero);
-  step(*logged.env, Policy::kZero);
-  CHECK(logged.env->reward()[0] == 2);
-  const std::vector<float> last(logged.env->observation().begin(), logged.env->observation().end());
+  logged.batch->reset();
+  step(*logged.batch, Policy::kZero);
+  step(*logged.batch, Policy::kZero);
+  CHECK(logged.batch->reward()[0] == 2);
+  const std::vector<float> last(logged.batch->observation().begin(),
+                                logged.batch->observation().end());
   const std::vector<float> push(7, 1.0F);
   for (int i = 0; i < 3; ++i) {
     logged.log.clear();
-    logged.env->step(push);
+    logged.batch->step(push);
     CHECK(logged.log.empty());
-    CHECK(logged.env->reward()[0] == 0);
-    CHECK(logged.env->truncated()[0] == 1);
-    CHECK(std::equal(last.begin(), last.end(), logged.env->observation().begin()));
+    CHECK(logged.batch->reward()[0] == 0);
+    CHECK(logged.batch->truncated()[0] == 1);
+    CHECK(std::equal(last.begin(), last.end(), logged.batch->observation().begin()));
   }
-  logged.env->reset();
-  CHECK(logged.env->truncated()[0] == 0);
-  CHECK(logged.env->observation().back() == 0);
+  logged.batch->reset();
+  CHECK(logged.batch->truncated()[0] == 0);
+  CHECK(logged.batch->observation().back() == 0);
 }
 
 BatchOptions going_on() {
@@ -161,28 +162,28 @@ TEST_CASE("An environment that has ended can be simulated on", "[batch]") {
   task->on_evaluate = [task](int env) {
     task->engine.success[env] = task->engine.state->elapsed[env] == 4 ? 1 : 0;
   };
-  logged.env->reset();
+  logged.batch->reset();
   for (int i = 1; i <= 6; ++i) {
     logged.log.clear();
-    step(*logged.env, Policy::kOracle);
+    step(*logged.batch, Policy::kOracle);
     CHECK(logged.log.size() == 4);
-    CHECK(logged.env->reward()[0] == 2);
-    CHECK(logged.env->success()[0] == (i == 4 ? 1 : 0));
-    CHECK(logged.env->terminated()[0] == (i == 4 ? 1 : 0));
-    CHECK(logged.env->truncated()[0] == (i >= 2 ? 1 : 0));
-    CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == i);
-    CHECK(*row<double>(logged.env->output("episode_return"), 0) == 2 * i);
-    CHECK(logged.env->observation().back() == static_cast<float>(i));
+    CHECK(logged.batch->reward()[0] == 2);
+    CHECK(logged.batch->success()[0] == (i == 4 ? 1 : 0));
+    CHECK(logged.batch->terminated()[0] == (i == 4 ? 1 : 0));
+    CHECK(logged.batch->truncated()[0] == (i >= 2 ? 1 : 0));
+    CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == i);
+    CHECK(*row<double>(logged.batch->output("episode_return"), 0) == 2 * i);
+    CHECK(logged.batch->observation().back() == static_cast<float>(i));
   }
   // A snapshot of it goes on where the same is asked for.
-  const std::vector<std::byte> saved = Snapshotter(*logged.env).save();
-  step(*logged.env, Policy::kOracle);
-  Snapshotter(*logged.env).restore(saved);
-  CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 6);
-  step(*logged.env, Policy::kOracle);
-  CHECK(*row<std::int32_t>(logged.env->output("elapsed_steps"), 0) == 7);
-  logged.env->reset();
-  CHECK(logged.env->truncated()[0] == 0);
+  const std::vector<std::byte> saved = Snapshotter(*logged.batch).save();
+  step(*logged.batch, Policy::kOracle);
+  Snapshotter(*logged.batch).restore(saved);
+  CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 6);
+  step(*logged.batch, Policy::kOracle);
+  CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 7);
+  logged.batch->reset();
+  CHECK(logged.batch->truncated()[0] == 0);
 }
 
 TEST_CASE("Steps after an end can be refused", "[batch]") {
@@ -190,14 +191,14 @@ TEST_CASE("Steps after an end can be refused", "[batch]") {
   options.auto_reset = AutoReset::kOff;
   options.after_end = AfterEnd::kRefuse;
   Logged logged(options, 1);
-  logged.env->reset();
-  step(*logged.env, Policy::kZero);
+  logged.batch->reset();
+  step(*logged.batch, Policy::kZero);
   logged.log.clear();
-  CHECK_THROWS_WITH(step(*logged.env, Policy::kZero),
+  CHECK_THROWS_WITH(step(*logged.batch, Policy::kZero),
                     Catch::Matchers::Contains("environment 0 has ended; reset it"));
   CHECK(logged.log.empty());
-  logged.env->reset();
-  CHECK_NOTHROW(step(*logged.env, Policy::kZero));
+  logged.batch->reset();
+  CHECK_NOTHROW(step(*logged.batch, Policy::kZero));
   // What is to go on cannot be reset by itself.
   options = going_on();
   options.auto_reset = AutoReset::kNextStep;
@@ -218,11 +219,11 @@ std::unique_ptr<Logged> with_success(Termination rule, const BatchOptions& optio
   return logged;
 }
 
-int steps_to_termination(Batch& env) {
-  env.reset();
+int steps_to_termination(Batch& batch) {
+  batch.reset();
   for (int i = 1; i <= 6; ++i) {
-    step(env, Policy::kZero);
-    if (env.terminated()[0] != 0) return i;
+    step(batch, Policy::kZero);
+    if (batch.terminated()[0] != 0) return i;
   }
   return 0;
 }
@@ -231,7 +232,7 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[bat
   const auto steps = [](Termination rule, std::optional<bool> override, bool fails = false) {
     BatchOptions options;
     options.terminate_on_success = override;
-    return steps_to_termination(*with_success(rule, options, fails)->env);
+    return steps_to_termination(*with_success(rule, options, fails)->batch);
   };
   CHECK(steps(Termination::kNever, {}) == 0);
   CHECK(steps(Termination::kSuccess, {}) == 3);
@@ -245,7 +246,7 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[bat
     BatchOptions options;
     options.terminate_on_success = override;
     options.terminate_on_failure = false;
-    return steps_to_termination(*with_success(Termination::kSuccessOrFailed, options, true)->env);
+    return steps_to_termination(*with_success(Termination::kSuccessOrFailed, options, true)->batch);
   };
   CHECK(steps_on({}) == 3);
   CHECK(steps_on(false) == 0);
@@ -257,14 +258,16 @@ TEST_CASE("Success is latched for the episode only", "[batch]") {
   task->on_evaluate = [task](int env) {
     task->engine.success[env] = task->engine.state->elapsed[env] == 2 ? 1 : 0;
   };
-  logged.env->reset();
-  const auto once = [&] { return int{*row<std::uint8_t>(logged.env->output("success_once"), 0)}; };
+  logged.batch->reset();
+  const auto once = [&] {
+    return int{*row<std::uint8_t>(logged.batch->output("success_once"), 0)};
+  };
   for (int i = 1; i <= 4; ++i) {
-    step(*logged.env, Policy::kZero);
-    CHECK(logged.env->success()[0] == (i == 2 ? 1 : 0));
+    step(*logged.batch, Policy::kZero);
+    CHECK(logged.batch->success()[0] == (i == 2 ? 1 : 0));
     CHECK(once() == (i >= 2 ? 1 : 0));
   }
-  logged.env->reset();
+  logged.batch->reset();
   CHECK(once() == 0);
 }
 
@@ -274,10 +277,10 @@ TEST_CASE("Success at reset counts for nothing", "[batch]") {
   task->on_evaluate = [task](int env) {
     task->engine.success[env] = task->engine.state->elapsed[env] == 0 ? 1 : 0;
   };
-  logged.env->reset();
-  CHECK(*row<std::uint8_t>(logged.env->output("success_once"), 0) == 0);
-  step(*logged.env, Policy::kZero);
-  CHECK(*row<std::uint8_t>(logged.env->output("success_once"), 0) == 0);
+  logged.batch->reset();
+  CHECK(*row<std::uint8_t>(logged.batch->output("success_once"), 0) == 0);
+  step(*logged.batch, Policy::kZero);
+  CHECK(*row<std::uint8_t>(logged.batch->output("success_once"), 0) == 0);
 }
 
 TEST_CASE("Rewards are those of the mode", "[batch]") {
@@ -291,12 +294,12 @@ TEST_CASE("Rewards are those of the mode", "[batch]") {
     task->on_evaluate = [task](int env) {
       task->engine.success[env] = task->engine.state->elapsed[env] == 2 ? 1 : 0;
     };
-    Batch env(std::move(owned), options);
-    env.reset();
+    Batch batch(std::move(owned), options);
+    batch.reset();
     std::array<float, 2> rewards{};
     for (float& value : rewards) {
-      step(env, Policy::kZero);
-      value = env.reward()[0];
+      step(batch, Policy::kZero);
+      value = batch.reward()[0];
     }
     return rewards;
   };
@@ -308,13 +311,13 @@ TEST_CASE("Rewards are those of the mode", "[batch]") {
 
 TEST_CASE("A task sees the action of the step and the one before", "[batch]") {
   Logged logged;
-  logged.env->reset();
+  logged.batch->reset();
   const Bindings& engine = logged.task->engine;
   CHECK(engine.action.row(0)[0] == 0);
-  logged.env->step(std::vector<float>(7, 0.25F));
+  logged.batch->step(std::vector<float>(7, 0.25F));
   CHECK(engine.action.row(0)[6] == 0.25F);
   CHECK(engine.previous_action.row(0)[6] == 0);
-  logged.env->step(std::vector<float>(7, 0.5F));
+  logged.batch->step(std::vector<float>(7, 0.5F));
   CHECK(engine.action.row(0)[6] == 0.5F);
   CHECK(engine.previous_action.row(0)[6] == 0.25F);
 }
@@ -327,13 +330,13 @@ TEST_CASE("Actions are frozen until the cue is over unless the option says other
     auto logged = std::make_unique<Logged>(options);
     SceneTask* task = logged->task;
     task->on_reset = [task](int env) { task->engine.freeze_steps[env] = 4; };
-    Batch& env = *logged->env;
-    env.reset();
-    std::vector<float> push = test::act(env, Policy::kRandom);
+    Batch& batch = *logged->batch;
+    batch.reset();
+    std::vector<float> push = test::act(batch, Policy::kRandom);
     for (int i = 1; i <= 8; ++i) {
-      const double before = env.state().qpos.row(0)[5];
-      env.step(push);
-      if (std::abs(env.state().qpos.row(0)[5] - before) > 1e-4) return i;
+      const double before = batch.state().qpos.row(0)[5];
+      batch.step(push);
+      if (std::abs(batch.state().qpos.row(0)[5] - before) > 1e-4) return i;
     }
     return 0;
   };
@@ -351,17 +354,17 @@ TEST_CASE("A frozen action is zero in normalised modes and holds in joint positi
   Logged logged(options);
   SceneTask* task = logged.task;
   task->on_reset = [task](int env) { task->engine.freeze_steps[env] = 10; };
-  logged.env->reset();
-  step(*logged.env, Policy::kRandom);
+  logged.batch->reset();
+  step(*logged.batch, Policy::kRandom);
   const float* action = task->engine.action.row(0);
   if (options.control_mode == ControlMode::kPdEeDeltaPose) {
     CHECK(std::all_of(action, action + 7, [](float v) { return v == 0; }));
-    for (int i = 0; i < 2; ++i) step(*logged.env, Policy::kRandom);
-    CHECK(logged.env->state().qpos.row(0)[7] == Approx(0.02).margin(0.003));
+    for (int i = 0; i < 2; ++i) step(*logged.batch, Policy::kRandom);
+    CHECK(logged.batch->state().qpos.row(0)[7] == Approx(0.02).margin(0.003));
   } else {
     CHECK(action[3] == Approx(-2 * std::numbers::pi / 3));
     CHECK(action[7] == 1);  // 0.04 m open
-    CHECK(logged.env->state().qpos.row(0)[7] == Approx(0.04).margin(1e-6));
+    CHECK(logged.batch->state().qpos.row(0)[7] == Approx(0.04).margin(1e-6));
   }
 }
 

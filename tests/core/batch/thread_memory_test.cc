@@ -31,9 +31,9 @@ TEST_CASE("Bytes of a process that has played", "[.][print_memory]") {
   options.num_envs = 36;
   options.threads = std::atoi(threads);
   options.chunk = 1;
-  const auto env = test::make_env(id, options);
-  env->reset();
-  for (int i = 0; i < 40; ++i) test::step(*env, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
+  const auto batch = test::make_env(id, options);
+  batch->reset();
+  for (int i = 0; i < 40; ++i) test::step(*batch, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
   std::printf("bytes %f\n", resident_bytes());
 }
 

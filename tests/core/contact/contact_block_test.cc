@@ -25,10 +25,10 @@ class Block {
         block_(2, 2, 2, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
     const double stiffness = model().robot_params().drive.stiffness;
     for (int lane = 0; lane < 2; ++lane) {
-      robots_.put(LaneRows::kQ, lane, kStartPose.data(), kRobotJoints);
+      robots_.put(LaneVectors::kQ, lane, kStartPose.data(), kRobotJoints);
       for (int i = 0; i < kRobotJoints; ++i) {
         const double bias = stiffness * kStartPose[static_cast<std::size_t>(i)];
-        robots_.put(LaneRows::kDriveBias + i, lane, &bias, 1);
+        robots_.put(LaneVectors::kDriveBias + i, lane, &bias, 1);
       }
     }
     block_.clear();
@@ -36,8 +36,8 @@ class Block {
   ContactBlock& operator*() { return block_; }
   ContactBlock* operator->() { return &block_; }
   void step() {
-    contact_kernel(2).substep(model().robot_model(), model().robot_params(), false, robots_.rows(),
-                              block_.finish());
+    contact_kernel(2).substep(model().robot_model(), model().robot_params(), false,
+                              robots_.vectors(), block_.finish());
   }
 
  private:
@@ -56,7 +56,7 @@ FreeBodyState cube_at(const Vec3& center, const Vec3& velocity) {
 PatchSpec under(const Vec3& center, double gap = 0) {
   PatchSpec spec;
   spec.list = PatchLists::kFixed;
-  spec.slot_a = 0;
+  spec.body_a = 0;
   spec.friction = 0.3;
   spec.normal = Vec3::UnitZ();
   for (const Vec3& corner :
@@ -110,7 +110,7 @@ TEST_CASE("Friction holds a slow cube, and slips under a fast one", "[contact]")
     block.step();
     block->get_body(0, 0, state);
     const bool slips = along > 0.3 * down;
-    CHECK(block->is_broken(0, patch) == slips);
+    CHECK(block->is_slipping(0, patch) == slips);
     // It tilts a little while it is held.
     CHECK(state.linear.x() == Approx(slips ? along - 0.3 * down : 0).margin(slips ? 1e-3 : 2e-3));
     // The impulse is the change of momentum.
@@ -128,8 +128,8 @@ TEST_CASE("Two bodies that collide keep their momentum", "[contact]") {
   block->put_body(1, 1, cube(), b);
   PatchSpec spec;
   spec.list = PatchLists::kMoving;
-  spec.slot_a = 0;
-  spec.slot_b = 1;
+  spec.body_a = 0;
+  spec.body_b = 1;
   spec.normal = Vec3::UnitX();
   spec.num_points = 1;
   spec.points[0] = {-0.02, 0, 0.5};

@@ -80,18 +80,18 @@ class Generator {
         break;
       }
       case 1:  // a body and the table, or a kinematic prop
-        spec.slot_a = below(bodies);
+        spec.body_a = below(bodies);
         spec.list = PatchLists::kFixed;
         spec.kinematic_velocity = below(2) == 0 ? Vec3(Vec3::Zero()) : vec(0.2);
         break;
       case 2:  // a link and a body
         spec.link_a = below(2) == 0 ? kLeftFingerLink : kHandLink;
-        spec.slot_b = below(bodies);
+        spec.body_b = below(bodies);
         spec.list = PatchLists::kMoving;
         break;
       default:  // two bodies
-        spec.slot_a = below(bodies);
-        spec.slot_b = (spec.slot_a + 1) % bodies;
+        spec.body_a = below(bodies);
+        spec.body_b = (spec.body_a + 1) % bodies;
         spec.list = PatchLists::kMoving;
     }
     add_points(to, spec);
@@ -99,7 +99,7 @@ class Generator {
   }
 
   void add_points(const Environment& to, PatchSpec& spec) {
-    const int slot = std::max(spec.slot_a, spec.slot_b);
+    const int slot = std::max(spec.body_a, spec.body_b);
     const Vec3 middle =
         slot >= 0 ? to.bodies[static_cast<std::size_t>(slot)].center : Vec3(vec(0.3));
     const bool rubber = below(2) == 0;
@@ -153,7 +153,7 @@ class Lanes {
         patches.back().push_back(contacts_.add_patch(lane, spec));
       }
     }
-    kernel_.substep(model().robot_model(), model().robot_params(), false, robots_.rows(),
+    kernel_.substep(model().robot_model(), model().robot_params(), false, robots_.vectors(),
                     contacts_.finish());
     std::vector<Result> results;
     for (int lane = 0; lane < width(); ++lane) {
@@ -165,11 +165,11 @@ class Lanes {
 
  private:
   void put(int lane, const Environment& environment) {
-    robots_.put(LaneRows::kQ, lane, environment.robot.q.data(), kRobotJoints);
-    robots_.put(LaneRows::kV, lane, environment.robot.v.data(), kRobotJoints);
+    robots_.put(LaneVectors::kQ, lane, environment.robot.q.data(), kRobotJoints);
+    robots_.put(LaneVectors::kV, lane, environment.robot.v.data(), kRobotJoints);
     for (int i = 0; i < kRobotJoints; ++i) {
       const double bias = drive_bias_of(environment.robot, i);
-      robots_.put(LaneRows::kDriveBias + i, lane, &bias, 1);
+      robots_.put(LaneVectors::kDriveBias + i, lane, &bias, 1);
     }
     for (std::size_t slot = 0; slot < environment.bodies.size(); ++slot) {
       const int i = static_cast<int>(slot);
@@ -179,7 +179,7 @@ class Lanes {
 
   Result get(int lane, const Environment& environment, const std::vector<int>& patches) const {
     Result result(2 * kRobotJoints);
-    robots_.get(LaneRows::kEndQ, lane, result.data(), 2 * kRobotJoints);
+    robots_.get(LaneVectors::kEndQ, lane, result.data(), 2 * kRobotJoints);
     const auto append = [&](const auto& values) {
       for (int i = 0; i < values.size(); ++i) result.push_back(values[i]);
     };
@@ -194,7 +194,7 @@ class Lanes {
     for (const int patch : patches) {
       result.push_back(patch);
       if (patch < 0) continue;
-      result.push_back(contacts_.is_broken(lane, patch) ? 1 : 0);
+      result.push_back(contacts_.is_slipping(lane, patch) ? 1 : 0);
       append(contacts_.impulse(lane, patch));
     }
     return result;
@@ -292,11 +292,11 @@ TEST_CASE("A robot that touches nothing moves as without contacts, to the bit", 
   const LaneKernel& kernel = widest_lane_kernel();
   const std::vector<Robot> robots = random_robots(64);
   const auto put = [](LaneBlock& block, int lane, const Robot& robot) {
-    block.put(LaneRows::kQ, lane, robot.q.data(), kRobotJoints);
-    block.put(LaneRows::kV, lane, robot.v.data(), kRobotJoints);
+    block.put(LaneVectors::kQ, lane, robot.q.data(), kRobotJoints);
+    block.put(LaneVectors::kV, lane, robot.v.data(), kRobotJoints);
     for (int i = 0; i < kRobotJoints; ++i) {
       const double bias = drive_bias_of(robot, i);
-      block.put(LaneRows::kDriveBias + i, lane, &bias, 1);
+      block.put(LaneVectors::kDriveBias + i, lane, &bias, 1);
     }
   };
   LaneBlock free(kernel);
@@ -314,12 +314,12 @@ TEST_CASE("A robot that touches nothing moves as without contacts, to the bit", 
     FreeBodyState state;
     state.linear = {0.1, -0.2, 0.3};
     contacts.put_body(1, 0, body_of(0), state);
-    kernel.substep(model().robot_model(), model().robot_params(), false, free.rows());
+    kernel.substep(model().robot_model(), model().robot_params(), false, free.vectors());
     contact_kernel(kernel.lanes)
-        .substep(model().robot_model(), model().robot_params(), false, busy.rows(),
+        .substep(model().robot_model(), model().robot_params(), false, busy.vectors(),
                  contacts.finish());
-    REQUIRE(same_bits(free.rows() + LaneRows::kEndQ * kernel.lanes,
-                      busy.rows() + LaneRows::kEndQ * kernel.lanes,
+    REQUIRE(same_bits(free.vectors() + LaneVectors::kEndQ * kernel.lanes,
+                      busy.vectors() + LaneVectors::kEndQ * kernel.lanes,
                       2 * kRobotJoints * kernel.lanes));
     contacts.get_body(1, 0, state);
     REQUIRE(state.center.isApprox(0.01 * Vec3(0.1, -0.2, 0.3), 1e-12));

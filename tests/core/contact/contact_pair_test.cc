@@ -57,16 +57,16 @@ TEST_CASE("A stored pair comes back with all that it remembers", "[contact]") {
   CHECK(loaded.manifold.position == pair.manifold.position);
   CHECK(loaded.manifold.quat_a == pair.manifold.quat_a);
   CHECK(loaded.manifold.quat_b == pair.manifold.quat_b);
-  for (std::size_t i = 0; i < Manifold::kMostPoints; ++i) {
+  for (std::size_t i = 0; i < Manifold::kMaxPoints; ++i) {
     CHECK(loaded.manifold.points[i].a == pair.manifold.points[i].a);
     CHECK(loaded.manifold.points[i].b == pair.manifold.points[i].b);
   }
   REQUIRE(loaded.num_patches == 2);
-  for (std::size_t i = 0; i < ContactPair::kMostPatches; ++i) {
+  for (std::size_t i = 0; i < ContactPair::kMaxPatches; ++i) {
     CHECK(loaded.patches[i].num_anchors == pair.patches[i].num_anchors);
     CHECK(loaded.patches[i].normal_a == pair.patches[i].normal_a);
     CHECK(loaded.patches[i].normal_b == pair.patches[i].normal_b);
-    for (std::size_t k = 0; k < FrictionPatch::kMostAnchors; ++k) {
+    for (std::size_t k = 0; k < FrictionPatch::kMaxAnchors; ++k) {
       CHECK(loaded.patches[i].anchors[k].a == pair.patches[i].anchors[k].a);
       CHECK(loaded.patches[i].anchors[k].b == pair.patches[i].anchors[k].b);
     }
@@ -118,14 +118,14 @@ TEST_CASE("Numbers that no pair has are refused", "[contact]") {
   CHECK_FALSE(loads(StoredPair::kShapePair, 0));  // an empty place
   CHECK_FALSE(loads(StoredPair::kShapePair, -1));
   CHECK_FALSE(loads(StoredPair::kShapePair, kShapePairs + 1));
-  CHECK(loads(StoredPair::kPoints, Manifold::kMostPoints + 1));
-  CHECK_FALSE(loads(StoredPair::kPoints, Manifold::kMostPoints + 2));
+  CHECK(loads(StoredPair::kPoints, Manifold::kMaxPoints + 1));
+  CHECK_FALSE(loads(StoredPair::kPoints, Manifold::kMaxPoints + 2));
   CHECK_FALSE(loads(StoredPair::kPoints, -1));
-  CHECK_FALSE(loads(StoredPair::kPatches, ContactPair::kMostPatches + 1));
+  CHECK_FALSE(loads(StoredPair::kPatches, ContactPair::kMaxPatches + 1));
   CHECK_FALSE(loads(StoredPair::kPatches, -1));
-  for (int patch = 0; patch < ContactPair::kMostPatches; ++patch) {
-    CHECK(loads(StoredPair::kAnchors + patch, FrictionPatch::kMostAnchors));
-    CHECK_FALSE(loads(StoredPair::kAnchors + patch, FrictionPatch::kMostAnchors + 1));
+  for (int patch = 0; patch < ContactPair::kMaxPatches; ++patch) {
+    CHECK(loads(StoredPair::kAnchors + patch, FrictionPatch::kMaxAnchors));
+    CHECK_FALSE(loads(StoredPair::kAnchors + patch, FrictionPatch::kMaxAnchors + 1));
     CHECK_FALSE(loads(StoredPair::kAnchors + patch, -1));
   }
   const Stored empty;

@@ -53,7 +53,7 @@ class Law {
     block_.clear();
     put_bodies(from);
     add_patches(from);
-    contact_kernel(1).substep(model_.robot_model(), model_.robot_params(), false, lanes_.rows(),
+    contact_kernel(1).substep(model_.robot_model(), model_.robot_params(), false, lanes_.vectors(),
                               block_.finish());
     read_back();
     return compare(to);
@@ -72,13 +72,13 @@ class Law {
   void put_robot(const RecordedSubstep& from) {
     RecordedRobot robot{parked(), {}, parked()};
     if (!from.robot.empty()) robot = from.robot.front();
-    lanes_.put(LaneRows::kQ, 0, robot.qpos.data(), kRobotJoints);
-    lanes_.put(LaneRows::kV, 0, robot.qvel.data(), kRobotJoints);
+    lanes_.put(LaneVectors::kQ, 0, robot.qpos.data(), kRobotJoints);
+    lanes_.put(LaneVectors::kV, 0, robot.qvel.data(), kRobotJoints);
     JointArray bias{};
     for (std::size_t i = 0; i < kRobotJoints; ++i) {
       bias[i] = model_.robot_params().drive.stiffness * robot.target[i];
     }
-    lanes_.put(LaneRows::kDriveBias, 0, bias.data(), kRobotJoints);
+    lanes_.put(LaneVectors::kDriveBias, 0, bias.data(), kRobotJoints);
     pose_ = pose_at(model_.robot_model(), robot.qpos.data());
   }
 
@@ -139,13 +139,13 @@ class Law {
   void add_pair(const PairName& name, const ContactPoints& points, ContactPair& pair) {
     const auto& [a, shape, b] = name;
     const bool rubber = link_of(a) >= 0 && finger_of(link_of(a)) >= 0;
-    std::array<PatchSpec, ContactPair::kMostPatches> specs;
+    std::array<PatchSpec, ContactPair::kMaxPatches> specs;
     const int count = build_patches(points, frame_of(a), frame_of(b), pair, specs);
     for (int i = 0; i < count; ++i) {
       PatchSpec& spec = specs[static_cast<std::size_t>(i)];
       spec.link_a = link_of(a);
-      spec.slot_a = spec.link_a >= 0 ? -1 : slots_.at(a);
-      spec.slot_b = b == "table" ? -1 : slots_.at(b);
+      spec.body_a = spec.link_a >= 0 ? -1 : slots_.at(a);
+      spec.body_b = b == "table" ? -1 : slots_.at(b);
       spec.friction = rubber ? 1.15 : 0.3;
       spec.torsion_radius = rubber ? 0.1 : 0;
       spec.list = b != "table"      ? PatchLists::kMoving
@@ -166,7 +166,7 @@ class Law {
     for (std::size_t i = patches_.size(); i-- > 0;) {
       const Patch& patch = patches_[i];
       impulse_[patch.pair] += block_.impulse(0, patch.patch).dot(patch.normal);
-      if (!block_.is_broken(0, patch.patch)) continue;
+      if (!block_.is_slipping(0, patch.patch)) continue;
       ContactPair& pair = memory_[patch.pair];
       std::copy(pair.patches.begin() + patch.index + 1, pair.patches.begin() + pair.num_patches,
                 pair.patches.begin() + patch.index);
@@ -182,7 +182,7 @@ class Law {
     }
     for (const RecordedRobot& robot : to.robot) {
       JointArray q;
-      lanes_.get(LaneRows::kEndQ, 0, q.data(), kRobotJoints);
+      lanes_.get(LaneVectors::kEndQ, 0, q.data(), kRobotJoints);
       for (std::size_t i = 0; i < kRobotJoints; ++i) {
         double& error = i < kArmJoints ? errors.joints : errors.fingers;
         error = std::max(error, 1e6 * std::abs(q[i] - robot.qpos[i]));

@@ -23,11 +23,11 @@ class World {
         narrow_phase_(model().full(), scene()),
         robots_(*lane_kernel(1)),
         block_(1, 1, 1, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
-    robots_.put(LaneRows::kQ, 0, kStartPose.data(), kRobotJoints);
+    robots_.put(LaneVectors::kQ, 0, kStartPose.data(), kRobotJoints);
     for (int i = 0; i < kRobotJoints; ++i) {
       const double bias =
           model().robot_params().drive.stiffness * kStartPose[static_cast<std::size_t>(i)];
-      robots_.put(LaneRows::kDriveBias + i, 0, &bias, 1);
+      robots_.put(LaneVectors::kDriveBias + i, 0, &bias, 1);
     }
     const RobotPose robot = pose_at(model().robot_model(), kStartPose.data());
     for (std::size_t i = 0; i < scene().bodies().size(); ++i) {
@@ -58,14 +58,14 @@ class World {
     body.accelerate(cube_, model().gravity(), kTimestep);
     block_.clear();
     block_.put_body(0, 0, body, cube_);
-    bodies_.slots[index(kCube0)] = 0;
+    bodies_.body_indices[index(kCube0)] = 0;
     bodies_.frames[index(kCube0)] = {cube_.center, cube_.quat.toRotationMatrix()};
     bodies_.speeds[index(kCube0)] = cube_.linear.norm() + 0.04 * cube_.angular.norm();
     const MujocoScope scope;
     contacts_.begin();
     contacts_.find(bodies_, memory_, narrow_phase_, kTimestep, 0, block_);
-    contact_kernel(1).substep(model().robot_model(), model().robot_params(), false, robots_.rows(),
-                              block_.finish());
+    contact_kernel(1).substep(model().robot_model(), model().robot_params(), false,
+                              robots_.vectors(), block_.finish());
     contacts_.finish(memory_, 0, block_);
     block_.get_body(0, 0, cube_);
   }

@@ -48,7 +48,7 @@ class Pair {
 
  private:
   ContactPair pair_;
-  std::array<PatchSpec, ContactPair::kMostPatches> specs_;
+  std::array<PatchSpec, ContactPair::kMaxPatches> specs_;
 };
 
 TEST_CASE("Points of one normal make one patch with two anchors far apart", "[contact]") {

@@ -18,7 +18,7 @@ Mat3 turned(double angle, const Vec3& axis) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
-double least_gap(const ContactPoints& points) {
+double min_gap(const ContactPoints& points) {
   double least = 1;
   for (const ContactPoint& point : points) least = std::min(least, point.gap);
   return least;
@@ -42,7 +42,7 @@ TEST_CASE("The order of hulls turns the normals only", "[contact]") {
   const ContactPoints ba = hull_hull({kTable, kTableFrame}, {kCube, at}, kReach);
   REQUIRE(ab.size() > 0);
   REQUIRE(ab.size() == ba.size());
-  CHECK(least_gap(ab) == Approx(least_gap(ba)));
+  CHECK(min_gap(ab) == Approx(min_gap(ba)));
   for (int i = 0; i < ab.size(); ++i) {
     CHECK(ab[i].normal.isApprox(Vec3::UnitZ(), 1e-9));
     CHECK(ba[i].normal.isApprox(-Vec3::UnitZ(), 1e-9));
@@ -60,7 +60,7 @@ TEST_CASE("Tilted hulls touch the table with their lowest corner", "[contact]") 
     const ContactPoints points =
         hull_hull({kCube, {{0, 0, -lowest - 0.001}, axes}}, {kTable, kTableFrame}, kReach);
     REQUIRE_FALSE(points.empty());
-    CHECK(least_gap(points) == Approx(-0.001).margin(1e-8));
+    CHECK(min_gap(points) == Approx(-0.001).margin(1e-8));
   }
 }
 
@@ -95,7 +95,7 @@ TEST_CASE("Separations never exceed distances, and distant hulls have no points"
     CAPTURE(round);
     CHECK(hull_separation({kCube, a}, {kCube, b}) <= nearest + 1e-9);
     const ContactPoints points = hull_hull({kCube, a}, {kCube, b}, kReach);
-    if (nearest == 0) CHECK(least_gap(points) < 0);
+    if (nearest == 0) CHECK(min_gap(points) < 0);
     if (nearest > std::sqrt(3) * kReach) CHECK(points.empty());
     for (const ContactPoint& point : points) {
       const Vec3 local = b.axes.transpose() * (point.pos - b.pos);

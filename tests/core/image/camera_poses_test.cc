@@ -12,10 +12,10 @@ namespace engram::test {
 namespace {
 
 TEST_CASE("Cameras are where MuJoCo has them", "[render]") {
-  const auto env = make_env("RememberColor9-VLA-v0");
-  const ModelPtr model = compile_model(Queries(*env).document());
+  const auto batch = make_env("RememberColor9-VLA-v0");
+  const ModelPtr model = compile_model(Queries(*batch).document());
   const DataPtr data = make_data(*model);
-  const CameraPoses cameras(Queries(*env).document(), env->physics_model());
+  const CameraPoses cameras(Queries(*batch).document(), batch->physics_model());
   REQUIRE(model->ncam > 1);
   for (const Robot& robot : random_robots(16)) {
     std::copy(robot.q.begin(), robot.q.end(), data->qpos);
@@ -31,8 +31,8 @@ TEST_CASE("Cameras are where MuJoCo has them", "[render]") {
 }
 
 TEST_CASE("An unknown camera is refused by name", "[render]") {
-  const auto env = make_env("RememberColor9-VLA-v0");
-  const CameraPoses cameras(Queries(*env).document(), env->physics_model());
+  const auto batch = make_env("RememberColor9-VLA-v0");
+  const CameraPoses cameras(Queries(*batch).document(), batch->physics_model());
   CHECK_THROWS_WITH(cameras.find("nowhere"), Catch::Contains("nowhere"));
 }
 

@@ -43,14 +43,14 @@ Cells cells_of(std::span<const std::int16_t> all, int env) {
 }
 
 // Depth and segmentation, one after the other.
-Cells all_cells(const Batch& env) {
-  Cells cells(env.images().depth.begin(), env.images().depth.end());
-  cells.insert(cells.end(), env.images().segmentation.begin(), env.images().segmentation.end());
+Cells all_cells(const Batch& batch) {
+  Cells cells(batch.images().depth.begin(), batch.images().depth.end());
+  cells.insert(cells.end(), batch.images().segmentation.begin(), batch.images().segmentation.end());
   return cells;
 }
 
-int segment_named(const Batch& env, const std::string& name) {
-  const auto names = env.images().segmentation_names;
+int segment_named(const Batch& batch, const std::string& name) {
+  const auto names = batch.images().segmentation_names;
   const auto found = std::find(names.begin(), names.end(), name);
   REQUIRE(found != names.end());
   return static_cast<int>(found - names.begin());
@@ -59,11 +59,11 @@ int segment_named(const Batch& env, const std::string& name) {
 // One camera of one environment.
 class Eye {
  public:
-  Eye(Batch& env, int index, int camera) : env_(env), index_(index), camera_(camera) {
-    const auto count = static_cast<std::size_t>(env.num_envs());
+  Eye(Batch& batch, int index, int camera) : batch_(batch), index_(index), camera_(camera) {
+    const auto count = static_cast<std::size_t>(batch.num_envs());
     std::vector<float> extrinsic(12 * count);
     std::vector<float> intrinsic(9 * count);
-    Queries(env).camera_params(
+    Queries(batch).camera_params(
         kCameras[camera], kSide, kSide,
         {.extrinsic_cv = extrinsic, .cam2world_gl = {}, .intrinsic_cv = intrinsic});
     for (int row = 0; row < 3; ++row) {
@@ -75,8 +75,8 @@ class Eye {
     focal_ = static_cast<double>(intrinsic[static_cast<std::size_t>(9 * index)]);
   }
 
-  int depth(int x, int y) const { return env_.images().depth[at(x, y)]; }
-  int segment(int x, int y) const { return env_.images().segmentation[at(x, y)]; }
+  int depth(int x, int y) const { return batch_.images().depth[at(x, y)]; }
+  int segment(int x, int y) const { return batch_.images().segmentation[at(x, y)]; }
 
   // Where the pixel's middle meets what it shows.
   Eigen::Vector3d point(int x, int y) const {
@@ -97,7 +97,7 @@ class Eye {
            static_cast<std::size_t>(2 * (kSide * y + x) + camera_);
   }
 
-  Batch& env_;
+  Batch& batch_;
   int index_;
   int camera_;
   Eigen::Matrix<double, 3, 4> pose_;
@@ -111,13 +111,13 @@ void for_pixels(Visit&& visit) {
   }
 }
 
-Eigen::Vector3d position_of(const Batch& env, int index, int prop) {
-  const double* pos = env.state().prop_pos_of(index, prop);
+Eigen::Vector3d position_of(const Batch& batch, int index, int prop) {
+  const double* pos = batch.state().prop_pos_of(index, prop);
   return {pos[0], pos[1], pos[2]};
 }
 
-Eigen::Quaterniond turn_of(const Batch& env, int index, int prop) {
-  const double* quat = env.state().prop_quat_of(index, prop);
+Eigen::Quaterniond turn_of(const Batch& batch, int index, int prop) {
+  const double* quat = batch.state().prop_quat_of(index, prop);
   return {quat[0], quat[1], quat[2], quat[3]};
 }
 
@@ -129,19 +129,19 @@ TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][
   const auto segmentation = make(kId, seeing(ObsMode::kRgbSegmentation, 2));
   const auto both = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2));
   const std::array<Batch*, 4> all = {rgb.get(), depth.get(), segmentation.get(), both.get()};
-  for (Batch* env : all) env->reset();
+  for (Batch* batch : all) batch->reset();
   for (int t = 0; t < 8; ++t) {
-    for (Batch* env : all) {
-      CHECK(std::ranges::equal(env->images().rgb, rgb->images().rgb));
-      CHECK(env->observation().empty());
-      CHECK(std::ranges::equal(env->proprio(), rgb->proprio()));
+    for (Batch* batch : all) {
+      CHECK(std::ranges::equal(batch->images().rgb, rgb->images().rgb));
+      CHECK(batch->observation().empty());
+      CHECK(std::ranges::equal(batch->proprio(), rgb->proprio()));
     }
     REQUIRE(both->images().depth.size() == 2 * kCells);
     REQUIRE(both->images().segmentation.size() == 2 * kCells);
     CHECK(std::ranges::equal(depth->images().depth, both->images().depth));
     CHECK(std::ranges::equal(segmentation->images().segmentation, both->images().segmentation));
     const std::vector<float> actions = test::act(*rgb, Policy::kOracle);
-    for (Batch* env : all) env->step(actions);
+    for (Batch* batch : all) batch->step(actions);
   }
   CHECK(rgb->images().depth.empty());
   CHECK(rgb->images().segmentation.empty());
@@ -156,15 +156,15 @@ TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][
 }
 
 TEST_CASE("Depth is the distance along the axis to what is there", "[render][depth]") {
-  const auto env = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2));
-  env->reset();
-  for (int t = 0; t < 30; ++t) test::step(*env, Policy::kOracle);
-  const int table = segment_named(*env, "table");
+  const auto batch = make(kId, seeing(ObsMode::kRgbDepthSegmentation, 2));
+  batch->reset();
+  for (int t = 0; t < 30; ++t) test::step(*batch, Policy::kOracle);
+  const int table = segment_named(*batch, "table");
   std::map<int, int> prop_of;
-  const std::vector<PropModel>& props = env->physics_model().props();
+  const std::vector<PropModel>& props = batch->physics_model().props();
   for (std::size_t i = 0; i < props.size(); ++i) {
     if (props[i].name.starts_with("cube")) {
-      prop_of[segment_named(*env, props[i].name)] = static_cast<int>(i);
+      prop_of[segment_named(*batch, props[i].name)] = static_cast<int>(i);
     }
   }
   REQUIRE(prop_of.size() == 9);
@@ -174,7 +174,7 @@ TEST_CASE("Depth is the distance along the axis to what is there", "[render][dep
   double worst_cube = 0;
   for (int index = 0; index < 2; ++index) {
     for (int camera = 0; camera < 2; ++camera) {
-      const Eye eye(*env, index, camera);
+      const Eye eye(*batch, index, camera);
       for_pixels([&](int x, int y) {
         const int segment = eye.segment(x, y);
         CHECK((eye.depth(x, y) == 0) == (segment == 0));
@@ -186,8 +186,8 @@ TEST_CASE("Depth is the distance along the axis to what is there", "[render][dep
         const auto found = prop_of.find(segment);
         if (found == prop_of.end()) return;
         ++on_cubes;
-        const Eigen::Vector3d local = turn_of(*env, index, found->second).conjugate() *
-                                      (point - position_of(*env, index, found->second));
+        const Eigen::Vector3d local = turn_of(*batch, index, found->second).conjugate() *
+                                      (point - position_of(*batch, index, found->second));
         worst_cube = std::max(worst_cube, std::abs(local.cwiseAbs().maxCoeff() - kHalfCube));
       });
     }
@@ -199,19 +199,19 @@ TEST_CASE("Depth is the distance along the axis to what is there", "[render][dep
 }
 
 TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[render][depth]") {
-  const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 4));
-  env->reset();
-  while (env->state().elapsed[0] < 16) test::step(*env, Policy::kZero);
-  const std::vector<PropModel>& props = env->physics_model().props();
+  const auto batch = make(kId, seeing(ObsMode::kRgbSegmentation, 4));
+  batch->reset();
+  while (batch->state().elapsed[0] < 16) test::step(*batch, Policy::kZero);
+  const std::vector<PropModel>& props = batch->physics_model().props();
   int seen = 0;
   for (int index = 0; index < 4; ++index) {
-    const Eye eye(*env, index, 0);
+    const Eye eye(*batch, index, 0);
     for (std::size_t i = 0; i < props.size(); ++i) {
       if (!props[i].name.starts_with("cube")) continue;
       const int prop = static_cast<int>(i);
-      if (env->state().status_of(index, prop) == PropStatus::kHidden) continue;
-      const int segment = segment_named(*env, props[i].name);
-      const Eigen::Vector2d middle = eye.project(position_of(*env, index, prop));
+      if (batch->state().status_of(index, prop) == PropStatus::kHidden) continue;
+      const int segment = segment_named(*batch, props[i].name);
+      const Eigen::Vector2d middle = eye.project(position_of(*batch, index, prop));
       INFO(props[i].name << " of environment " << index);
       CHECK(eye.segment(static_cast<int>(middle.x()), static_cast<int>(middle.y())) == segment);
       double farthest = 0;
@@ -228,9 +228,9 @@ TEST_CASE("Each segment is where its prop is, and has the name of the prop", "[r
 }
 
 TEST_CASE("Segments are named in the scene's order, the same in all episodes", "[render][depth]") {
-  const auto env = make(kId, seeing(ObsMode::kRgbSegmentation, 1));
-  const std::vector<std::string> names(env->images().segmentation_names.begin(),
-                                       env->images().segmentation_names.end());
+  const auto batch = make(kId, seeing(ObsMode::kRgbSegmentation, 1));
+  const std::vector<std::string> names(batch->images().segmentation_names.begin(),
+                                       batch->images().segmentation_names.end());
   REQUIRE(names.size() > 12);
   CHECK(names[0] == "background");
   CHECK(names[1] == "table");
@@ -243,15 +243,15 @@ TEST_CASE("Segments are named in the scene's order, the same in all episodes", "
 
 TEST_CASE("Values of segmentation are those that have names, in all tasks", "[render][depth]") {
   for (const std::string& id : test::implemented_ids()) {
-    const auto env = make(id, seeing(ObsMode::kRgbDepthSegmentation, 1, 3));
-    env->reset();
-    const auto names = env->images().segmentation_names;
-    const std::vector<PropModel>& props = env->physics_model().props();
+    const auto batch = make(id, seeing(ObsMode::kRgbDepthSegmentation, 1, 3));
+    batch->reset();
+    const auto names = batch->images().segmentation_names;
+    const std::vector<PropModel>& props = batch->physics_model().props();
     std::set<std::string> known(names.begin(), names.end());
     INFO(id);
     CHECK(known.size() == names.size());
     CHECK(!known.contains(""));
-    for (const std::int16_t value : env->images().segmentation) {
+    for (const std::int16_t value : batch->images().segmentation) {
       REQUIRE(value >= 0);
       REQUIRE(static_cast<std::size_t>(value) < names.size());
     }
@@ -259,19 +259,19 @@ TEST_CASE("Values of segmentation are those that have names, in all tasks", "[re
       return known.contains(prop.name);
     });
     CHECK(named > 0);
-    CHECK(std::ranges::count(env->images().segmentation, segment_named(*env, "table")) > 2000);
+    CHECK(std::ranges::count(batch->images().segmentation, segment_named(*batch, "table")) > 2000);
   }
 }
 
 TEST_CASE("Depth and segmentation are the same for any threads, chunks, batch size and slot",
           "[render][depth]") {
   const auto run = [](BatchOptions options) {
-    const auto env = make(kId, options);
-    env->reset();
-    Cells cells = all_cells(*env);
+    const auto batch = make(kId, options);
+    batch->reset();
+    Cells cells = all_cells(*batch);
     for (int t = 0; t < 10; ++t) {
-      test::step(*env, Policy::kOracle);
-      const Cells now = all_cells(*env);
+      test::step(*batch, Policy::kOracle);
+      const Cells now = all_cells(*batch);
       cells.insert(cells.end(), now.begin(), now.end());
     }
     return cells;
@@ -300,25 +300,25 @@ TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours d
   same.auto_reset = AutoReset::kSameStep;
   BatchOptions off = same;
   off.auto_reset = AutoReset::kOff;
-  const auto env = make(kId, same);
+  const auto batch = make(kId, same);
   const auto twin = make(kId, off);
-  env->reset();
+  batch->reset();
   twin->reset();
   std::vector<std::byte> snapshot;
   Cells then;
-  for (int t = 0; t < env->info().horizon; ++t) {
+  for (int t = 0; t < batch->info().horizon; ++t) {
     if (t == 20) {
       snapshot = Snapshotter(*twin).save();
       then = all_cells(*twin);
     }
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
     test::step(*twin, Policy::kOracle);
   }
-  REQUIRE(env->final_mask()[0] == 1);
-  CHECK(std::ranges::equal(env->final_images().depth, twin->images().depth));
-  CHECK(std::ranges::equal(env->final_images().segmentation, twin->images().segmentation));
+  REQUIRE(batch->final_mask()[0] == 1);
+  CHECK(std::ranges::equal(batch->final_images().depth, twin->images().depth));
+  CHECK(std::ranges::equal(batch->final_images().segmentation, twin->images().segmentation));
   CHECK(twin->final_images().depth.empty());
-  CHECK(all_cells(*env) != all_cells(*twin));
+  CHECK(all_cells(*batch) != all_cells(*twin));
   Snapshotter(*twin).restore(snapshot);
   CHECK(all_cells(*twin) == then);
 }
@@ -327,13 +327,13 @@ TEST_CASE("Steps that draw depth and segmentation do not allocate", "[render][de
   BatchOptions options = seeing(ObsMode::kRgbDepthSegmentation, 4);
   options.threads = GENERATE(1, 2);
   options.auto_reset = AutoReset::kSameStep;
-  const auto env = make(kId, options);
-  env->reset();
-  std::vector<float> actions = test::zeros(*env);
+  const auto batch = make(kId, options);
+  batch->reset();
+  std::vector<float> actions = test::zeros(*batch);
   const std::int64_t before = test::allocation_count();
-  for (int t = 0; t < env->info().horizon + 5; ++t) {
-    ScriptedPolicy(*env, Policy::kOracle).act(actions);
-    env->step(actions);
+  for (int t = 0; t < batch->info().horizon + 5; ++t) {
+    ScriptedPolicy(*batch, Policy::kOracle).act(actions);
+    batch->step(actions);
   }
   CHECK(test::allocation_count() == before);
 }
@@ -345,17 +345,17 @@ TEST_CASE("Depth and segmentation can be had of other sizes and cameras", "[rend
   options.images.cameras = {"render_camera", "base_camera", "hand_camera"};
   options.image_options.antialias = GENERATE(false, true);
   options.image_options.shadows = GENERATE(false, true);
-  const auto env = make(kId, options);
-  env->reset();
-  REQUIRE(env->images().depth.size() == 33 * 20 * 3);
-  REQUIRE(env->images().segmentation.size() == 33 * 20 * 3);
+  const auto batch = make(kId, options);
+  batch->reset();
+  REQUIRE(batch->images().depth.size() == 33 * 20 * 3);
+  REQUIRE(batch->images().segmentation.size() == 33 * 20 * 3);
   options.images.cameras = {"base_camera"};
   options.image_options.antialias = options.image_options.shadows = false;
   const auto alone = make(kId, options);
   alone->reset();
   for (std::size_t i = 0; i < 33 * 20; ++i) {
-    REQUIRE(env->images().depth[3 * i + 1] == alone->images().depth[i]);
-    REQUIRE(env->images().segmentation[3 * i + 1] == alone->images().segmentation[i]);
+    REQUIRE(batch->images().depth[3 * i + 1] == alone->images().depth[i]);
+    REQUIRE(batch->images().segmentation[3 * i + 1] == alone->images().segmentation[i]);
   }
 }
 

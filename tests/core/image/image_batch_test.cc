@@ -24,27 +24,29 @@ BatchOptions rgb_options(int num_envs, std::uint64_t seed = 11) {
 
 using Image = std::vector<std::uint8_t>;
 
-Image image_of(const Batch& env, int index) {
-  const auto rgb = env.images().rgb.subspan(kBytes * static_cast<std::size_t>(index), kBytes);
+Image image_of(const Batch& batch, int index) {
+  const auto rgb = batch.images().rgb.subspan(kBytes * static_cast<std::size_t>(index), kBytes);
   return {rgb.begin(), rgb.end()};
 }
 
-Image all_images(const Batch& env) { return {env.images().rgb.begin(), env.images().rgb.end()}; }
+Image all_images(const Batch& batch) {
+  return {batch.images().rgb.begin(), batch.images().rgb.end()};
+}
 
-Image picture(Batch& env, int index, const char* camera) {
+Image image(Batch& batch, int index, const char* camera) {
   Image rgb(128 * 128 * 3);
-  SceneRenderer(env).render(index, camera, 128, 128, rgb);
+  SceneRenderer(batch).render(index, camera, 128, 128, rgb);
   return rgb;
 }
 
 // The images of every step of a run with the oracle.
 Image run(const BatchOptions& options, int steps) {
-  const auto env = make(kId, options);
-  env->reset();
-  Image images = all_images(*env);
+  const auto batch = make(kId, options);
+  batch->reset();
+  Image images = all_images(*batch);
   for (int i = 0; i < steps; ++i) {
-    test::step(*env, Policy::kOracle);
-    images.insert(images.end(), env->images().rgb.begin(), env->images().rgb.end());
+    test::step(*batch, Policy::kOracle);
+    images.insert(images.end(), batch->images().rgb.begin(), batch->images().rgb.end());
   }
   return images;
 }
@@ -53,15 +55,15 @@ Image run(const BatchOptions& options, int steps) {
 
 TEST_CASE("Image observations are base camera then wrist camera, beside proprio alone",
           "[render]") {
-  const auto env = make(kId, rgb_options(2));
-  env->reset();
-  REQUIRE(env->images().rgb.size() == 2 * kBytes);
-  CHECK(env->observation().empty());
-  CHECK(env->proprio()[6] == Approx(0.08));
+  const auto batch = make(kId, rgb_options(2));
+  batch->reset();
+  REQUIRE(batch->images().rgb.size() == 2 * kBytes);
+  CHECK(batch->observation().empty());
+  CHECK(batch->proprio()[6] == Approx(0.08));
   for (int index = 0; index < 2; ++index) {
-    const Image both = image_of(*env, index);
-    const Image base = picture(*env, index, "base_camera");
-    const Image hand = picture(*env, index, "hand_camera");
+    const Image both = image_of(*batch, index);
+    const Image base = image(*batch, index, "base_camera");
+    const Image hand = image(*batch, index, "hand_camera");
     bool same = true;
     for (std::size_t pixel = 0; pixel < 128 * 128; ++pixel) {
       same &= std::equal(&both[6 * pixel], &both[6 * pixel] + 3, &base[3 * pixel]);
@@ -72,10 +74,10 @@ TEST_CASE("Image observations are base camera then wrist camera, beside proprio 
 }
 
 TEST_CASE("State observations have no images", "[render]") {
-  const auto env = make(kId, {.num_envs = 1});
-  env->reset();
-  CHECK(env->images().rgb.empty());
-  CHECK(env->final_images().rgb.empty());
+  const auto batch = make(kId, {.num_envs = 1});
+  batch->reset();
+  CHECK(batch->images().rgb.empty());
+  CHECK(batch->final_images().rgb.empty());
 }
 
 TEST_CASE("Images are the same bytes for any threads, chunks, batch size and slot", "[render]") {
@@ -97,15 +99,15 @@ TEST_CASE("Images are the same bytes for any threads, chunks, batch size and slo
 }
 
 TEST_CASE("A partial reset redraws only what it resets", "[render]") {
-  const auto env = make(kId, rgb_options(3));
-  env->reset();
-  for (int i = 0; i < 12; ++i) test::step(*env, Policy::kOracle);
-  const Image first = image_of(*env, 0);
-  const Image second = image_of(*env, 1);
+  const auto batch = make(kId, rgb_options(3));
+  batch->reset();
+  for (int i = 0; i < 12; ++i) test::step(*batch, Policy::kOracle);
+  const Image first = image_of(*batch, 0);
+  const Image second = image_of(*batch, 1);
   const std::uint8_t mask[3] = {0, 1, 0};
-  env->reset({.mask = mask, .seeds = {}, .pins = nullptr});
-  CHECK(image_of(*env, 0) == first);
-  CHECK(image_of(*env, 1) != second);
+  batch->reset({.mask = mask, .seeds = {}, .pins = nullptr});
+  CHECK(image_of(*batch, 0) == first);
+  CHECK(image_of(*batch, 1) != second);
 }
 
 TEST_CASE("The last image of an episode is kept when its reset is in the same step", "[render]") {
@@ -113,29 +115,29 @@ TEST_CASE("The last image of an episode is kept when its reset is in the same st
   same.auto_reset = AutoReset::kSameStep;
   BatchOptions off = rgb_options(1);
   off.auto_reset = AutoReset::kOff;
-  const auto env = make(kId, same);
+  const auto batch = make(kId, same);
   const auto twin = make(kId, off);
-  env->reset();
+  batch->reset();
   twin->reset();
-  for (int i = 0; i < env->info().horizon; ++i) {
-    test::step(*env, Policy::kOracle);
+  for (int i = 0; i < batch->info().horizon; ++i) {
+    test::step(*batch, Policy::kOracle);
     test::step(*twin, Policy::kOracle);
   }
-  REQUIRE(env->final_mask()[0] == 1);
-  CHECK(std::equal(env->final_images().rgb.begin(), env->final_images().rgb.end(),
+  REQUIRE(batch->final_mask()[0] == 1);
+  CHECK(std::equal(batch->final_images().rgb.begin(), batch->final_images().rgb.end(),
                    twin->images().rgb.begin()));
-  CHECK(image_of(*env, 0) != image_of(*twin, 0));
+  CHECK(image_of(*batch, 0) != image_of(*twin, 0));
 }
 
 TEST_CASE("Next-step resets show the last image, then the first", "[render]") {
   BatchOptions options = rgb_options(1);
   options.auto_reset = AutoReset::kNextStep;
-  const auto env = make(kId, options);
-  env->reset();
-  for (int i = 0; i < env->info().horizon; ++i) test::step(*env, Policy::kOracle);
-  const Image last = image_of(*env, 0);
-  test::step(*env, Policy::kOracle);
-  const Image first = image_of(*env, 0);
+  const auto batch = make(kId, options);
+  batch->reset();
+  for (int i = 0; i < batch->info().horizon; ++i) test::step(*batch, Policy::kOracle);
+  const Image last = image_of(*batch, 0);
+  test::step(*batch, Policy::kOracle);
+  const Image first = image_of(*batch, 0);
   CHECK(first != last);
 
   const auto fresh = make(kId, rgb_options(1));
@@ -145,15 +147,15 @@ TEST_CASE("Next-step resets show the last image, then the first", "[render]") {
 }
 
 TEST_CASE("Restoring a snapshot restores the image", "[render]") {
-  const auto env = make(kId, rgb_options(2));
-  env->reset();
-  for (int i = 0; i < 9; ++i) test::step(*env, Policy::kOracle);
-  const std::vector<std::byte> snapshot = Snapshotter(*env).save(0);
-  const Image then = image_of(*env, 0);
-  for (int i = 0; i < 5; ++i) test::step(*env, Policy::kOracle);
-  REQUIRE(image_of(*env, 0) != then);
-  Snapshotter(*env).restore(1, snapshot);
-  CHECK(image_of(*env, 1) == then);
+  const auto batch = make(kId, rgb_options(2));
+  batch->reset();
+  for (int i = 0; i < 9; ++i) test::step(*batch, Policy::kOracle);
+  const std::vector<std::byte> snapshot = Snapshotter(*batch).save(0);
+  const Image then = image_of(*batch, 0);
+  for (int i = 0; i < 5; ++i) test::step(*batch, Policy::kOracle);
+  REQUIRE(image_of(*batch, 0) != then);
+  Snapshotter(*batch).restore(1, snapshot);
+  CHECK(image_of(*batch, 1) == then);
 }
 
 TEST_CASE("Other sizes and cameras can be had", "[render]") {
@@ -161,10 +163,10 @@ TEST_CASE("Other sizes and cameras can be had", "[render]") {
   options.images.width = 33;
   options.images.height = 20;
   options.images.cameras = {"render_camera", "base_camera", "hand_camera"};
-  const auto env = make(kId, options);
-  env->reset();
-  CHECK(env->images().rgb.size() == 33 * 20 * 9);
-  CHECK(std::any_of(env->images().rgb.begin(), env->images().rgb.end(),
+  const auto batch = make(kId, options);
+  batch->reset();
+  CHECK(batch->images().rgb.size() == 33 * 20 * 9);
+  CHECK(std::any_of(batch->images().rgb.begin(), batch->images().rgb.end(),
                     [](std::uint8_t b) { return b > 0; }));
 }
 

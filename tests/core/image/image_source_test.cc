@@ -19,7 +19,7 @@ constexpr const char* kDocument = R"(
   </worldbody>
 </mujoco>)";
 
-// The rows of the last picture of the table and the cube.
+// The rows of the last image of the table and the cube.
 struct Rows {
   float cube_pose[12] = {};
   float rgba[4] = {};

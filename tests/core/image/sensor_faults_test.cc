@@ -7,7 +7,7 @@
 namespace engram {
 namespace {
 
-// A picture of one colour, with its pixels every `stride` bytes.
+// An image of one colour, with its pixels every `stride` bytes.
 struct Sheet {
   Sheet(int width, int height, std::uint8_t level, int stride = 3)
       : bytes(static_cast<std::size_t>(width * height * stride), level) {
@@ -47,7 +47,7 @@ TEST_CASE("Blur leaves even colours alone, and spreads a point as a bell of its 
   CHECK(std::sqrt(square / sum) == Approx(sigma).epsilon(0.03));
 }
 
-TEST_CASE("Blur is as wide in pictures of any size, in both directions", "[sensor_faults]") {
+TEST_CASE("Blur is as wide in images of any size, in both directions", "[sensor_faults]") {
   SensorFaults faults;
   Sheet wide(64, 256, 0);
   for (int x = 0; x < 64; ++x) wide.at(x, 128) = 255;
@@ -84,7 +84,7 @@ TEST_CASE("Noise has the standard deviation asked for, and is a function of its 
   CHECK(other.bytes != first.bytes);
 }
 
-TEST_CASE("Faults touch only the picture's own bytes", "[sensor_faults]") {
+TEST_CASE("Faults touch only the image's own bytes", "[sensor_faults]") {
   SensorFaults faults;
   Sheet sheet(20, 10, 50, 6);
   faults.blur(sheet.image, 2);

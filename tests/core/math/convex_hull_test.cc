@@ -84,7 +84,7 @@ TEST_CASE("Round meshes keep 64 corners that enclose nearly all of them", "[math
     points.push_back(0.05 * Vec3(normal(random), normal(random), normal(random)).normalized());
   }
   const ConvexHull hull = convex_hull(points);
-  CHECK(hull.corners.size() == ConvexHull::kMostCorners);
+  CHECK(hull.corners.size() == ConvexHull::kMaxCorners);
   check_sound(hull, points, 0.12 * 0.05);
   const double ball = 4.0 / 3 * std::numbers::pi * std::pow(0.05, 3);
   CHECK(moments_of(hull).volume > 0.85 * ball);

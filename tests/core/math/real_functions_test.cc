@@ -38,7 +38,7 @@ double units_off(double value, long double truth) {
 }
 
 template <class F, class Truth>
-double most_units_off(const F& f, const Truth& truth, double lowest, double highest) {
+double max_units_off(const F& f, const Truth& truth, double lowest, double highest) {
   double most = 0;
   for (const double x : numbers()) {
     if (x < lowest || x > highest) continue;
@@ -54,15 +54,15 @@ bool same(double a, double b) {
 
 TEST_CASE("Functions of real numbers are right to the last bits", "[base]") {
   const auto everywhere = kInfinity;
-  CHECK(most_units_off(
+  CHECK(max_units_off(
             real::exp, [](long double x) { return std::exp(x); }, -700, 700) < 1);
-  CHECK(most_units_off(
+  CHECK(max_units_off(
             real::log, [](long double x) { return std::log(x); }, kTiny, everywhere) < 1);
-  CHECK(most_units_off(
+  CHECK(max_units_off(
             real::tanh, [](long double x) { return std::tanh(x); }, -everywhere, everywhere) < 3);
-  CHECK(most_units_off(
+  CHECK(max_units_off(
             real::asin, [](long double x) { return std::asin(x); }, -1, 1) < 3);
-  CHECK(most_units_off(
+  CHECK(max_units_off(
             real::tan, [](long double x) { return std::tan(x); }, -1.5, 1.5) < 3);
   double most = 0;
   const std::vector<double> all = numbers();

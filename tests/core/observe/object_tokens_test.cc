@@ -20,18 +20,18 @@ using test::make_env;
 
 std::unique_ptr<Batch> make_seeing(std::string_view id, MakeOptions options = {}) {
   options.obs_mode = ObsMode::kObjects;
-  auto env = make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
 // The tokens of one environment: the last part of its row.
-std::vector<std::vector<float>> tokens_of(const Batch& env, int index = 0) {
-  const auto width = static_cast<std::size_t>(env.state_dim());
+std::vector<std::vector<float>> tokens_of(const Batch& batch, int index = 0) {
+  const auto width = static_cast<std::size_t>(batch.state_dim());
   const std::span<const float> row =
-      env.observation().subspan(static_cast<std::size_t>(index) * width, width);
+      batch.observation().subspan(static_cast<std::size_t>(index) * width, width);
   std::size_t begin = 0;
-  for (const Field& field : env.state_fields()) {
+  for (const Field& field : batch.state_fields()) {
     if (field.name == "object_0_seen") break;
     begin += static_cast<std::size_t>(field.width);
   }
@@ -61,9 +61,9 @@ int color_of(const std::vector<float>& token) {
 TEST_CASE("Tokens say where the cubes of RememberColor stand, and which they are", "[objects]") {
   MakeOptions options;
   options.pins = {{"target", {2}}, {"cue_steps", {2}}, {"empty_steps", {2}}};
-  const auto env = make_seeing("RememberColor9-VLA-v0", options);
+  const auto batch = make_seeing("RememberColor9-VLA-v0", options);
   for (int t = 0; t < 6; ++t) {
-    const auto tokens = tokens_of(*env);
+    const auto tokens = tokens_of(*batch);
     REQUIRE(tokens.size() == 9);
     const auto seen = std::ranges::count_if(tokens, is_seen);
     CHECK(seen == (t < 2 ? 1 : t < 4 ? 0 : 9));
@@ -77,7 +77,7 @@ TEST_CASE("Tokens say where the cubes of RememberColor stand, and which they are
       CHECK(colors.insert(color).second);
       CHECK(one_hot(token, Layout::kShape, kObjectShapeNames.size()) == 0);
       CHECK(one_hot(token, Layout::kKind, kObjectKindNames.size()) == 0);
-      const double* pos = env->state().prop_pos_of(0, color);  // both list colours alike
+      const double* pos = batch->state().prop_pos_of(0, color);  // both list colours alike
       for (int i = 0; i < 3; ++i) {
         CHECK(static_cast<double>(token[static_cast<std::size_t>(Layout::kPosition + i)]) ==
               Approx(pos[i] / 0.5).margin(1e-6));
@@ -85,7 +85,7 @@ TEST_CASE("Tokens say where the cubes of RememberColor stand, and which they are
       }
     }
     if (t < 2) CHECK(colors == std::set<int>{2});
-    test::step(*env, Policy::kZero);
+    test::step(*batch, Policy::kZero);
   }
 }
 
@@ -93,11 +93,11 @@ TEST_CASE("The order of tokens is drawn anew when something appears", "[objects]
   MakeOptions options;
   options.num_envs = 64;
   options.pins = {{"target", {0}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
-  const auto env = make_seeing("RememberColor3-VLA-v0", options);
+  const auto batch = make_seeing("RememberColor3-VLA-v0", options);
   const auto places = [&](int color) {
     std::vector<int> result;
     for (int i = 0; i < 64; ++i) {
-      const auto tokens = tokens_of(*env, i);
+      const auto tokens = tokens_of(*batch, i);
       const auto of_color = [&](const auto& token) {
         return is_seen(token) && color_of(token) == color;
       };
@@ -106,8 +106,8 @@ TEST_CASE("The order of tokens is drawn anew when something appears", "[objects]
     return result;
   };
   const std::vector<int> cue = places(0);
-  test::step(*env, Policy::kZero);
-  test::step(*env, Policy::kZero);
+  test::step(*batch, Policy::kZero);
+  test::step(*batch, Policy::kZero);
   const std::vector<int> later = places(0);
   // Every place occurs in both, and the one says nothing about the other.
   for (const auto& all : {cue, later}) {
@@ -119,7 +119,7 @@ TEST_CASE("The order of tokens is drawn anew when something appears", "[objects]
   CHECK(same < 38);
   // While all stay in view, they keep their places.
   for (int t = 0; t < 5; ++t) {
-    test::step(*env, Policy::kRandom);
+    test::step(*batch, Policy::kRandom);
     CHECK(places(0) == later);
   }
 }
@@ -128,10 +128,10 @@ TEST_CASE("What a cup stands over is not seen", "[objects]") {
   for (const char* id : {"ShellGameTouch-VLA-v0", "ShellGamePush-VLA-v0", "ShellGamePick-VLA-v0",
                          "ShellGameShuffleTouch-VLA-v0"}) {
     INFO(id);
-    const auto env = make_seeing(id);
+    const auto batch = make_seeing(id);
     const auto seen_kinds = [&] {
       std::multiset<std::string_view> kinds;
-      for (const auto& token : tokens_of(*env)) {
+      for (const auto& token : tokens_of(*batch)) {
         if (!is_seen(token)) continue;
         const int kind = one_hot(token, Layout::kKind, kObjectKindNames.size());
         kinds.insert(kObjectKindNames[static_cast<std::size_t>(kind)]);
@@ -139,7 +139,7 @@ TEST_CASE("What a cup stands over is not seen", "[objects]") {
       return kinds;
     };
     CHECK(seen_kinds() == std::multiset<std::string_view>{"ball"});
-    while (env->state().status_of(0, 0) == PropStatus::kHidden) test::step(*env, Policy::kZero);
+    while (batch->state().status_of(0, 0) == PropStatus::kHidden) test::step(*batch, Policy::kZero);
     CHECK(seen_kinds() == std::multiset<std::string_view>{"cup", "cup", "cup"});
   }
 }
@@ -149,12 +149,12 @@ TEST_CASE("A cup that is lifted off shows the ball that it leaves behind", "[obj
   options.num_envs = 20;
   options.terminate_on_success = false;
   options.rules = GENERATE(Rules::kOriginal, Rules::kReference);
-  const auto env = make_seeing("ShellGamePick-VLA-v0", options);
+  const auto batch = make_seeing("ShellGamePick-VLA-v0", options);
   int shown = 0;
   for (int t = 0; t < 30; ++t) {
-    test::step(*env, Policy::kOracle);
-    for (int i = 0; i < env->num_envs(); ++i) {
-      const auto tokens = tokens_of(*env, i);
+    test::step(*batch, Policy::kOracle);
+    for (int i = 0; i < batch->num_envs(); ++i) {
+      const auto tokens = tokens_of(*batch, i);
       shown += std::ranges::count_if(tokens, is_seen) == 4 ? 1 : 0;
     }
   }
@@ -170,11 +170,11 @@ TEST_CASE("Lamps and buttons show their state", "[objects]") {
   // Pressed as far as it goes, which the oracle does, a button shows 1.
   MakeOptions options;
   options.constants = {{"BUTTON_CAP_TRAVEL", GENERATE(0.007, 0.014, 0.02)}};
-  const auto env = make_seeing("BlinkCountButtonPressEasy-VLA-v0", options);
+  const auto batch = make_seeing("BlinkCountButtonPressEasy-VLA-v0", options);
   std::set<float> lamps;
   float pressed = 0;
-  for (int t = 0; t < env->info().horizon - 1; ++t) {
-    for (const auto& token : tokens_of(*env)) {
+  for (int t = 0; t < batch->info().horizon - 1; ++t) {
+    for (const auto& token : tokens_of(*batch)) {
       const int kind = one_hot(token, Layout::kKind, kObjectKindNames.size());
       const float state = token[Layout::kState];
       if (kObjectKindNames[static_cast<std::size_t>(kind)] == "lamp") lamps.insert(state);
@@ -182,18 +182,18 @@ TEST_CASE("Lamps and buttons show their state", "[objects]") {
         pressed = std::max(pressed, state);
       }
     }
-    if (env->state().finished[0] != 0) break;
-    test::step(*env, Policy::kOracle);
+    if (batch->state().finished[0] != 0) break;
+    test::step(*batch, Policy::kOracle);
   }
   CHECK(lamps == std::set<float>{0, 1});
   CHECK(pressed == Approx(1));
 }
 
 // The first part of a row whose values are beyond its range; empty: none.
-std::string beyond_range(const Batch& env) {
-  const float* value = env.observation().data();
-  for (int i = 0; i < env.num_envs(); ++i) {
-    for (const RangedField& part : Queries(env).ranged_fields()) {
+std::string beyond_range(const Batch& batch) {
+  const float* value = batch.observation().data();
+  for (int i = 0; i < batch.num_envs(); ++i) {
+    for (const RangedField& part : Queries(batch).ranged_fields()) {
       for (int k = 0; k < part.field.width; ++k, ++value) {
         const auto number = static_cast<double>(*value);
         if (!(number >= part.low && number <= part.high)) return part.field.name;
@@ -209,19 +209,19 @@ TEST_CASE("Rows are described part by part, and lie in the ranges", "[objects]")
     MakeOptions options;
     options.num_envs = 2;
     options.observe_time = true;
-    const auto env = make_seeing(id, options);
+    const auto batch = make_seeing(id, options);
     int width = 0;
-    for (const Field& field : env->state_fields()) width += field.width;
+    for (const Field& field : batch->state_fields()) width += field.width;
     INFO(id);
-    CHECK(width == env->state_dim());
-    CHECK(env->observation().size() == 2 * static_cast<std::size_t>(width));
-    CHECK(Queries(*env).ranged_fields().size() == env->state_fields().size());
-    CHECK(!tokens_of(*env).empty());
+    CHECK(width == batch->state_dim());
+    CHECK(batch->observation().size() == 2 * static_cast<std::size_t>(width));
+    CHECK(Queries(*batch).ranged_fields().size() == batch->state_fields().size());
+    CHECK(!tokens_of(*batch).empty());
     // Numbers that networks like, while nothing is thrown about.
-    for (const float value : env->observation()) CHECK(std::abs(value) < 4);
+    for (const float value : batch->observation()) CHECK(std::abs(value) < 4);
     for (int t = 0; t < 60; ++t) {
-      REQUIRE(beyond_range(*env) == "");
-      test::step(*env, policy);
+      REQUIRE(beyond_range(*batch) == "");
+      test::step(*batch, policy);
     }
   }
 }
@@ -229,26 +229,26 @@ TEST_CASE("Rows are described part by part, and lie in the ranges", "[objects]")
 TEST_CASE("What is far off or fast is cut off at the ends of the ranges", "[objects]") {
   MakeOptions options;
   options.obs_mode = ObsMode::kObjects;
-  const auto env = make_env("RememberColor3-VLA-v0", options);
-  env->reset();
-  env->state().prop_pos.row(0)[0] = 1e6;
-  env->state().prop_pos.row(0)[1] = -1e6;
-  env->state().qvel.row(0)[0] = 1e6;
-  Snapshotter(*env).restore(Snapshotter(*env).save());  // observes
-  CHECK(beyond_range(*env) == "");
-  CHECK(std::ranges::max(env->observation()) == static_cast<float>(ObjectTokens::kMost));
+  const auto batch = make_env("RememberColor3-VLA-v0", options);
+  batch->reset();
+  batch->state().prop_pos.row(0)[0] = 1e6;
+  batch->state().prop_pos.row(0)[1] = -1e6;
+  batch->state().qvel.row(0)[0] = 1e6;
+  Snapshotter(*batch).restore(Snapshotter(*batch).save());  // observes
+  CHECK(beyond_range(*batch) == "");
+  CHECK(std::ranges::max(batch->observation()) == static_cast<float>(ObjectTokens::kMax));
 }
 
 TEST_CASE("Restored environments observe what they were saved with", "[objects][snapshot]") {
   MakeOptions options;
   options.num_envs = 4;
-  const auto env = make_seeing("FindImposterColor5-VLA-v0", options);
-  for (int t = 0; t < 12; ++t) test::step(*env, Policy::kRandom);
+  const auto batch = make_seeing("FindImposterColor5-VLA-v0", options);
+  for (int t = 0; t < 12; ++t) test::step(*batch, Policy::kRandom);
   const auto copy = make_seeing("FindImposterColor5-VLA-v0", options);
-  Snapshotter(*copy).restore(Snapshotter(*env).save());
+  Snapshotter(*copy).restore(Snapshotter(*batch).save());
   for (int t = 0; t < 5; ++t) {
-    CHECK(std::ranges::equal(env->observation(), copy->observation()));
-    test::step(*env, Policy::kRandom);
+    CHECK(std::ranges::equal(batch->observation(), copy->observation()));
+    test::step(*batch, Policy::kRandom);
     test::step(*copy, Policy::kRandom);
   }
 }

@@ -15,9 +15,9 @@ using Layout = ObjectTokens::Layout;
 
 std::unique_ptr<Batch> make_seeing(std::string_view id, BatchOptions options) {
   options.obs_mode = ObsMode::kObjects;
-  auto env = test::make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
 TEST_CASE("A row is the robot, the cue where there is one, the time if asked for, and the tokens",
@@ -25,9 +25,9 @@ TEST_CASE("A row is the robot, the cue where there is one, the time if asked for
   const auto names = [](const char* id, bool time) {
     BatchOptions options;
     options.observe_time = time;
-    const auto env = make_seeing(id, options);
+    const auto batch = make_seeing(id, options);
     std::vector<std::string> parts;
-    for (const Field& field : env->state_fields()) {
+    for (const Field& field : batch->state_fields()) {
       if (field.name.starts_with("object_")) break;
       parts.push_back(field.name);
     }
@@ -40,12 +40,12 @@ TEST_CASE("A row is the robot, the cue where there is one, the time if asked for
 }
 
 TEST_CASE("Ranges are those of the fields, and other modes have none", "[objects]") {
-  const auto env = make_seeing("RememberColor3-VLA-v0", {});
-  const Queries queries(*env);
+  const auto batch = make_seeing("RememberColor3-VLA-v0", {});
+  const Queries queries(*batch);
   const std::span<const RangedField> ranged = queries.ranged_fields();
-  REQUIRE(ranged.size() == env->state_fields().size());
+  REQUIRE(ranged.size() == batch->state_fields().size());
   for (std::size_t i = 0; i < ranged.size(); ++i) {
-    CHECK(ranged[i].field.name == env->state_fields()[i].name);
+    CHECK(ranged[i].field.name == batch->state_fields()[i].name);
     CHECK(ranged[i].low < ranged[i].high);
   }
   CHECK(Queries(*test::make_env("RememberColor3-VLA-v0")).ranged_fields().empty());
@@ -56,11 +56,11 @@ TEST_CASE("The last observation of an episode is kept", "[objects]") {
   options.num_envs = 3;
   options.auto_reset = AutoReset::kSameStep;
   options.observe_time = true;
-  const auto env = make_seeing("RememberColor3-VLA-v0", options);
-  for (int t = 0; t < 25; ++t) test::step(*env, Policy::kRandom);
-  REQUIRE(env->final_mask()[0] == 1);
-  const auto* last = test::row<float>(env->final_output("observation"), 1);
-  const auto* first = test::row<float>(env->output("observation"), 1);
+  const auto batch = make_seeing("RememberColor3-VLA-v0", options);
+  for (int t = 0; t < 25; ++t) test::step(*batch, Policy::kRandom);
+  REQUIRE(batch->final_mask()[0] == 1);
+  const auto* last = test::row<float>(batch->final_output("observation"), 1);
+  const auto* first = test::row<float>(batch->output("observation"), 1);
   CHECK(last[25] == 1);
   CHECK(first[25] == 0);
   CHECK(first[25 + 1] + first[25 + 1 + Layout::kWidth] + first[25 + 1 + 2 * Layout::kWidth] == 1);
@@ -69,13 +69,13 @@ TEST_CASE("The last observation of an episode is kept", "[objects]") {
 TEST_CASE("A row that is no row of numbers ends the episode", "[objects]") {
   BatchOptions options;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_seeing("RotateLenientPos-VLA-v0", options);
-  test::step(*env, Policy::kZero);
-  CHECK(env->unstable()[0] == 0);
-  *reinterpret_cast<double*>(env->memory().find("target_angle").row(0)) = std::nan("");
-  test::step(*env, Policy::kZero);
-  CHECK(env->unstable()[0] == 1);
-  CHECK(env->truncated()[0] == 1);
+  const auto batch = make_seeing("RotateLenientPos-VLA-v0", options);
+  test::step(*batch, Policy::kZero);
+  CHECK(batch->unstable()[0] == 0);
+  *reinterpret_cast<double*>(batch->memory().find("target_angle").row(0)) = std::nan("");
+  test::step(*batch, Policy::kZero);
+  CHECK(batch->unstable()[0] == 1);
+  CHECK(batch->truncated()[0] == 1);
 }
 
 }  // namespace

@@ -40,25 +40,25 @@ MakeOptions with(std::vector<PerturbationLevel> levels, ObsMode mode = ObsMode::
   return options;
 }
 
-std::vector<std::uint8_t> picture(const Batch& env, int index,
-                                  std::string_view camera = "base_camera") {
+std::vector<std::uint8_t> image(const Batch& batch, int index,
+                                std::string_view camera = "base_camera") {
   std::vector<std::uint8_t> rgb(3 * 64 * 64);
-  SceneRenderer(env).render(index, camera, 64, 64, rgb);
+  SceneRenderer(batch).render(index, camera, 64, 64, rgb);
   return rgb;
 }
 
 // Everything that environments show over some steps of the oracle.
-test::Bytes shown(Batch& env, int steps = 12) {
+test::Bytes shown(Batch& batch, int steps = 12) {
   test::Bytes bytes;
   const auto add = [&] {
-    for (int i = 0; i < env.num_envs(); ++i) test::append_row(env.outputs(), i, bytes);
-    const auto rgb = std::as_bytes(env.images().rgb);
+    for (int i = 0; i < batch.num_envs(); ++i) test::append_row(batch.outputs(), i, bytes);
+    const auto rgb = std::as_bytes(batch.images().rgb);
     bytes.insert(bytes.end(), rgb.begin(), rgb.end());
   };
-  env.reset();
+  batch.reset();
   add();
   for (int i = 0; i < steps; ++i) {
-    test::step(env, Policy::kOracle);
+    test::step(batch, Policy::kOracle);
     add();
   }
   return bytes;
@@ -92,29 +92,29 @@ TEST_CASE("Each axis changes what it is about", "[perturbation]") {
   usual->reset();
   other->reset();
   int differing = 0;
-  for (int i = 0; i < 3; ++i) differing += picture(*usual, i) != picture(*other, i) ? 1 : 0;
+  for (int i = 0; i < 3; ++i) differing += image(*usual, i) != image(*other, i) ? 1 : 0;
   CHECK(differing == 3);
-  const auto joints = [](const Batch& env) {
-    return std::vector<double>(env.state().qpos.row(0), env.state().qpos.row(0) + kArmJoints);
+  const auto joints = [](const Batch& batch) {
+    return std::vector<double>(batch.state().qpos.row(0), batch.state().qpos.row(0) + kArmJoints);
   };
   CHECK((joints(*usual) != joints(*other)) == (axis == kStartPose));
 }
 
-TEST_CASE("Pictures for people show the scene's changes, not those of the sensors",
+TEST_CASE("Images for people show the scene's changes, not those of the sensors",
           "[perturbation]") {
   const auto usual = make(kId, with({}));
   const auto sensors = make(kId, with({{kCamera, 1}, {kFov, 1}, {kNoise, 1}, {kBlur, 1}}));
   const auto scene = make(kId, with({{kLight, 1}}));
-  for (Batch* env : {usual.get(), sensors.get(), scene.get()}) env->reset();
-  CHECK(picture(*sensors, 0, "render_camera") == picture(*usual, 0, "render_camera"));
-  CHECK(picture(*scene, 0, "render_camera") != picture(*usual, 0, "render_camera"));
+  for (Batch* batch : {usual.get(), sensors.get(), scene.get()}) batch->reset();
+  CHECK(image(*sensors, 0, "render_camera") == image(*usual, 0, "render_camera"));
+  CHECK(image(*scene, 0, "render_camera") != image(*usual, 0, "render_camera"));
 }
 
 TEST_CASE("Levels scale the same draws", "[perturbation]") {
   const auto values = [](double level) {
-    const auto env = make(kId, with({{kStartPose, level}}));
-    env->reset();
-    const ColumnView view = env->memory().find("perturbations");
+    const auto batch = make(kId, with({{kStartPose, level}}));
+    batch->reset();
+    const ColumnView view = batch->memory().find("perturbations");
     const double* row = test::row<double>(view, 1);
     return std::vector<double>(row, row + view.field->width);
   };
@@ -128,10 +128,10 @@ TEST_CASE("Perturbations are pinned like other draws", "[perturbation]") {
   MakeOptions options = with({{kStartPose, 0.1}});
   options.pins = {{"perturb_start_pose", {1, 0, 0, 0, 0, 0, -1}},
                   {kRobotNoiseVariable, {0, 0, 0, 0, 0, 0, 0}}};
-  const auto env = make(kId, options);
-  env->reset();
-  CHECK(env->state().qpos.row(0)[0] == Approx(0.12));
-  CHECK(env->state().qpos.row(0)[1] == Approx(0));
+  const auto batch = make(kId, options);
+  batch->reset();
+  CHECK(batch->state().qpos.row(0)[0] == Approx(0.12));
+  CHECK(batch->state().qpos.row(0)[1] == Approx(0));
 
   options.pins = {{"perturb_start_pose", {2, 0, 0, 0, 0, 0, 0}}};
   CHECK_THROWS_WITH(make(kId, options), Contains("perturb_start_pose") && Contains("-1 to 1"));
@@ -143,9 +143,9 @@ TEST_CASE("What is hidden does not show in perturbations", "[perturbation]") {
   const auto values = [](double target) {
     MakeOptions options = with(all_axes(1));
     options.pins = {{"target", {target}}};
-    const auto env = make(kId, options);
-    env->reset();
-    const ColumnView view = env->memory().find("perturbations");
+    const auto batch = make(kId, options);
+    batch->reset();
+    const ColumnView view = batch->memory().find("perturbations");
     const double* row = test::row<double>(view, 0);
     return std::vector<double>(row, row + view.field->width);
   };
@@ -223,45 +223,45 @@ TEST_CASE("Steps without a command are as late as commands", "[perturbation]") {
 
 TEST_CASE("An environment with late and noisy commands goes on after it was restored",
           "[perturbation]") {
-  const auto env = make(kId, with({{kActionDelay, 1}, {kActionNoise, 0.5}}));
-  env->reset();
-  for (int i = 0; i < 7; ++i) test::step(*env, Policy::kRandom);
-  const std::vector<std::byte> saved = Snapshotter(*env).save(1);
+  const auto batch = make(kId, with({{kActionDelay, 1}, {kActionNoise, 0.5}}));
+  batch->reset();
+  for (int i = 0; i < 7; ++i) test::step(*batch, Policy::kRandom);
+  const std::vector<std::byte> saved = Snapshotter(*batch).save(1);
   std::vector<test::Bytes> expected;
   for (int i = 0; i < 8; ++i) {
-    test::step(*env, Policy::kRandom);
-    expected.push_back(test::env_bytes(*env, 1));
+    test::step(*batch, Policy::kRandom);
+    expected.push_back(test::env_bytes(*batch, 1));
   }
-  Snapshotter(*env).restore(1, saved);
+  Snapshotter(*batch).restore(1, saved);
   for (const test::Bytes& bytes : expected) {
-    test::step(*env, Policy::kRandom);
-    CHECK(test::env_bytes(*env, 1) == bytes);
+    test::step(*batch, Policy::kRandom);
+    CHECK(test::env_bytes(*batch, 1) == bytes);
   }
 }
 
 TEST_CASE("Snapshots are refused by batches with other axes, and taken with other levels",
           "[perturbation]") {
-  const auto env = make(kId, with({{kCamera, 1}}));
-  env->reset();
-  const std::vector<std::byte> saved = Snapshotter(*env).save();
+  const auto batch = make(kId, with({{kCamera, 1}}));
+  batch->reset();
+  const std::vector<std::byte> saved = Snapshotter(*batch).save();
   const auto other = make(kId, with({{kLight, 1}}));
   other->reset();
   CHECK_THROWS_WITH(Snapshotter(*other).restore(saved),
                     Contains("perturbed camera") && Contains("perturbed light"));
   const auto half = make(kId, with({{kCamera, 0.5}}));
   half->reset();
-  CHECK(picture(*half, 0) != picture(*env, 0));
+  CHECK(image(*half, 0) != image(*batch, 0));
   Snapshotter(*half).restore(saved);
-  CHECK(picture(*half, 0) == picture(*env, 0));
+  CHECK(image(*half, 0) == image(*batch, 0));
 }
 
 TEST_CASE("Noise of actions has its deviation and leaves the gripper alone", "[perturbation]") {
   MakeOptions options = with({{kActionNoise, 1}}, ObsMode::kState, 200);
   options.freeze_cue = false;
-  const auto env = make(kId, options);
-  env->reset();
-  env->step(test::zeros(*env));
-  const ColumnView action = env->memory().find("action");
+  const auto batch = make(kId, options);
+  batch->reset();
+  batch->step(test::zeros(*batch));
+  const ColumnView action = batch->memory().find("action");
   double square = 0;
   for (int i = 0; i < 200; ++i) {
     const float* row = test::row<float>(action, i);
@@ -272,25 +272,25 @@ TEST_CASE("Noise of actions has its deviation and leaves the gripper alone", "[p
 }
 
 TEST_CASE("Other wordings are those that an episode does not use", "[perturbation]") {
-  const auto env = make(kId, with({{kInstruction, 1}}, ObsMode::kState, 16));
-  env->reset();
+  const auto batch = make(kId, with({{kInstruction, 1}}, ObsMode::kState, 16));
+  batch->reset();
   for (int i = 0; i < 16; ++i) {
-    const std::vector<std::string> others = Queries(*env).paraphrases(i);
+    const std::vector<std::string> others = Queries(*batch).paraphrases(i);
     CHECK(others.size() == 10);
-    CHECK(std::ranges::count(others, Queries(*env).instruction(i)) == 0);
+    CHECK(std::ranges::count(others, Queries(*batch).instruction(i)) == 0);
   }
 }
 
 TEST_CASE("Instructions are worded otherwise, with the same numbers", "[perturbation]") {
   for (const char* id : {kId, "RotateLenientPos-VLA-v0"}) {
-    const auto env = make(id, with({{kInstruction, 1}}, ObsMode::kState, 64));
+    const auto batch = make(id, with({{kInstruction, 1}}, ObsMode::kState, 64));
     const auto usual = make(id, with({}, ObsMode::kState, 64));
-    env->reset();
+    batch->reset();
     usual->reset();
     std::set<std::string> wordings;
     for (int i = 0; i < 64; ++i) {
       const std::string own = Queries(*usual).instruction(i);
-      const std::string other = Queries(*env).instruction(i);
+      const std::string other = Queries(*batch).instruction(i);
       const std::vector<std::string> known = paraphrases(own);
       CHECK((other == own || std::ranges::find(known, other) != known.end()));
       wordings.insert(other);
@@ -300,8 +300,8 @@ TEST_CASE("Instructions are worded otherwise, with the same numbers", "[perturba
 }
 
 // The means of the pixels that show a thing, or nothing where it is not seen.
-std::optional<Eigen::Vector2d> middle_of(const Batch& env, const std::string& name) {
-  const ObservedImages images = env.images();
+std::optional<Eigen::Vector2d> middle_of(const Batch& batch, const std::string& name) {
+  const ObservedImages images = batch.images();
   const auto names = images.segmentation_names;
   const auto segment = std::ranges::find(names, name) - names.begin();
   Eigen::Vector2d sum(0, 0);
@@ -319,21 +319,21 @@ std::optional<Eigen::Vector2d> middle_of(const Batch& env, const std::string& na
 
 TEST_CASE("Camera matrices are those of the moved cameras", "[perturbation]") {
   MakeOptions options = with({{kCamera, 1}, {kFov, 1}}, ObsMode::kRgbSegmentation, 1);
-  const auto env = make(kId, options);
+  const auto batch = make(kId, options);
   int compared = 0;
   for (int episode = 0; episode < 5; ++episode) {
-    env->reset();
+    batch->reset();
     std::vector<float> extrinsic(12);
     std::vector<float> intrinsic(9);
-    Queries(*env).camera_params("base_camera", 128, 128, {extrinsic, {}, intrinsic});
-    for (int prop = 0; prop < env->state().num_props; ++prop) {
-      if (env->state().status_of(0, prop) == PropStatus::kHidden) continue;
+    Queries(*batch).camera_params("base_camera", 128, 128, {extrinsic, {}, intrinsic});
+    for (int prop = 0; prop < batch->state().num_props; ++prop) {
+      if (batch->state().status_of(0, prop) == PropStatus::kHidden) continue;
       const auto seen =
-          middle_of(*env, env->physics_model().props()[static_cast<std::size_t>(prop)].name);
+          middle_of(*batch, batch->physics_model().props()[static_cast<std::size_t>(prop)].name);
       if (!seen) continue;
       const Eigen::Map<const Eigen::Matrix<float, 3, 4, Eigen::RowMajor>> outer(extrinsic.data());
       const Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> inner(intrinsic.data());
-      const Eigen::Vector3d at = Eigen::Map<const Vec3>(env->state().prop_pos_of(0, prop));
+      const Eigen::Vector3d at = Eigen::Map<const Vec3>(batch->state().prop_pos_of(0, prop));
       const Eigen::Vector3d pixel =
           (inner * (outer * at.cast<float>().homogeneous())).cast<double>();
       CHECK((pixel.head<2>() / pixel[2] - *seen).norm() < 2.5);
@@ -344,19 +344,19 @@ TEST_CASE("Camera matrices are those of the moved cameras", "[perturbation]") {
 }
 
 TEST_CASE("Values that no draw has are read as the nearest that it can have", "[perturbation]") {
-  const auto env = make(kId, with(all_axes(1), ObsMode::kRgb, 2));
-  env->reset();
-  const ColumnView view = env->memory().find("perturbations");
+  const auto batch = make(kId, with(all_axes(1), ObsMode::kRgb, 2));
+  batch->reset();
+  const ColumnView view = batch->memory().find("perturbations");
   for (const double wild : {1e300, -1e300, std::nan(""), -536870912.0}) {
     double* row = reinterpret_cast<double*>(view.row(0));
     std::fill_n(row, view.field->width, wild);
-    for (int i = 0; i < 6; ++i) env->step(test::act(*env, Policy::kRandom));
-    CHECK(picture(*env, 0).size() == 3 * 64 * 64);
-    CHECK_FALSE(Queries(*env).instruction(0).empty());
+    for (int i = 0; i < 6; ++i) batch->step(test::act(*batch, Policy::kRandom));
+    CHECK(image(*batch, 0).size() == 3 * 64 * 64);
+    CHECK_FALSE(Queries(*batch).instruction(0).empty());
   }
 }
 
-TEST_CASE("The last pictures of perturbed episodes are those of batches that go on",
+TEST_CASE("The last images of perturbed episodes are those of batches that go on",
           "[perturbation]") {
   MakeOptions options = with({{kCamera, 1}, {kNoise, 1}}, ObsMode::kRgb, 2);
   options.max_episode_steps = 4;
@@ -420,7 +420,7 @@ TEST_CASE("Distractors hide no prop and stand on the table", "[perturbation]") {
       test::step(*usual, Policy::kOracle);
       test::step(*other, Policy::kOracle);
     }
-    CHECK(seen.size() == kMostDistractors);
+    CHECK(seen.size() == kMaxDistractors);
   }
 }
 

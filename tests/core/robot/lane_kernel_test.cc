@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "core/robot/few_robots.h"
+#include "core/robot/kernel_selection.h"
 #include "core/robot/lane_block.h"
 #include "tests/core/robot/robot_fixture.h"
 
@@ -12,12 +12,12 @@ namespace engram::test {
 namespace {
 
 void put(LaneBlock& block, int lane, const Robot& robot) {
-  block.put(LaneRows::kQ, lane, robot.q.data(), kRobotJoints);
-  block.put(LaneRows::kV, lane, robot.v.data(), kRobotJoints);
-  block.put(LaneRows::kDisplacement, lane, robot.displacement.data(), 6);
+  block.put(LaneVectors::kQ, lane, robot.q.data(), kRobotJoints);
+  block.put(LaneVectors::kV, lane, robot.v.data(), kRobotJoints);
+  block.put(LaneVectors::kDisplacement, lane, robot.displacement.data(), 6);
   for (int i = 0; i < kRobotJoints; ++i) {
     const double bias = drive_bias_of(robot, i);
-    block.put(LaneRows::kDriveBias + i, lane, &bias, 1);
+    block.put(LaneVectors::kDriveBias + i, lane, &bias, 1);
   }
 }
 
@@ -28,18 +28,18 @@ std::vector<std::vector<double>> run(const LaneKernel& kernel, const std::vector
   const RobotModel& model = physics().robot_model();
   for (std::size_t first = 0; first < robots.size();
        first += static_cast<std::size_t>(block.lanes())) {
-    std::fill_n(block.rows(), LaneRows::kCount * block.lanes(), 0.0);
+    std::fill_n(block.vectors(), LaneVectors::kCount * block.lanes(), 0.0);
     for (int lane = 0; lane < block.lanes(); ++lane) {
       put(block, lane, robots[first + static_cast<std::size_t>(lane)]);
     }
-    kernel.substep(model, physics().robot_params(), false, block.rows());
-    kernel.forward_kinematics(model, block.rows());
-    const unsigned ill = kernel.differential_ik(model, block.rows());
+    kernel.substep(model, physics().robot_params(), false, block.vectors());
+    kernel.forward_kinematics(model, block.vectors());
+    const unsigned ill = kernel.differential_ik(model, block.vectors());
     for (int lane = 0; lane < block.lanes(); ++lane) {
-      std::vector<double> result(LaneRows::kCount);
-      block.get(0, lane, result.data(), LaneRows::kCount);
+      std::vector<double> result(LaneVectors::kCount);
+      block.get(0, lane, result.data(), LaneVectors::kCount);
       if ((ill >> lane & 1) != 0) {  // then the step means nothing
-        std::fill_n(result.begin() + LaneRows::kStep, kArmJoints, 0.0);
+        std::fill_n(result.begin() + LaneVectors::kStep, kArmJoints, 0.0);
       }
       results.push_back(std::move(result));
     }
@@ -50,8 +50,8 @@ std::vector<std::vector<double>> run(const LaneKernel& kernel, const std::vector
 TEST_CASE("Lanes of every width give the same bits", "[physics]") {
   const std::vector<Robot> robots = random_robots(4096);
   const auto alone = run(*lane_kernel(1), robots);
-  const auto at_limit = [](const std::vector<double>& rows) {
-    return rows[LaneRows::kEndQ + kArmJoints] >= physics().robot_params().upper[kArmJoints];
+  const auto at_limit = [](const std::vector<double>& vectors) {
+    return vectors[LaneVectors::kEndQ + kArmJoints] >= physics().robot_params().upper[kArmJoints];
   };
   CHECK(std::count_if(alone.begin(), alone.end(), at_limit) > 100);
   std::vector<const LaneKernel*> kernels = {&baseline_single_kernel(), lane_kernel(2),
@@ -63,7 +63,7 @@ TEST_CASE("Lanes of every width give the same bits", "[physics]") {
     const auto beside = run(*kernel, robots);
     int different = 0;
     for (std::size_t i = 0; i < robots.size(); ++i) {
-      different += same_bits(alone[i].data(), beside[i].data(), LaneRows::kCount) ? 0 : 1;
+      different += same_bits(alone[i].data(), beside[i].data(), LaneVectors::kCount) ? 0 : 1;
     }
     CHECK(different == 0);
   }
@@ -75,26 +75,26 @@ TEST_CASE("A robot that moves beyond its clearance is reported", "[physics]") {
   far.fill(1);
   Robot robot = random_robots(1).front();
   for (int lane = 0; lane < block.lanes(); ++lane) {
-    block.put(LaneRows::kClearanceQpos, lane, robot.q.data(), kRobotJoints);
+    block.put(LaneVectors::kClearanceQpos, lane, robot.q.data(), kRobotJoints);
     JointArray moved = robot.q;
     moved[0] += 0.01 * lane;
-    block.put(LaneRows::kQ, lane, moved.data(), kRobotJoints);
+    block.put(LaneVectors::kQ, lane, moved.data(), kRobotJoints);
     const double clearance = physics().robot_model().lever_arms[0] * 0.015;
-    block.put(LaneRows::kClearance, lane, &clearance, 1);
-    block.put(LaneRows::kSelfClearance, lane, far.data(), kRobotJoints);
+    block.put(LaneVectors::kClearance, lane, &clearance, 1);
+    block.put(LaneVectors::kSelfClearance, lane, far.data(), kRobotJoints);
   }
   const unsigned all = (1U << block.lanes()) - 1;
   const RobotModel& model = physics().robot_model();
-  CHECK(block.kernel().clearance_exceeded(model, 0, 0, block.rows()) == (all & ~3U));
+  CHECK(block.kernel().clearance_exceeded(model, 0, 0, block.vectors()) == (all & ~3U));
   // The first two move on: 0.01 rad in the time, less what is allowed for.
   JointArray qvel{};
   qvel[0] = 1;
   for (int lane = 0; lane < 2; ++lane) {
-    block.put(LaneRows::kV, lane, qvel.data(), kRobotJoints);
+    block.put(LaneVectors::kV, lane, qvel.data(), kRobotJoints);
   }
-  CHECK(block.kernel().clearance_exceeded(model, 0.01, 0, block.rows()) == (all & ~1U));
+  CHECK(block.kernel().clearance_exceeded(model, 0.01, 0, block.vectors()) == (all & ~1U));
   const double allowance = model.lever_arms[0] * 0.008;
-  CHECK(block.kernel().clearance_exceeded(model, 0.01, allowance, block.rows()) == (all & ~3U));
+  CHECK(block.kernel().clearance_exceeded(model, 0.01, allowance, block.vectors()) == (all & ~3U));
 }
 
 TEST_CASE("Only a joint and later ones use up the clearance of bodies that it moves", "[physics]") {
@@ -106,9 +106,9 @@ TEST_CASE("Only a joint and later ones use up the clearance of bodies that it mo
   JointArray fast;  // velocity counts for the surroundings only
   fast.fill(0.1);
   for (int lane = 0; lane < block.lanes(); ++lane) {
-    block.put(LaneRows::kClearanceQpos, lane, robot.q.data(), kRobotJoints);
-    block.put(LaneRows::kClearance, lane, &outside, 1);
-    block.put(LaneRows::kV, lane, fast.data(), kRobotJoints);
+    block.put(LaneVectors::kClearanceQpos, lane, robot.q.data(), kRobotJoints);
+    block.put(LaneVectors::kClearance, lane, &outside, 1);
+    block.put(LaneVectors::kV, lane, fast.data(), kRobotJoints);
   }
   const unsigned all = (1U << block.lanes()) - 1;
   for (std::size_t joint = 0; joint < kRobotJoints; ++joint) {
@@ -120,11 +120,11 @@ TEST_CASE("Only a joint and later ones use up the clearance of bodies that it mo
     for (int lane = 0; lane < block.lanes(); ++lane) {
       JointArray moved = robot.q;
       moved[joint] += 0.01 * (lane % 3);
-      block.put(LaneRows::kQ, lane, moved.data(), kRobotJoints);
-      block.put(LaneRows::kSelfClearance, lane, self.data(), kRobotJoints);
+      block.put(LaneVectors::kQ, lane, moved.data(), kRobotJoints);
+      block.put(LaneVectors::kSelfClearance, lane, self.data(), kRobotJoints);
       if (joint >= kJoint && lane % 3 == 2) beyond |= 1U << lane;
     }
-    CHECK(block.kernel().clearance_exceeded(model, 1, 0, block.rows()) == (all & beyond));
+    CHECK(block.kernel().clearance_exceeded(model, 1, 0, block.vectors()) == (all & beyond));
   }
 }
 

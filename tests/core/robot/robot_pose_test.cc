@@ -32,16 +32,16 @@ TEST_CASE("Bodies that are fixed to links are where MuJoCo has them", "[physics]
 TEST_CASE("The pose in a lane is the one at its joint positions, to the bit", "[physics]") {
   LaneBlock block(widest_lane_kernel());
   const std::vector<Robot> robots = random_robots(block.lanes());
-  std::fill_n(block.rows(), LaneRows::kCount * block.lanes(), 0.0);
+  std::fill_n(block.vectors(), LaneVectors::kCount * block.lanes(), 0.0);
   for (int lane = 0; lane < block.lanes(); ++lane) {
     const Robot& robot = robots[static_cast<std::size_t>(lane)];
-    block.put(LaneRows::kQ, lane, robot.q.data(), kRobotJoints);
-    block.put(LaneRows::kV, lane, robot.v.data(), kRobotJoints);
+    block.put(LaneVectors::kQ, lane, robot.q.data(), kRobotJoints);
+    block.put(LaneVectors::kV, lane, robot.v.data(), kRobotJoints);
   }
-  block.kernel().pose_links(physics().robot_model(), block.rows());
+  block.kernel().pose_links(physics().robot_model(), block.vectors());
   for (int lane = 0; lane < block.lanes(); ++lane) {
     const RobotModel& model = physics().robot_model();
-    const RobotPose pose = pose_in_lane(model, block.rows(), block.lanes(), lane);
+    const RobotPose pose = pose_in_lane(model, block.vectors(), block.lanes(), lane);
     const RobotPose expected = pose_at(model, robots[static_cast<std::size_t>(lane)].q.data());
     for (std::size_t i = 0; i < kRobotJoints; ++i) {
       CHECK(pose.links[i].pos == expected.links[i].pos);

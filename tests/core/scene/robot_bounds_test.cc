@@ -46,11 +46,11 @@ bool still_clear(const PhysicsModel& physics, const RobotBounds::Clearance& befo
   LaneBlock block(kernel);
   const double outside = before.outside();
   for (int lane = 0; lane < block.lanes(); ++lane) {
-    block.put(LaneRows::kQ, lane, qpos.data(), kRobotJoints);
-    block.put(LaneRows::kV, lane, JointArray{}.data(), kRobotJoints);
-    block.put(LaneRows::kClearanceQpos, lane, before.qpos.data(), kRobotJoints);
-    block.put(LaneRows::kSelfClearance, lane, before.self.data(), kRobotJoints);
-    block.put(LaneRows::kClearance, lane, &outside, 1);
+    block.put(LaneVectors::kQ, lane, qpos.data(), kRobotJoints);
+    block.put(LaneVectors::kV, lane, JointArray{}.data(), kRobotJoints);
+    block.put(LaneVectors::kClearanceQpos, lane, before.qpos.data(), kRobotJoints);
+    block.put(LaneVectors::kSelfClearance, lane, before.self.data(), kRobotJoints);
+    block.put(LaneVectors::kClearance, lane, &outside, 1);
   }
   const unsigned exceeded = kernel.clearance_exceeded(physics.robot_model(), 0, 0, block.rows());
   const unsigned all = (1U << block.lanes()) - 1;

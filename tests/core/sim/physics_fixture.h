@@ -29,8 +29,8 @@ class Rig {
     };
     options.robot_init_qpos_noise = 0;
     options.threads = 1;
-    env_ = std::make_unique<Batch>(std::move(task), options);
-    env_->reset();
+    batch_ = std::make_unique<Batch>(std::move(task), options);
+    batch_->reset();
   }
 
   // Cubes of half size 0.02 m, one for each placement.
@@ -44,9 +44,9 @@ class Rig {
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
-  Batch& env() { return *env_; }
+  Batch& batch() { return *batch_; }
   SceneTask& task() { return *task_; }
-  const State& state() const { return env_->state(); }
+  const State& state() const { return batch_->state(); }
   Eigen::Vector3d tcp() const { return Eigen::Map<Eigen::Vector3d>(state().tcp_pos.row(0)); }
   Eigen::Vector3d pos(int prop) const {
     return Eigen::Map<Eigen::Vector3d>(state().prop_pos_of(0, prop));
@@ -56,7 +56,7 @@ class Rig {
   void rest(int steps, double gripper = tasks::kGripperOpen) {
     std::array<float, 7> action{};
     tasks::hold_tcp(gripper, action.data());
-    for (int i = 0; i < steps; ++i) env_->step(action);
+    for (int i = 0; i < steps; ++i) batch_->step(action);
   }
   // Moves the tool towards a point, pointing down, at most `speed` of full scale.
   void move(const Eigen::Vector3d& goal, int steps, double gripper = tasks::kGripperOpen,
@@ -65,7 +65,7 @@ class Rig {
     for (int i = 0; i < steps; ++i) {
       tasks::servo_tcp(state(), 0, goal, tasks::kToolDown, gripper, action.data());
       for (int k = 0; k < 3; ++k) action[k] = std::clamp(action[k], -speed, speed);
-      env_->step(action);
+      batch_->step(action);
     }
   }
 
@@ -79,7 +79,7 @@ class Rig {
 
   std::vector<Placement> placements_;
   SceneTask* task_ = nullptr;
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
 };
 
 }  // namespace engram::test

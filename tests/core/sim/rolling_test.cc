@@ -132,19 +132,19 @@ TEST_CASE("A ball that rolls off the table falls to the ground beside it", "[rol
   auto task = std::make_unique<test::SceneTask>(std::vector<mjcf::Prop>{ball()});
   task->parts.table_ends = true;
   test::SceneTask* scene = task.get();
-  Batch env(std::move(task), BatchOptions{});
+  Batch batch(std::move(task), BatchOptions{});
   scene->on_reset = [&](int index) {
     const double pos[3] = {-0.1, 1.0, kRadius};
     const double quat[4] = {1, 0, 0, 0};
     scene->engine.state->place_prop(index, 0, pos, quat, PropStatus::kAwake);
     scene->engine.state->prop_qvel_of(index, 0)[1] = 0.9;
   };
-  env.reset();
-  const double* pos = env.state().prop_pos_of(0, 0);
-  for (int i = 0; i < 6; ++i) env.step(test::zeros(env));
+  batch.reset();
+  const double* pos = batch.state().prop_pos_of(0, 0);
+  for (int i = 0; i < 6; ++i) batch.step(test::zeros(batch));
   CHECK(pos[1] == Approx(1.2).margin(0.02));
   CHECK(pos[2] == Approx(kRadius).margin(0.0005));
-  for (int i = 0; i < 30; ++i) env.step(test::zeros(env));
+  for (int i = 0; i < 30; ++i) batch.step(test::zeros(batch));
   CHECK(pos[1] > 1.3);
   CHECK(pos[2] == Approx(kRadius - 0.91964).margin(0.001));
 }
@@ -172,19 +172,19 @@ constexpr double kLift = 2e-5;  // m
 class Losses {
  public:
   explicit Losses(Rig& rig)
-      : first_(energy(rig) + rig.task().parts.props[0].mass * kGravity * kLift), least_(first_) {}
+      : first_(energy(rig) + rig.task().parts.props[0].mass * kGravity * kLift), min_(first_) {}
   void note(double energy) {
-    gain_ = std::max(gain_, (energy - least_) / first_);
-    least_ = std::min(least_, energy);
-    most_ = std::max(most_, energy / first_);
+    gain_ = std::max(gain_, (energy - min_) / first_);
+    min_ = std::min(min_, energy);
+    max_ = std::max(max_, energy / first_);
   }
   double gain() const { return gain_; }
-  double most() const { return most_; }  // share of the first energy
+  double most() const { return max_; }  // share of the first energy
 
  private:
-  double first_, least_;
+  double first_, min_;
   double gain_ = 0;
-  double most_ = 0;
+  double max_ = 0;
 };
 
 TEST_CASE("No ball passes through a finger", "[rolling]") {

@@ -25,7 +25,7 @@ BatchOptions with_sleep(bool sleep) {
 struct Outcome {
   std::vector<Eigen::Vector3d> pos;
   int awake = 0;
-  int most_awake = 0;
+  int max_awake = 0;
 };
 
 using Script = std::function<void(Rig&)>;
@@ -38,7 +38,7 @@ Outcome play(const std::vector<Placement>& cubes, bool sleep, const Script& scri
     for (int i = 0; i < static_cast<int>(cubes.size()); ++i) {
       awake += rig.status(i) == PropStatus::kAwake ? 1 : 0;
     }
-    outcome.most_awake = std::max(outcome.most_awake, awake);
+    outcome.max_awake = std::max(outcome.max_awake, awake);
   };
   script(rig);
   for (int i = 0; i < static_cast<int>(cubes.size()); ++i) {
@@ -81,7 +81,7 @@ TEST_CASE("A dropped cube lands, falls asleep and lies where it would without sl
     INFO("height " << height);
     CHECK(on.awake == 0);
     CHECK(off.awake == 1);
-    CHECK(on.most_awake == 1);
+    CHECK(on.max_awake == 1);
     CHECK(on.pos[0].z() == Approx(0.02).margin(5e-4));
     CHECK(largest_difference(on, off) < 5e-4);
   }
@@ -93,7 +93,7 @@ TEST_CASE("A cube that falls onto a sleeping one wakes it", "[sleep]") {
   const Script wait = [](Rig& rig) { rig.rest(80); };
   const Outcome on = play(cubes, true, wait);
   const Outcome off = play(cubes, false, wait);
-  CHECK(on.most_awake == 2);
+  CHECK(on.max_awake == 2);
   CHECK(on.awake == 0);
   CHECK(on.pos[1].z() == Approx(0.06).margin(1e-3));  // one upon the other
   CHECK(largest_difference(on, off) < 1e-3);
@@ -110,7 +110,7 @@ TEST_CASE("A cube pushed into a sleeping one moves it as without sleep", "[sleep
   };
   const Outcome on = play(cubes, true, push);
   const Outcome off = play(cubes, false, push);
-  CHECK(on.most_awake == 2);
+  CHECK(on.max_awake == 2);
   CHECK(on.pos[1].x() > 0.1);
   CHECK(largest_difference(on, off) < 1e-3);
 }

@@ -11,20 +11,20 @@ namespace {
 TEST_CASE("A battery that is thrown tumbles no faster and faster", "[physics]") {
   BatchOptions options;
   options.sleep = GENERATE(true, false);
-  const auto env = test::make_env("BatteriesCheckerHard-3-VLA-v0", options);
-  env->reset();
+  const auto batch = test::make_env("BatteriesCheckerHard-3-VLA-v0", options);
+  batch->reset();
   const double pos[3] = {0, 0.5, 4};
   const double quat[4] = {1, 0, 0, 0};
-  const State& state = env->state();
+  const State& state = batch->state();
   state.place_prop(0, 0, pos, quat, PropStatus::kAwake);
   // Velocity that a finger's flick has given one: rad/s about its own axes.
   const Eigen::Vector3d flick(34, 9, 72);
   Eigen::Map<Eigen::Vector3d> spin(state.prop_qvel_of(0, 0) + 3);
   spin = flick;
   for (int step = 0; step < 15; ++step) {
-    test::step(*env, Policy::kZero);
+    test::step(*batch, Policy::kZero);
     INFO("step " << step);
-    REQUIRE(Queries(*env).unstable_count() == 0);
+    REQUIRE(Queries(*batch).unstable_count() == 0);
     REQUIRE(spin.norm() <= 100 + 1e-9);
   }
   CHECK(state.prop_pos_of(0, 0)[2] > 0.5);  // still in the air

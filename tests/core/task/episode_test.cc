@@ -31,8 +31,8 @@ struct Drawn {
   bool operator==(const Drawn&) const = default;
 };
 
-Drawn drawn(const Batch& env, int index) {
-  const ColumnStore& memory = env.memory();
+Drawn drawn(const Batch& batch, int index) {
+  const ColumnStore& memory = batch.memory();
   const double* qpos = row<double>(memory.find("qpos"), index);
   const double* positions = row<double>(memory.find("positions"), index);
   return {std::vector<double>(qpos, qpos + 7), *row<std::int32_t>(memory.find("target"), index),
@@ -45,9 +45,9 @@ Drawn drawn_with(const std::vector<Pin>& pins, std::uint64_t seed = 3) {
   BatchOptions options;
   options.seed = seed;
   options.pins = pins;
-  const auto env = make_env(kId, options);
-  env->reset();
-  return drawn(*env, 0);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  return drawn(*batch, 0);
 }
 
 const std::vector<double> kPositions = {0, 0, 0.1, 0, 0.2, 0, 0, 0.1, 0.1, 0.1};
@@ -77,34 +77,34 @@ TEST_CASE("Each draw can be fixed and all others stay as they were", "[pins]") {
 }
 
 TEST_CASE("Draws are described with the engine's own first", "[pins]") {
-  const auto env = make_env(kId);
+  const auto batch = make_env(kId);
   std::vector<std::string> names;
-  for (const RandomVariable& draw : Queries(*env).random_variables()) names.push_back(draw.name);
+  for (const RandomVariable& draw : Queries(*batch).random_variables()) names.push_back(draw.name);
   CHECK(names ==
         std::vector<std::string>{"robot_noise", "target", "positions", "cue_steps", "empty_steps"});
-  CHECK(Queries(*env).random_variables()[1].integer);
-  CHECK(Queries(*env).random_variables()[1].low == 0);
-  CHECK(Queries(*env).random_variables()[1].high == 4);
-  CHECK(Queries(*env).random_variables()[2].width == 10);
+  CHECK(Queries(*batch).random_variables()[1].integer);
+  CHECK(Queries(*batch).random_variables()[1].low == 0);
+  CHECK(Queries(*batch).random_variables()[1].high == 4);
+  CHECK(Queries(*batch).random_variables()[2].width == 10);
 }
 
 TEST_CASE("Pins last over automatic resets until they are replaced", "[pins]") {
   BatchOptions options;
   options.num_envs = 2;
   options.pins = {{"target", {2}}};
-  const auto env = make_env(kId, options);
-  env->reset();
+  const auto batch = make_env(kId, options);
+  batch->reset();
   const auto targets_of = [&](int episodes) {
     std::set<int> targets;
     for (int i = 0; i < episodes; ++i) {
-      env->reset();
-      targets.insert(drawn(*env, 0).target);
+      batch->reset();
+      targets.insert(drawn(*batch, 0).target);
     }
     return targets;
   };
   for (int i = 0; i < 60; ++i) {  // two automatic resets
-    test::step(*env, Policy::kZero);
-    REQUIRE(drawn(*env, 0).target == 2);
+    test::step(*batch, Policy::kZero);
+    REQUIRE(drawn(*batch, 0).target == 2);
   }
   CHECK(targets_of(10) == std::set{2});
 
@@ -114,16 +114,16 @@ TEST_CASE("Pins last over automatic resets until they are replaced", "[pins]") {
   ResetRequest request;
   request.mask = mask;
   request.pins = &other;
-  env->reset(request);
-  CHECK(drawn(*env, 0).target == 1);
-  env->reset();
-  CHECK(drawn(*env, 0).target == 1);
-  CHECK(drawn(*env, 1).target == 2);
+  batch->reset(request);
+  CHECK(drawn(*batch, 0).target == 1);
+  batch->reset();
+  CHECK(drawn(*batch, 0).target == 1);
+  CHECK(drawn(*batch, 1).target == 2);
 
   const std::vector<Pin> none;
   ResetRequest clear;
   clear.pins = &none;
-  env->reset(clear);
+  batch->reset(clear);
   CHECK(targets_of(30).size() > 2);
 }
 
@@ -148,20 +148,20 @@ TEST_CASE("Pins that are not allowed are refused and change nothing", "[pins]") 
       {{{"robot_noise", {0, 0, 0, 0, 0, 0, 2}}}, "value 2 given, a number from -1 to 1 allowed"},
       {{{"target", {1}}, {"cue_steps", {kNan}}}, "cue_steps"},
   };
-  const auto env = make_env(kId);
-  env->reset();
-  for (int i = 0; i < 3; ++i) test::step(*env, Policy::kRandom);
-  const test::Bytes before = test::batch_bytes(*env);
-  const std::vector<std::byte> saved = Snapshotter(*env).save();
+  const auto batch = make_env(kId);
+  batch->reset();
+  for (int i = 0; i < 3; ++i) test::step(*batch, Policy::kRandom);
+  const test::Bytes before = test::batch_bytes(*batch);
+  const std::vector<std::byte> saved = Snapshotter(*batch).save();
   for (const Case& bad : cases) {
     BatchOptions options;
     options.pins = bad.pins;
     CHECK_THROWS_WITH(make_env(kId, options), Catch::Contains(bad.message));
     ResetRequest request;
     request.pins = &bad.pins;
-    CHECK_THROWS_WITH(env->reset(request), Catch::Contains(bad.message));
-    CHECK(test::batch_bytes(*env) == before);
-    CHECK(Snapshotter(*env).save() == saved);  // pins included
+    CHECK_THROWS_WITH(batch->reset(request), Catch::Contains(bad.message));
+    CHECK(test::batch_bytes(*batch) == before);
+    CHECK(Snapshotter(*batch).save() == saved);  // pins included
   }
 }
 

@@ -63,7 +63,7 @@ TEST_CASE("A task is given its options when it is bound", "[options]") {
     const test::SceneTask& seen = *task;
     BatchOptions options;
     options.task_options = choices;
-    const Batch env(std::move(task), options);
+    const Batch batch(std::move(task), options);
     return std::vector<double>(seen.engine.options.begin(), seen.engine.options.end());
   };
   CHECK(given({}) == std::vector<double>{0.05, 0});

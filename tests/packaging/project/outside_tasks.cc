@@ -7,17 +7,17 @@ int main(int argc, char** argv) {
   if (argc != 3) return 2;
   try {
     engram::load_tasks(argv[1]);
-    auto env = engram::make(argv[2], {.num_envs = 32, .seed = 1});
-    std::vector<float> actions = env.make_actions();
-    env.reset();
-    for (int i = 1; i < env.horizon(); ++i) {
-      env.act(engram::Policy::kOracle, actions);
-      env.step(actions);
+    auto batch = engram::make(argv[2], {.num_envs = 32, .seed = 1});
+    std::vector<float> actions = batch.make_actions();
+    batch.reset();
+    for (int i = 1; i < batch.horizon(); ++i) {
+      batch.act(engram::Policy::kOracle, actions);
+      batch.step(actions);
     }
     int successes = 0;
-    for (const std::uint8_t success : env.success_once()) successes += success;
-    std::cout << argv[2] << ": " << successes << " of " << env.num_envs() << " succeed\n";
-    return successes == env.num_envs() ? 0 : 1;
+    for (const std::uint8_t success : batch.success_once()) successes += success;
+    std::cout << argv[2] << ": " << successes << " of " << batch.num_envs() << " succeed\n";
+    return successes == batch.num_envs() ? 0 : 1;
   } catch (const engram::Error& error) {
     std::cerr << error.what() << '\n';
     return 1;

@@ -13,7 +13,7 @@
 #include "tests/sanitizers.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -59,7 +59,7 @@ Attempt try_to_collect(const fs::path& root, std::int64_t number) {
       attempt.finished = true;
     } catch (const std::bad_alloc&) {
     } catch (const Error& error) {
-      // Pictures need a scene. MuJoCo's parser may take the failure for one of the scene's text.
+      // Images need a scene. MuJoCo's parser may take the failure for one of the scene's text.
       attempt.in_mujoco = error.kind() == Error::kUnavailable ||
                           std::strstr(error.what(), "refused by MuJoCo") != nullptr;
       if (!attempt.in_mujoco) throw;
@@ -102,4 +102,4 @@ TEST_CASE("A collection continues after running out of memory", "[collection][al
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -13,7 +13,7 @@
 #include "tests/failing_allocations.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -38,9 +38,9 @@ Demonstration made_up(std::uint64_t seed, int length = 12, bool success = true) 
 }
 
 std::vector<std::int64_t> seeds_in(const DemonstrationFolder& folder) {
-  const Document metadata = folder.metadata();
+  const Json metadata = folder.metadata();
   std::vector<std::int64_t> seeds;
-  for (const Document& seed : list(part(metadata, "episode_seeds"))) {
+  for (const Json& seed : list(part(metadata, "episode_seeds"))) {
     seeds.push_back(static_cast<std::int64_t>(whole_number(seed)));
   }
   return seeds;
@@ -209,17 +209,17 @@ TEST_CASE("Demonstrations: a folder has labels in all files or in none",
     CHECK_THROWS_WITH(open(plain, kinds[i]), Catch::Contains("was collected without " + name +
                                                              ", with " + name + " given"));
     const TemporaryFolder with;
-    const Document metadata = open(with, kinds[i]);
+    const Json metadata = open(with, kinds[i]);
     CHECK_THROWS_WITH(open(with, {}), Catch::Contains("was collected with " + name + ", without " +
                                                       name + " given"));
     CHECK(open(with, kinds[i]) == metadata);
-    CHECK(part(part(metadata, "engram"), name) != Document());
+    CHECK(part(part(metadata, "engram"), name) != Json());
   }
   const TemporaryFolder labelled;
-  const Document metadata = open(labelled, {.labels = true});
-  const Document& labels = part(part(metadata, "engram"), "labels");
-  CHECK(list(part(labels, "open")) == DocumentList{"paraphrases"});
+  const Json metadata = open(labelled, {.labels = true});
+  const Json& labels = part(part(metadata, "engram"), "labels");
+  CHECK(list(part(labels, "open")) == JsonList{"paraphrases"});
   CHECK(list(part(labels, "privileged")).size() == 15);
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -14,7 +14,7 @@
 #include "tests/env_helpers.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 std::unique_ptr<Batch> labelled(const std::string& id, std::uint64_t seed,
@@ -23,21 +23,21 @@ std::unique_ptr<Batch> labelled(const std::string& id, std::uint64_t seed,
   options.threads = 1;
   options.seed = seed;
   options.pins = std::move(pins);
-  auto env = make(id, options);
-  env->reset();
-  return env;
+  auto batch = make(id, options);
+  batch->reset();
+  return batch;
 }
 
 // Plays the oracle to the end; watch(t) is called with every frame.
 template <class Watch>
-EpisodeLabels record(Batch& env, Watch&& watch) {
+EpisodeLabels record(Batch& batch, Watch&& watch) {
   LabelRecorder recorder;
-  recorder.start(env, 0);
-  for (int t = 0; (env.terminated()[0] | env.truncated()[0]) == 0; ++t) {
-    recorder.before_step(env, 0);
+  recorder.start(batch, 0);
+  for (int t = 0; (batch.terminated()[0] | batch.truncated()[0]) == 0; ++t) {
+    recorder.before_step(batch, 0);
     watch(t, recorder.labels());
-    test::step(env, Policy::kOracle);
-    recorder.after_step(env, 0);
+    test::step(batch, Policy::kOracle);
+    recorder.after_step(batch, 0);
   }
   return recorder.labels();
 }
@@ -53,10 +53,10 @@ std::string words_at(const EpisodeLabels& labels, std::size_t t) {
 }
 
 // Pixel and depth, in mm, of a point in the world.
-Eigen::Vector3d project(const Batch& env, const char* camera, const Eigen::Vector3d& point) {
+Eigen::Vector3d project(const Batch& batch, const char* camera, const Eigen::Vector3d& point) {
   std::vector<float> extrinsic(12);
   std::vector<float> intrinsic(9);
-  Queries(env).camera_params(
+  Queries(batch).camera_params(
       camera, 128, 128, {.extrinsic_cv = extrinsic, .cam2world_gl = {}, .intrinsic_cv = intrinsic});
   Eigen::Vector3d seen;
   for (int i = 0; i < 3; ++i) {
@@ -74,8 +74,8 @@ TEST_CASE("Labels: keyframes at new subtasks and at the answer", "[labels][demon
   for (const char* id : {"RememberColor3-VLA-v0", "BlinkCountButtonPressEasy-VLA-v0",
                          "ShellGameShuffleTouch-VLA-v0", "SeqOfColors3-VLA-v0"}) {
     INFO(id);
-    const auto env = labelled(id, 11);
-    const EpisodeLabels labels = record(*env, [](int, const EpisodeLabels&) {});
+    const auto batch = labelled(id, 11);
+    const EpisodeLabels labels = record(*batch, [](int, const EpisodeLabels&) {});
     const std::size_t steps = labels.subtask_index.size();
     REQUIRE(steps > 5);
     REQUIRE(labels.answered.size() == steps);
@@ -100,10 +100,10 @@ TEST_CASE("Labels: keyframes at new subtasks and at the answer", "[labels][demon
 
 TEST_CASE("Labels: words are written once, with the frame from which they hold",
           "[labels][demonstrations]") {
-  const auto env = labelled("BlinkCountButtonPressEasy-VLA-v0", 3, {{"target_blinks", {2}}});
-  const EpisodeLabels labels = record(*env, [](int, const EpisodeLabels&) {});
-  const int* starts = test::row<std::int32_t>(env->memory().find("blink_start"), 0);
-  const int acts = *test::row<std::int32_t>(env->memory().find("cue_steps"), 0);
+  const auto batch = labelled("BlinkCountButtonPressEasy-VLA-v0", 3, {{"target_blinks", {2}}});
+  const EpisodeLabels labels = record(*batch, [](int, const EpisodeLabels&) {});
+  const int* starts = test::row<std::int32_t>(batch->memory().find("blink_start"), 0);
+  const int acts = *test::row<std::int32_t>(batch->memory().find("cue_steps"), 0);
   CHECK(labels.memory == std::vector<std::string>{"the lamp has blinked so far 1 time",
                                                   "the lamp has blinked so far 2 times",
                                                   "the lamp blinked 2 times"});
@@ -116,10 +116,10 @@ TEST_CASE("Labels: words are written once, with the frame from which they hold",
 
 TEST_CASE("Labels: boxes and points are where the cameras have the object",
           "[labels][demonstrations]") {
-  const auto env = labelled("RememberColor9-VLA-v0", 21, {{"target", {2}}, {"cue_steps", {3}}});
+  const auto batch = labelled("RememberColor9-VLA-v0", 21, {{"target", {2}}, {"cue_steps", {3}}});
   int seen = 0;
   const char* const cameras[] = {"base_camera", "hand_camera"};
-  const EpisodeLabels labels = record(*env, [&](int t, const EpisodeLabels& so_far) {
+  const EpisodeLabels labels = record(*batch, [&](int t, const EpisodeLabels& so_far) {
     INFO("frame " << t);
     const int object = so_far.object_index.back();
     for (std::size_t camera = 0; camera < 2; ++camera) {
@@ -137,8 +137,8 @@ TEST_CASE("Labels: boxes and points are where the cameras have the object",
       if (camera != 0 || !whole) continue;
       ++seen;
       const Eigen::Vector3d middle =
-          Eigen::Map<const Eigen::Vector3d>(env->state().prop_pos_of(0, object));
-      const Eigen::Vector3d pixel = project(*env, cameras[camera], middle);
+          Eigen::Map<const Eigen::Vector3d>(batch->state().prop_pos_of(0, object));
+      const Eigen::Vector3d pixel = project(*batch, cameras[camera], middle);
       CHECK((pixel.x() > box[0] - 1 && pixel.x() < box[2] + 1));
       CHECK((pixel.y() > box[1] - 1 && pixel.y() < box[3] + 1));
       CHECK(std::abs(pixel.z() - point[2]) < 45);  // a cube of 4 cm
@@ -153,8 +153,8 @@ TEST_CASE("Labels: boxes and points are where the cameras have the object",
 TEST_CASE("Labels: every array is privileged, or tells nothing hidden",
           "[labels][demonstrations]") {
   const auto played = [](double color) {
-    const auto env = labelled("ShellGameColorLampTouch-VLA-v0", 4, {{"target_color", {color}}});
-    return record(*env, [](int, const EpisodeLabels&) {});
+    const auto batch = labelled("ShellGameColorLampTouch-VLA-v0", 4, {{"target_color", {color}}});
+    return record(*batch, [](int, const EpisodeLabels&) {});
   };
   const EpisodeLabels red = played(0);
   const EpisodeLabels blue = played(2);
@@ -175,19 +175,19 @@ TEST_CASE("Labels: a file has them beside arrays that stay the same", "[labels][
     const TemporaryFolder folder;
     EpisodeLabels expected;
     const auto file_of = [&](bool labels, const char* name) {
-      const auto env = labelled(id, 5, {}, labels);
+      const auto batch = labelled(id, 5, {}, labels);
       DemonstrationRecorder recorder({.labels = labels});
-      recorder.start(*env, 0);
+      recorder.start(*batch, 0);
       std::optional<LabelRecorder> alone;
-      if (labels) alone.emplace().start(*env, 0);
+      if (labels) alone.emplace().start(*batch, 0);
       std::vector<float> actions(7);
-      while ((env->terminated()[0] | env->truncated()[0]) == 0) {
-        ScriptedPolicy(*env, Policy::kOracle).act(actions);
-        recorder.before_step(*env, 0, actions);
-        if (alone) alone->before_step(*env, 0);
-        env->step(actions);
-        recorder.after_step(*env, 0);
-        if (alone) alone->after_step(*env, 0);
+      while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
+        ScriptedPolicy(*batch, Policy::kOracle).act(actions);
+        recorder.before_step(*batch, 0, actions);
+        if (alone) alone->before_step(*batch, 0);
+        batch->step(actions);
+        recorder.after_step(*batch, 0);
+        if (alone) alone->after_step(*batch, 0);
       }
       if (alone) expected = alone->labels();
       const Demonstration demonstration = recorder.finish();
@@ -232,4 +232,4 @@ TEST_CASE("Labels: a file has them beside arrays that stay the same", "[labels][
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 const std::vector<std::uint8_t> kPixels = [] {
@@ -123,4 +123,4 @@ TEST_CASE("NPZ: an announced size allocates no memory", "[npz]") {
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

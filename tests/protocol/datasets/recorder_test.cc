@@ -13,7 +13,7 @@
 #include "tests/tasks/benchmark_table.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 namespace fs = std::filesystem;
 
@@ -59,17 +59,17 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
     options.threads = 1;
     options.control_mode = mode;
     options.joint_proprio = dim == 8;
-    const auto env = make(id, options);
+    const auto batch = make(id, options);
     const std::vector<std::uint64_t> seeds = {kSeed - 1, kSeed};
-    env->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+    batch->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
     DemonstrationRecorder recorder;
-    recorder.start(*env, 1);
+    recorder.start(*batch, 1);
     std::vector<float> actions(2 * dim);
-    while ((env->terminated()[1] | env->truncated()[1]) == 0) {
-      ScriptedPolicy(*env, Policy::kOracle).act(actions);
-      recorder.before_step(*env, 1, std::span(actions).subspan(dim));
-      env->step(actions);
-      recorder.after_step(*env, 1);
+    while ((batch->terminated()[1] | batch->truncated()[1]) == 0) {
+      ScriptedPolicy(*batch, Policy::kOracle).act(actions);
+      recorder.before_step(*batch, 1, std::span(actions).subspan(dim));
+      batch->step(actions);
+      recorder.after_step(*batch, 1);
     }
     const Demonstration demonstration = recorder.finish();
     REQUIRE(demonstration.success);
@@ -144,10 +144,10 @@ TEST_CASE("Demonstrations: depth and segmentation as the cameras give them", "[d
     MakeOptions options = demonstration_options(additions);
     options.num_envs = 2;
     options.threads = 1;
-    const auto env = make("RememberColor3-VLA-v0", options);
-    env->reset();
+    const auto batch = make("RememberColor3-VLA-v0", options);
+    batch->reset();
     DemonstrationRecorder recorder(additions);
-    recorder.start(*env, 1);
+    recorder.start(*batch, 1);
     std::vector<std::int16_t> depth;
     std::vector<std::int16_t> segmentation;
     const auto keep = [&](std::vector<std::int16_t>& to, std::span<const std::int16_t> values) {
@@ -155,13 +155,13 @@ TEST_CASE("Demonstrations: depth and segmentation as the cameras give them", "[d
                 values.end());
     };
     std::vector<float> actions(14);
-    while ((env->terminated()[1] | env->truncated()[1]) == 0) {
-      keep(depth, env->images().depth);
-      keep(segmentation, env->images().segmentation);
-      ScriptedPolicy(*env, Policy::kOracle).act(actions);
-      recorder.before_step(*env, 1, std::span(actions).subspan(7));
-      env->step(actions);
-      recorder.after_step(*env, 1);
+    while ((batch->terminated()[1] | batch->truncated()[1]) == 0) {
+      keep(depth, batch->images().depth);
+      keep(segmentation, batch->images().segmentation);
+      ScriptedPolicy(*batch, Policy::kOracle).act(actions);
+      recorder.before_step(*batch, 1, std::span(actions).subspan(7));
+      batch->step(actions);
+      recorder.after_step(*batch, 1);
     }
     const Demonstration demonstration = recorder.finish();
     REQUIRE(demonstration.success);
@@ -188,4 +188,4 @@ TEST_CASE("Demonstrations: depth and segmentation as the cameras give them", "[d
   }
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -14,7 +14,7 @@
 #include "tests/env_helpers.h"
 #include "tests/temporary_folder.h"
 
-namespace engram::tests {
+namespace engram::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -72,8 +72,8 @@ TEST_CASE("RL data are whole episodes of the oracle, step for step", "[datasets]
   options.seed = 31;
   options.terminate_on_success = false;
   options.auto_reset = AutoReset::kOff;
-  const auto env = test::make_env(kId, options);
-  env->reset();
+  const auto batch = test::make_env(kId, options);
+  batch->reset();
   const NpzFile file(folder_of(root.path()) / "train_data_1.npz");
   const auto rgb = values<std::uint8_t>(file, "rgb", NpyType::kUint8, {kSteps, 128, 128, 6});
   const auto joints = values<float>(file, "joints", NpyType::kFloat32, {kSteps, 25});
@@ -84,7 +84,7 @@ TEST_CASE("RL data are whole episodes of the oracle, step for step", "[datasets]
   CHECK(std::ranges::count(rgb, 0) < static_cast<std::ptrdiff_t>(rgb.size() / 2));
   for (std::size_t t = 0; t < kSteps; ++t) {
     INFO("step " << t);
-    const State& state = env->state();
+    const State& state = batch->state();
     for (std::size_t i = 0; i < 3; ++i) {
       CHECK(joints[25 * t + i] == static_cast<float>(state.tcp_pos.row(0)[i]));
     }
@@ -93,11 +93,11 @@ TEST_CASE("RL data are whole episodes of the oracle, step for step", "[datasets]
       CHECK(joints[25 * t + 7 + i] == static_cast<float>(state.qpos.row(0)[i]));
       CHECK(joints[25 * t + 16 + i] == static_cast<float>(state.qvel.row(0)[i]));
     }
-    const std::vector<float> action = test::act(*env, Policy::kOracle);
+    const std::vector<float> action = test::act(*batch, Policy::kOracle);
     CHECK(std::equal(action.begin(), action.end(), actions.begin() + 8 * static_cast<int>(t)));
-    env->step(action);
-    CHECK(rewards[t] == env->reward()[0]);
-    CHECK(successes[t] == env->success()[0]);
+    batch->step(action);
+    CHECK(rewards[t] == batch->reward()[0]);
+    CHECK(successes[t] == batch->success()[0]);
     CHECK(dones[t] == (t == kSteps - 1 ? 1 : 0));
   }
   CHECK(std::ranges::count(successes, 1) > 1);  // an episode goes on after its success
@@ -185,4 +185,4 @@ TEST_CASE("Seeds of RL data do not wrap round", "[datasets][rl]") {
 }
 
 }  // namespace
-}  // namespace engram::tests
+}  // namespace engram::test

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST_CASE("Files are read as they were written", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "file";
   CHECK_FALSE(read_file(file));
   CHECK_FALSE(read_file(file / "below a file"));
@@ -31,7 +31,7 @@ TEST_CASE("Files are read as they were written", "[files]") {
 }
 
 TEST_CASE("Unreadable files are not taken for missing", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   CHECK_THROWS_WITH(read_file(folder.path()), Catch::Contains("cannot be read: Is a directory"));
   const fs::path loop = folder.path() / "loop";
   fs::create_symlink(loop, loop);
@@ -40,7 +40,7 @@ TEST_CASE("Unreadable files are not taken for missing", "[files]") {
 }
 
 TEST_CASE("Pipes and devices are no files: neither waited for nor read for ever", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path pipe = folder.path() / "pipe";
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   CHECK_THROWS_WITH(read_file(pipe), Catch::Contains("pipe' cannot be read: it is not a file"));
@@ -58,7 +58,7 @@ TEST_CASE("Pipes and devices are no files: neither waited for nor read for ever"
 
 TEST_CASE("Files of engram's own names replace what is there, a user's pipe is written to",
           "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path name = folder.path() / "settings.json";
   REQUIRE(::mkfifo(name.c_str(), 0600) == 0);
   write_file(name, "text");
@@ -73,7 +73,7 @@ TEST_CASE("Files of engram's own names replace what is there, a user's pipe is w
 }
 
 TEST_CASE("Folders list all their names, without half-written files", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto names = [&folder] {
     std::vector<std::string> all = OpenFolder(folder.path()).names();
     std::sort(all.begin(), all.end());
@@ -91,7 +91,7 @@ TEST_CASE("Folders list all their names, without half-written files", "[files]")
 }
 
 TEST_CASE("An open folder is written to, whatever takes its name", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path name = folder.path() / "run";
   const fs::path moved = folder.path() / "moved";
   const fs::path elsewhere = folder.path() / "elsewhere";
@@ -104,15 +104,15 @@ TEST_CASE("An open folder is written to, whatever takes its name", "[files]") {
   open.write_file("a", "2");
   open.subfolder("inner").write_file("b", "3");
   CHECK(fs::is_empty(elsewhere));
-  CHECK(tests::read_file(moved / "a") == "2");
-  CHECK(tests::read_file(moved / "inner" / "b") == "3");
+  CHECK(test::read_file(moved / "a") == "2");
+  CHECK(test::read_file(moved / "inner" / "b") == "3");
   CHECK(open.read_file("a") == "2");
   CHECK_FALSE(open.read_file("c"));
   CHECK(open.names().size() == 2);
 }
 
 TEST_CASE("Folders in an open folder are no links", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   fs::create_directory_symlink("/tmp", folder.path() / "link");
   std::ofstream(folder.path() / "file") << "text";
   const OpenFolder open(folder.path());

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST_CASE("A folder in use is refused with its owner", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   {
     const FolderLock lock(folder.path());
     CHECK_THROWS_WITH(FolderLock(folder.path()),
@@ -31,7 +31,7 @@ TEST_CASE("A folder in use is refused with its owner", "[files]") {
 }
 
 TEST_CASE("A lock ends with its process, however that ends", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const pid_t killed = ::fork();
   if (killed == 0) {
     const FolderLock lock(folder.path());
@@ -48,7 +48,7 @@ TEST_CASE("A lock ends with its process, however that ends", "[files]") {
 }
 
 TEST_CASE("A note that somebody else wrote does no harm", "[files]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path victim = folder.path() / "victim";
   std::ofstream(victim) << "precious";
   const fs::path note = folder.path() / "in-use.0.engram-tmp";
@@ -68,7 +68,7 @@ TEST_CASE("A note that somebody else wrote does no harm", "[files]") {
     std::ofstream(note) << "process 1 \x1b[2J on host";
     CHECK_THAT(refusal(), Catch::Contains("in use by process 1 ;"));
   }
-  CHECK(tests::read_file(victim) == "precious");
+  CHECK(test::read_file(victim) == "precious");
 }
 
 TEST_CASE("A missing folder is named", "[files]") {

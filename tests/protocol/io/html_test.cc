@@ -23,10 +23,10 @@ TEST_CASE("Numbers in tables are aligned to the right", "[html]") {
   CHECK_THAT(report.text(), Catch::Contains("<td>a task</td><td class=\"number\">0.125</td>"));
 }
 
-TEST_CASE("Pictures are embedded", "[html]") {
+TEST_CASE("Images are embedded", "[html]") {
   const std::byte bytes[] = {std::byte{'M'}, std::byte{'a'}, std::byte{'n'}, std::byte{'!'}};
   HtmlReport report("picture");
-  report.picture("caption", bytes);
+  report.image("caption", bytes);
   CHECK_THAT(report.text(),
              Catch::Contains("data:image/png;base64,TWFuIQ==") && Catch::Contains("caption"));
 }

@@ -13,16 +13,16 @@ constexpr const char* kId = "RememberColor3-VLA-v0";
 
 // Notes the calls of play_episodes.
 struct Log {
-  Batch& env;
+  Batch& batch;
   std::vector<int> started;
   std::vector<int> finished;
   std::set<std::uint64_t> seeds;
   int before = 0;
   int after = 0;
 
-  void start(int slot, int i) {
+  void start(int env, int i) {
     started.push_back(i);
-    seeds.insert(env.state().seed[slot]);
+    seeds.insert(batch.state().seed[env]);
   }
   void before_step(int, std::span<float>) { ++before; }
   void after_step(int) { ++after; }
@@ -31,10 +31,10 @@ struct Log {
 
 class Play {
  public:
-  bool run(Batch& env, int count, Log& log) {
-    const ScriptedPolicy policy(env, Policy::kRandom);
+  bool run(Batch& batch, int count, Log& log) {
+    const ScriptedPolicy policy(batch, Policy::kRandom);
     return play_episodes(
-        env, 100, count, WorkContext(0, stopped, steps),
+        batch, 100, count, WorkContext(0, stopped, steps),
         [&](std::span<float> actions) { policy.act(actions); }, log);
   }
 
@@ -46,13 +46,13 @@ TEST_CASE("Consecutive seeds are played once each, with fewer environments than 
           "[episodes]") {
   MakeOptions options;
   options.max_episode_steps = 4;
-  EpisodeBatch batch;
-  Batch& env = batch.of(kId, 5, 2, options);
-  CHECK(env.num_envs() == 2);
-  CHECK(env.options().auto_reset == AutoReset::kOff);
-  Log log{env, {}, {}, {}};
+  EpisodeBatch reusable;
+  Batch& batch = reusable.of(kId, 5, 2, options);
+  CHECK(batch.num_envs() == 2);
+  CHECK(batch.options().auto_reset == AutoReset::kOff);
+  Log log{batch, {}, {}, {}};
   Play play;
-  CHECK(play.run(env, 5, log));
+  CHECK(play.run(batch, 5, log));
   CHECK(log.started == std::vector<int>{0, 1, 2, 3, 4});
   CHECK(log.finished == std::vector<int>{0, 1, 2, 3, 4});
   CHECK(log.seeds == std::set<std::uint64_t>{100, 101, 102, 103, 104});
@@ -62,21 +62,21 @@ TEST_CASE("Consecutive seeds are played once each, with fewer environments than 
 }
 
 TEST_CASE("A stop ends the play", "[episodes]") {
-  EpisodeBatch batch;
-  Batch& env = batch.of(kId, 2, 2, MakeOptions());
-  Log log{env, {}, {}, {}};
+  EpisodeBatch reusable;
+  Batch& batch = reusable.of(kId, 2, 2, MakeOptions());
+  Log log{batch, {}, {}, {}};
   Play play;
   play.stopped = true;
-  CHECK_FALSE(play.run(env, 2, log));
+  CHECK_FALSE(play.run(batch, 2, log));
   CHECK(log.finished.empty());
 }
 
 TEST_CASE("A batch is kept while the task stays and it is large enough", "[episodes]") {
-  EpisodeBatch batch;
-  const Batch* first = &batch.of(kId, 3, 2, MakeOptions());
-  CHECK(&batch.of(kId, 1, 2, MakeOptions()) == first);
-  CHECK(batch.of(kId, 3, 3, MakeOptions()).num_envs() == 3);
-  CHECK(batch.of("RememberColor5-VLA-v0", 3, 3, MakeOptions()).info().id ==
+  EpisodeBatch reusable;
+  const Batch* first = &reusable.of(kId, 3, 2, MakeOptions());
+  CHECK(&reusable.of(kId, 1, 2, MakeOptions()) == first);
+  CHECK(reusable.of(kId, 3, 3, MakeOptions()).num_envs() == 3);
+  CHECK(reusable.of("RememberColor5-VLA-v0", 3, 3, MakeOptions()).info().id ==
         "RememberColor5-VLA-v0");
 }
 

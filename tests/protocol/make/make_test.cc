@@ -11,10 +11,10 @@ TEST_CASE("Options of the task reach it", "[make]") {
   MakeOptions options;
   options.constants = {{"COLORS", 4}};
   options.max_episode_steps = 17;
-  const auto env = make(kId, options);
-  CHECK(env->info().horizon == 17);
-  CHECK(env->info().candidates == 4);
-  const ConstantTable changed = changed_constants(env->info().constants);
+  const auto batch = make(kId, options);
+  CHECK(batch->info().horizon == 17);
+  CHECK(batch->info().candidates == 4);
+  const ConstantTable changed = changed_constants(batch->info().constants);
   REQUIRE(changed.size() == 1);
   CHECK(changed[0].first == "COLORS");
   CHECK(make(kId)->info().candidates == 9);

@@ -17,18 +17,18 @@ std::unique_ptr<Batch> observed(const std::string& id, const std::vector<Pin>& p
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
   options.pins = pins;
-  std::unique_ptr<Batch> env = make(id, options);
-  env->reset();
-  return env;
+  std::unique_ptr<Batch> batch = make(id, options);
+  batch->reset();
+  return batch;
 }
 
-std::string text_of(const Batch& env) {
-  return ObjectText(env).describe(row_of(env.observation(), env, 0));
+std::string text_of(const Batch& batch) {
+  return ObjectText(batch).describe(row_of(batch.observation(), batch, 0));
 }
 
 TEST_CASE("Objects have their names and places in words", "[objects]") {
-  const auto env = observed("RememberColor3-VLA-v0", {{"target", {2}}});
-  const std::string text = text_of(*env);
+  const auto batch = observed("RememberColor3-VLA-v0", {{"target", {2}}});
+  const std::string text = text_of(*batch);
   CHECK_THAT(text, Catch::StartsWith("hand at x "));
   CHECK_THAT(text, Catch::Contains(" % open; blue cube at x "));
   CHECK_THAT(text, Catch::EndsWith("; 2 objects hidden"));
@@ -36,11 +36,11 @@ TEST_CASE("Objects have their names and places in words", "[objects]") {
 }
 
 TEST_CASE("What is hidden has no name", "[objects]") {
-  const auto env = observed("RememberColor3-VLA-v0");
+  const auto batch = observed("RememberColor3-VLA-v0");
   int hidden = 0;
   for (int step = 0; step < 20; ++step) {
-    test::step(*env, Policy::kZero);
-    const std::string text = text_of(*env);
+    test::step(*batch, Policy::kZero);
+    const std::string text = text_of(*batch);
     if (text.find("3 objects hidden") == std::string::npos) continue;
     CHECK_THAT(text, !Catch::Contains("cube"));
     ++hidden;
@@ -49,12 +49,12 @@ TEST_CASE("What is hidden has no name", "[objects]") {
 }
 
 TEST_CASE("Words follow from the row alone", "[objects]") {
-  const auto env = observed("ShellGameTouch-VLA-v0");
-  const ObjectText words(*env);
-  std::vector<float> row(env->observation().begin(), env->observation().end());
+  const auto batch = observed("ShellGameTouch-VLA-v0");
+  const ObjectText words(*batch);
+  std::vector<float> row(batch->observation().begin(), batch->observation().end());
   const std::string text = words.describe(row);
-  test::step(*env, Policy::kOracle);
-  test::step(*env, Policy::kOracle);
+  test::step(*batch, Policy::kOracle);
+  test::step(*batch, Policy::kOracle);
   CHECK(words.describe(row) == text);
   std::fill(row.begin() + 25, row.end(), 0.0F);
   CHECK_THAT(words.describe(row),
@@ -62,11 +62,11 @@ TEST_CASE("Words follow from the row alone", "[objects]") {
 }
 
 TEST_CASE("Lamps are lit or off, and buttons are pressed", "[objects]") {
-  const auto env = observed("BlinkCountButtonPressEasy-VLA-v0");
+  const auto batch = observed("BlinkCountButtonPressEasy-VLA-v0");
   std::string all;
   for (int step = 0; step < 60; ++step) {
-    test::step(*env, Policy::kOracle);
-    all += text_of(*env) + "\n";
+    test::step(*batch, Policy::kOracle);
+    all += text_of(*batch) + "\n";
   }
   CHECK_THAT(all, Catch::Contains("lamp at x ") && Catch::Contains(", lit"));
   CHECK_THAT(all, Catch::Contains(", off"));

@@ -9,7 +9,7 @@ namespace {
 
 TEST_CASE("A list entry is a part of the task's description", "[describe]") {
   for (const std::string& id : one_of_each_family()) {
-    const Document description = describe_task(*make(id));
+    const Json description = describe_task(*make(id));
     const ConstantTable entry = describe_entry(require_entry(id));
     CHECK(entry.size() == 10);
     for (const auto& [key, value] : entry) {

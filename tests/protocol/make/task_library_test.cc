@@ -30,10 +30,10 @@ test::Bytes played(int threads, int num_envs) {
   BatchOptions options;
   options.num_envs = num_envs;
   options.threads = threads;
-  const auto env = test::make_env(kId, options);
-  env->reset();
-  for (int i = 0; i < 20; ++i) test::step(*env, Policy::kOracle);
-  return test::batch_bytes(*env);
+  const auto batch = test::make_env(kId, options);
+  batch->reset();
+  for (int i = 0; i < 20; ++i) test::step(*batch, Policy::kOracle);
+  return test::batch_bytes(*batch);
 }
 
 TEST_CASE("A library's tasks are listed, made and solved by its expert", "[task_library]") {
@@ -46,11 +46,11 @@ TEST_CASE("A library's tasks are listed, made and solved by its expert", "[task_
 
   BatchOptions options;
   options.num_envs = 32;
-  const auto env = test::make_env(kId, options);
-  CHECK(env->info().split == "extended");
-  env->reset();
-  for (int i = 0; i < env->info().horizon - 1; ++i) test::step(*env, Policy::kOracle);
-  const ColumnView success = env->output("success_once");
+  const auto batch = test::make_env(kId, options);
+  CHECK(batch->info().split == "extended");
+  batch->reset();
+  for (int i = 0; i < batch->info().horizon - 1; ++i) test::step(*batch, Policy::kOracle);
+  const ColumnView success = batch->output("success_once");
   for (int i = 0; i < 32; ++i) CHECK(*test::row<std::uint8_t>(success, i) == 1);
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("A library's task has variants, and refuses constants by name", "[task
 }
 
 TEST_CASE("What is no library of tasks of this version is refused by name", "[task_library]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const fs::path text = folder.path() / "libtext.so";
   std::ofstream(text) << "no library";
   struct Case {

@@ -31,9 +31,9 @@ TEST_CASE("GOAL_THRESH without effect is warned of by name", "[rules][constants]
     INFO(id);
     const MakeOptions options = options_of(Rules::kOriginal, {{"GOAL_THRESH", 0.08}});
     CHECK(unused_constants(id, options) == Warnings{kWarning});
-    const auto env = make(id, options);
-    CHECK(Queries(*env).option_values()[0] == 0.02);
-    CHECK((part(Document(describe_task(*env)), "warnings") == Document(ConstantList{kWarning})));
+    const auto batch = make(id, options);
+    CHECK(Queries(*batch).option_values()[0] == 0.02);
+    CHECK((part(Json(describe_task(*batch)), "warnings") == Json(ConstantList{kWarning})));
   }
 }
 

@@ -29,7 +29,7 @@ TEST_CASE("A variant survives the way to JSON and back", "[variants]") {
 
 TEST_CASE("Documents that are no variants are refused by name", "[variants]") {
   const auto refuse = [](const char* json, const char* message) {
-    CHECK_THROWS_WITH(to_variant(parse_document(json).value(), "file 'x'"),
+    CHECK_THROWS_WITH(to_variant(parse_json(json).value(), "file 'x'"),
                       Contains("file 'x'") && Contains(message));
   };
   refuse("7", "has to be a table");
@@ -41,10 +41,10 @@ TEST_CASE("Documents that are no variants are refused by name", "[variants]") {
 
 TEST_CASE("Results name a variant where constants differ from the benchmark's", "[variants]") {
   const RegistryEntry& entry = require_entry("RememberColor9-VLA-v0");
-  CHECK((variant_document(entry, {}) == Document(nullptr)));
-  const Document changed = variant_document(entry, {{"COLORS", 7}});
-  CHECK((part(changed, "base") == Document(entry.base)));
-  CHECK((part(changed, "constants") == Document(DocumentTable{{"COLORS", 7}})));
+  CHECK((variant_document(entry, {}) == Json(nullptr)));
+  const Json changed = variant_document(entry, {{"COLORS", 7}});
+  CHECK((part(changed, "base") == Json(entry.base)));
+  CHECK((part(changed, "constants") == Json(JsonTable{{"COLORS", 7}})));
 }
 
 }  // namespace

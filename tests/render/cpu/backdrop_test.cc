@@ -1,4 +1,4 @@
-// Pictures of what never moves, kept by the ray caster, are not seen in its results.
+// Images of what never moves, kept by the ray caster, are not seen in its results.
 #include "render/cpu/backdrop.h"
 
 #include <catch2/catch.hpp>
@@ -38,14 +38,14 @@ TEST_CASE("a geom that is drawn before the backdrop wins where both are equally 
   CHECK(tiles[3 * (32 * 64 + 32)] == 0);
 }
 
-TEST_CASE("workers that ask for the first picture at once all get it", "[render]") {
+TEST_CASE("workers that ask for the first image at once all get it", "[render]") {
   const RenderRig rig = still_life(4);
   std::vector<float> poses;
   const RenderInstances instances = two_cameras(rig, poses);
   const Rgb expected = draw(*make_cpu_renderer(rig.scene, {}, 1), {0}, 64, 64, true, instances);
   for (int round = 0; round < 20; ++round) {
     const auto renderer = make_cpu_renderer(rig.scene, {}, 4);
-    std::vector<Rgb> pictures(4, Rgb(expected.size()));
+    std::vector<Rgb> images(4, Rgb(expected.size()));
     std::vector<std::thread> threads;
     threads.reserve(4);
     for (int worker = 0; worker < 4; ++worker) {
@@ -53,12 +53,12 @@ TEST_CASE("workers that ask for the first picture at once all get it", "[render]
         RenderImage image;
         image.width = image.height = 64;
         image.row_stride = 192;
-        image.rgb = pictures[static_cast<std::size_t>(worker)].data();
+        image.rgb = images[static_cast<std::size_t>(worker)].data();
         for (int i = 0; i < 3; ++i) renderer->render(worker, instances, {&image, 1});
       });
     }
     for (std::thread& thread : threads) thread.join();
-    for (const Rgb& picture : pictures) CHECK(picture == expected);
+    for (const Rgb& image : images) CHECK(image == expected);
   }
 }
 

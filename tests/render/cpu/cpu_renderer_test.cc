@@ -20,19 +20,19 @@ TEST_CASE("spheres are shaded by Lambert's law", "[render]") {
   rig.add_light({1, 0, 0}, 0.5F);
   rig.add_light({0, 0, -2}, 0.25F);
   constexpr int kSize = 257;
-  const Picture picture = rig.render(kSize, kSize);
+  const Image image = rig.render(kSize, kSize);
 
   for (int y = 0; y < kSize; y += 4) {
     for (int x = 0; x < kSize; x += 4) {
-      if (picture.segment[picture.at(x, y)] == 0) continue;
-      const float depth = picture.depth[picture.at(x, y)];
+      if (image.segment[image.at(x, y)] == 0) continue;
+      const float depth = image.depth[image.at(x, y)];
       const Vector3f point(depth, -((static_cast<float>(x) + 0.5F) / kSize * 2 - 1) * depth,
                            (1 - (static_cast<float>(y) + 0.5F) / kSize * 2) * depth);
       const Vector3f normal = point - Vector3f(4, 0, 0);
       REQUIRE(normal.norm() == Approx(1).margin(1e-3));
       const float light =
           0.5F + 0.5F * std::max(-normal.x(), 0.0F) + 0.25F * std::max(normal.z(), 0.0F);
-      const Color color = picture.color(x, y);
+      const Color color = image.color(x, y);
       CHECK(color[0] == Approx(255 * 0.2F * light).margin(1.1));
       CHECK(color[1] == Approx(255 * 0.4F * light).margin(1.1));
       CHECK(color[2] == Approx(std::min(255 * 0.8F * light, 255.0F)).margin(1.1));
@@ -40,7 +40,7 @@ TEST_CASE("spheres are shaded by Lambert's law", "[render]") {
   }
   // The silhouette: tangent cone of half angle asin(1/4).
   int width = 0;
-  for (int x = 0; x < kSize; ++x) width += picture.segment[picture.at(x, kSize / 2)];
+  for (int x = 0; x < kSize; ++x) width += image.segment[image.at(x, kSize / 2)];
   CHECK(width == Approx(kSize / std::sqrt(15.0)).margin(1.01));
 }
 
@@ -61,9 +61,9 @@ TEST_CASE("faces and round sides have the light of their normals", "[render]") {
   SECTION("plane") {
     rig.add(RenderShape::kPlane, {1, 1, 0}, {4, 0, 0}, turned(-1.5707963F, {0, 1, 0}));
   }
-  const Picture picture = rig.render(65, 65);
-  CHECK(picture.color(32, 32) == Color{204, 204, 204});
-  CHECK(picture.color(0, 0) == Color{0, 0, 0});
+  const Image image = rig.render(65, 65);
+  CHECK(image.color(32, 32) == Color{204, 204, 204});
+  CHECK(image.color(0, 0) == Color{0, 0, 0});
 }
 
 TEST_CASE("a mesh looks like the box it is", "[render]") {
@@ -131,8 +131,8 @@ TEST_CASE("geoms with broken poses are not drawn", "[render]") {
         (void)broken.render(*renderer);
         broken = rig;
         broken.camera_pose[i] = value;
-        const Picture picture = broken.render(*renderer);
-        if (!std::isfinite(value)) CHECK(picture.segment == std::vector<std::int32_t>(64 * 64, 0));
+        const Image image = broken.render(*renderer);
+        if (!std::isfinite(value)) CHECK(image.segment == std::vector<std::int32_t>(64 * 64, 0));
       }
     }
   }
@@ -151,9 +151,9 @@ TEST_CASE("what emits light is brighter by its own colour", "[render]") {
 TEST_CASE("the background has its colour", "[render]") {
   RenderRig rig;
   rig.scene.background[1] = 0.5F;
-  const Picture picture = rig.render(17, 5);
-  CHECK(picture.color(16, 4) == Color{0, 128, 0});
-  CHECK(picture.depth[0] == 0);
+  const Image image = rig.render(17, 5);
+  CHECK(image.color(16, 4) == Color{0, 128, 0});
+  CHECK(image.depth[0] == 0);
 }
 
 TEST_CASE("antialiasing takes the mean of four samples", "[render]") {
@@ -162,8 +162,8 @@ TEST_CASE("antialiasing takes the mean of four samples", "[render]") {
   rig.add_light({1, 1, -1}, 0.5F);
   CpuRendererOptions smooth;
   smooth.antialias = true;
-  const Picture fine = rig.render(66, 42);
-  const Picture mean = rig.render(33, 21, smooth);
+  const Image fine = rig.render(66, 42);
+  const Image mean = rig.render(33, 21, smooth);
   for (int y = 0; y < 21; ++y) {
     for (int x = 0; x < 33; ++x) {
       int sum = 0;
@@ -172,7 +172,7 @@ TEST_CASE("antialiasing takes the mean of four samples", "[render]") {
     }
   }
   // Depth and segmentation keep to pixel centres.
-  const Picture plain = rig.render(33, 21);
+  const Image plain = rig.render(33, 21);
   CHECK(mean.depth == plain.depth);
   CHECK(mean.segment == plain.segment);
 }
@@ -190,13 +190,13 @@ TEST_CASE("shadows fall where light is blocked", "[render]") {
   SECTION("cylinder") { rig.add(RenderShape::kCylinder, {0.5F, 0.5F, 0}, {1, 0, 5}, slanted); }
   CpuRendererOptions hard;
   hard.shadow_rays = 1;
-  const Picture picture = rig.render(64, 64, hard);  // of 8 m x 8 m, with +x up; the geom is above
-  CHECK(picture.color(32, 24) == Color{128, 128, 128});
-  CHECK(picture.color(32, 40) == Color{255, 255, 255});
+  const Image image = rig.render(64, 64, hard);  // of 8 m x 8 m, with +x up; the geom is above
+  CHECK(image.color(32, 24) == Color{128, 128, 128});
+  CHECK(image.color(32, 40) == Color{255, 255, 255});
   CHECK(rig.render().color(32, 24) == Color{255, 255, 255});  // without the option
   hard.shadow_rays = 16;
   hard.shadow_softness = 0.1F;
-  const Picture soft = rig.render(64, 64, hard);
+  const Image soft = rig.render(64, 64, hard);
   int between = 0;
   for (int y = 0; y < 64; ++y) between += soft.color(32, y)[0] % 127 > 1 ? 1 : 0;
   CHECK(between > 3);

@@ -14,7 +14,7 @@ TEST_CASE("images of any size and layout have the same pixels", "[render]") {
   const RenderRig rig = crowd(1);
   const auto renderer = make_cpu_renderer(rig.scene, {}, 1);
   for (const auto& [width, height] : {std::pair{1, 1}, {3, 2}, {17, 9}, {64, 64}, {129, 131}}) {
-    const Picture picture = rig.render(*renderer, width, height);
+    const Image image = rig.render(*renderer, width, height);
     // Two cameras in one buffer, six bytes a pixel, and a margin that must stay as it is.
     const std::ptrdiff_t row = 6 * width + 5;
     std::vector<std::uint8_t> buffer(static_cast<std::size_t>(row * height), 77);
@@ -30,8 +30,8 @@ TEST_CASE("images of any size and layout have the same pixels", "[render]") {
       for (int b = 0; b < row; ++b) {
         const int byte = buffer[static_cast<std::size_t>(y * row + b)];
         const bool inside = b < 6 * width && b % 6 >= 3;
-        same = same &&
-               byte == (inside ? picture.color(b / 6, y)[static_cast<std::size_t>(b % 3)] : 77);
+        same =
+            same && byte == (inside ? image.color(b / 6, y)[static_cast<std::size_t>(b % 3)] : 77);
       }
     }
     CHECK(same);
@@ -41,7 +41,7 @@ TEST_CASE("images of any size and layout have the same pixels", "[render]") {
 TEST_CASE("any of the outputs may be left out", "[render]") {
   const RenderRig rig = crowd(2);
   const auto renderer = make_cpu_renderer(rig.scene, {}, 1);
-  const Picture all = rig.render(*renderer);
+  const Image all = rig.render(*renderer);
   std::vector<float> depth(64 * 64);
   RenderImage image;
   image.width = image.height = 64;
@@ -81,16 +81,16 @@ TEST_CASE("all instruction sets paint alike", "[render]") {
     for (unsigned seed = 0; seed < 8; ++seed) {
       const RenderRig rig = crowd(seed);
       options.instruction_set = InstructionSet::kBaseline;
-      const Picture expected = rig.render(100, 75, options);
+      const Image expected = rig.render(100, 75, options);
       options.instruction_set = set;
-      const Picture picture = rig.render(100, 75, options);
-      for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
-        const int difference = std::abs(picture.rgb[i] - expected.rgb[i]);
+      const Image image = rig.render(100, 75, options);
+      for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+        const int difference = std::abs(image.rgb[i] - expected.rgb[i]);
         CHECK(difference <= 1);
         differing += difference != 0 ? 1 : 0;
       }
-      bytes += picture.rgb.size();
-      CHECK(picture.segment == expected.segment);
+      bytes += image.rgb.size();
+      CHECK(image.segment == expected.segment);
     }
     INFO(name_of(set));
     CHECK(differing <= bytes / 10000);
@@ -103,7 +103,7 @@ TEST_CASE("images do not depend on workers, threads or what was drawn before", "
   const RenderRig first = crowd(3);
   const RenderRig second = crowd(4);
   const auto renderer = make_cpu_renderer(first.scene, {}, 3);
-  const Picture expected = first.render(*renderer);
+  const Image expected = first.render(*renderer);
   (void)second.render(*renderer, 33, 70);
   CHECK(first.render(*renderer).rgb == expected.rgb);
 

@@ -88,17 +88,16 @@ Interval hit(const RenderGeom& geom, const Vector3d& o, const Vector3d& d) {
 }
 
 // Compares depth and segmentation; returns the number of pixels that see another geom.
-int compare(const RenderRig& rig, const Picture& picture, double near) {
+int compare(const RenderRig& rig, const Image& image, double near) {
   using Rows = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
   const Eigen::Matrix3d camera = Rows(rig.camera_pose.data()).cast<double>();
   const Vector3d eye = Eigen::Map<const Vector3f>(rig.camera_pose.data() + 9).cast<double>();
   const double tangent = std::tan(0.5 * rig.scene.cameras[0].fovy);
   int wrong = 0;
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      const double u =
-          ((x + 0.5) / picture.width * 2 - 1) * tangent * picture.width / picture.height;
-      const double v = (1 - (y + 0.5) / picture.height * 2) * tangent;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const double u = ((x + 0.5) / image.width * 2 - 1) * tangent * image.width / image.height;
+      const double v = (1 - (y + 0.5) / image.height * 2) * tangent;
       const Vector3d ray = camera * Vector3d(u, v, -1);
       double depth = 100;
       int segment = 0;
@@ -112,12 +111,12 @@ int compare(const RenderRig& rig, const Picture& picture, double near) {
         depth = inside.enter;
         segment = rig.scene.geoms[g].segment;
       }
-      const std::size_t at = picture.at(x, y);
-      if (picture.segment[at] != segment) {
+      const std::size_t at = image.at(x, y);
+      if (image.segment[at] != segment) {
         ++wrong;
         continue;
       }
-      const auto seen = static_cast<double>(picture.depth[at]);
+      const auto seen = static_cast<double>(image.depth[at]);
       if (segment == 0) {
         CHECK(seen == 0);
       } else if (std::abs(seen - depth) > 2e-3 * depth) {
@@ -190,9 +189,9 @@ Shadows compare_shadows(const RenderRig& rig, const Vector3d& to_light, int widt
   hard.shadow_rays = 1;
   RenderRig unlit = rig;
   unlit.scene.lights.clear();
-  const Picture shadowed = rig.render(width, height, hard);
-  const Picture plain = rig.render(width, height);
-  const Picture ambient = unlit.render(width, height);
+  const Image shadowed = rig.render(width, height, hard);
+  const Image plain = rig.render(width, height);
+  const Image ambient = unlit.render(width, height);
   const Eigen::Matrix3d camera = Rows(rig.camera_pose.data()).cast<double>();
   const Vector3d eye = Eigen::Map<const Vector3f>(rig.camera_pose.data() + 9).cast<double>();
   const double tangent = std::tan(0.5 * rig.scene.cameras[0].fovy);
@@ -248,11 +247,11 @@ TEST_CASE("shadows fall where a plain ray tracer has them", "[render]") {
 TEST_CASE("infinite planes reach the horizon", "[render]") {
   RenderRig rig;
   rig.add(RenderShape::kPlane, {0, 0, 0}, {0, 0, -1});
-  const Picture picture = rig.render(64, 64);
-  CHECK(compare(rig, picture, 0.01) == 0);
-  CHECK(picture.segment[picture.at(5, 60)] == 1);
-  CHECK(picture.segment[picture.at(5, 32)] == 1);  // 64 m away
-  CHECK(picture.segment[picture.at(5, 31)] == 0);
+  const Image image = rig.render(64, 64);
+  CHECK(compare(rig, image, 0.01) == 0);
+  CHECK(image.segment[image.at(5, 60)] == 1);
+  CHECK(image.segment[image.at(5, 32)] == 1);  // 64 m away
+  CHECK(image.segment[image.at(5, 31)] == 0);
 
   rig.set_camera({0, 0, -2}, look_along({1, 0, 0}, {0, 0, 1}));  // seen from below: nothing
   CHECK(rig.render().segment == std::vector<std::int32_t>(64 * 64, 0));

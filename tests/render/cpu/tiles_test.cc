@@ -1,4 +1,4 @@
-// Pictures of colours alone are drawn in tiles. Those that want depth, too, are drawn pixel by
+// Images of colours alone are drawn in tiles. Those that want depth, too, are drawn pixel by
 // pixel: both must have the same colours.
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -46,22 +46,22 @@ TEST_CASE("tiles of the tasks' scenes have the colours of pixels drawn one by on
   for (const std::string& id : ids) {
     BatchOptions options;
     options.num_envs = 2;
-    const auto env = make_env(id, options);
-    env->reset();
-    SceneViews views(env->physics_model(), 1);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    SceneViews views(batch->physics_model(), 1);
     ImageSourceOptions image_options;
     image_options.for_people = false;
-    ImageSource source(Queries(*env).document(), views.body_names(), image_options, 1,
+    ImageSource source(Queries(*batch).document(), views.body_names(), image_options, 1,
                        make_renderer);
     std::vector<int> cameras;
     for (const char* name : {"base_camera", "hand_camera", "render_camera"}) {
       cameras.push_back(find_camera(source, name));
     }
-    std::vector<float> actions(static_cast<std::size_t>(2 * env->action_dim()));
+    std::vector<float> actions(static_cast<std::size_t>(2 * batch->action_dim()));
     for (int step = 0; step < 12; ++step) {
-      ScriptedPolicy(*env, Policy::kOracle).act(actions);
-      env->step(actions);
-      const auto bodies = views.view(0, env->state(), step % 2);
+      ScriptedPolicy(*batch, Policy::kOracle).act(actions);
+      batch->step(actions);
+      const auto bodies = views.view(0, batch->state(), step % 2);
       const int width = step % 3 == 0 ? 128 : 40 + 7 * step;
       INFO(id << ", step " << step);
       const std::vector<int> pair = {cameras[0], cameras[1]};
@@ -103,7 +103,7 @@ TEST_CASE("old contents of working memory do not show in tiles", "[render]") {
         const cpu::FrameData& frame =
             builder.build(instances, camera, 100, 90,
                           backdrop != nullptr ? cpu::Shown::kMoving : cpu::Shown::kAll);
-        std::vector<std::uint32_t> picture;
+        std::vector<std::uint32_t> image;
         row.x = 0;
         row.tiles = 7;
         for (row.y = 0; row.y < 90; row.y += cpu::kBlock) {
@@ -114,11 +114,11 @@ TEST_CASE("old contents of working memory do not show in tiles", "[render]") {
           for (int y = 0; y < row.rows; ++y) {
             for (int x = 0; x < 100; ++x) {
               const int tile = x / cpu::kBlock;
-              picture.push_back(row.source[tile][y * row.stride[tile] + x % cpu::kBlock]);
+              image.push_back(row.source[tile][y * row.stride[tile] + x % cpu::kBlock]);
             }
           }
         }
-        return picture;
+        return image;
       };
       for (const int camera : {0, 1}) {
         const std::vector<std::uint32_t> expected = colors(camera, 0, 0);

@@ -118,8 +118,8 @@ Stage random_stage(unsigned seed, bool patterns) {
   return stage;
 }
 
-struct Picture {
-  Picture(int width_in, int height_in) : width(width_in), height(height_in) {
+struct Image {
+  Image(int width_in, int height_in) : width(width_in), height(height_in) {
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     rgb.resize(3 * pixels);
     depth.resize(pixels);
@@ -134,11 +134,11 @@ struct Picture {
   std::vector<std::int32_t> segment;
 };
 
-Picture draw(Renderer& renderer, const Stage& stage, int camera, int width, int height) {
-  Picture picture(width, height);
-  const RenderImage image = picture.image(camera);
+Image draw(Renderer& renderer, const Stage& stage, int camera, int width, int height) {
+  Image image(width, height);
+  const RenderImage image = image.image(camera);
   renderer.render(0, stage.rows(), {&image, 1});
-  return picture;
+  return image;
 }
 
 struct Difference {
@@ -147,7 +147,7 @@ struct Difference {
   double depth = 0;       // 99th percentile of relative ones, where geoms agree
 };
 
-Difference compare(const Picture& a, const Picture& b) {
+Difference compare(const Image& a, const Image& b) {
   Difference result;
   for (std::size_t i = 0; i < a.rgb.size(); ++i) result.color += std::abs(a.rgb[i] - b.rgb[i]);
   result.color /= static_cast<double>(a.rgb.size());
@@ -209,7 +209,7 @@ TEST_CASE("A finer tolerance brings OpenGL's outlines closer to exact ones", "[r
   if (!has_egl()) return;
   const Stage stage = random_stage(3, false);
   const auto cpu = make_cpu_renderer(stage.scene, {}, 1);
-  const Picture exact = draw(*cpu, stage, 0, 256, 256);
+  const Image exact = draw(*cpu, stage, 0, 256, 256);
   double previous = 1;
   for (const float tolerance : {3.0F, 0.5F, 0.05F}) {
     EglRendererOptions options;
@@ -232,7 +232,7 @@ TEST_CASE("OpenGL's soft shadows fall where the ray caster's do", "[render][egl]
   const auto egl = make_egl_renderer(stage.scene, egl_options, 1);
   const auto unshadowed = make_egl_renderer(stage.scene, {}, 1);
   for (int camera = 0; camera < 2; ++camera) {
-    const Picture exact = draw(*cpu, stage, camera, 128, 128);
+    const Image exact = draw(*cpu, stage, camera, 128, 128);
     const double with = compare(draw(*egl, stage, camera, 128, 128), exact).color;
     const double without = compare(draw(*unshadowed, stage, camera, 128, 128), exact).color;
     CAPTURE(with, without);
@@ -250,20 +250,20 @@ TEST_CASE("Multisampling smooths outlines and leaves the rest alone", "[render][
   const auto cpu = make_cpu_renderer(stage.scene, cpu_options, 1);
   const auto smooth = make_egl_renderer(stage.scene, egl_options, 1);
   const auto sharp = make_egl_renderer(stage.scene, {}, 1);
-  const Picture wanted = draw(*cpu, stage, 0, 128, 128);
+  const Image wanted = draw(*cpu, stage, 0, 128, 128);
   const double with = compare(draw(*smooth, stage, 0, 128, 128), wanted).color;
   const double without = compare(draw(*sharp, stage, 0, 128, 128), wanted).color;
   CAPTURE(with, without);
   CHECK(with < 0.5 * without);
 }
 
-TEST_CASE("OpenGL pictures obey strides, visibility and sizes", "[render][egl]") {
+TEST_CASE("OpenGL images obey strides, visibility and sizes", "[render][egl]") {
   if (!has_egl()) return;
   Stage stage = random_stage(4, false);
   EglRendererOptions options;
   options.max_width = 64;
   const auto egl = make_egl_renderer(stage.scene, options, 1);
-  const Picture packed = draw(*egl, stage, 1, 64, 32);
+  const Image packed = draw(*egl, stage, 1, 64, 32);
 
   // Six sizes: more than the renderer keeps framebuffers for.
   for (int width = 10; width <= 60; width += 10) draw(*egl, stage, 1, width, 32);
@@ -284,11 +284,11 @@ TEST_CASE("OpenGL pictures obey strides, visibility and sizes", "[render][egl]")
   CHECK(same);
 
   std::fill(stage.visible.begin(), stage.visible.end(), std::uint8_t{0});
-  const Picture empty = draw(*egl, stage, 1, 64, 32);
+  const Image empty = draw(*egl, stage, 1, 64, 32);
   CHECK(std::all_of(empty.segment.begin(), empty.segment.end(), [](int x) { return x == 0; }));
   CHECK(std::all_of(empty.rgb.begin(), empty.rgb.end(), [](int x) { return x == 0; }));
 
-  Picture wide(65, 32);
+  Image wide(65, 32);
   wide.rgb.assign(wide.rgb.size(), 9);
   const RenderImage images[] = {wide.image(0),
                                 {17, 64, 32, wide.rgb.data(), 3, 192, nullptr, nullptr}};
@@ -300,7 +300,7 @@ TEST_CASE("OpenGL has depth and segments as observations have them", "[render][e
   if (!has_egl()) return;
   const Stage stage = random_stage(2, false);
   const auto egl = make_egl_renderer(stage.scene, {}, 1);
-  Picture plain(48, 32);
+  Image plain(48, 32);
   RenderImage image = plain.image(1);
   std::vector<std::int16_t> depth(2 * 48 * 32, 77);
   std::vector<std::int16_t> segment(depth);
@@ -323,24 +323,24 @@ TEST_CASE("OpenGL workers draw the same on any thread", "[render][egl]") {
   const Stage stage = random_stage(6, true);
   constexpr int kWorkers = 3;
   const auto egl = make_egl_renderer(stage.scene, {}, kWorkers);
-  const Picture wanted = draw(*egl, stage, 0, 96, 96);
+  const Image wanted = draw(*egl, stage, 0, 96, 96);
   // Each round gives every worker to a new thread.
   for (int round = 0; round < 3; ++round) {
-    std::vector<Picture> pictures(kWorkers, Picture(96, 96));
+    std::vector<Image> images(kWorkers, Image(96, 96));
     std::vector<std::thread> threads;
     for (int worker = 0; worker < kWorkers; ++worker) {
       threads.emplace_back([&, worker] {
         for (int i = 0; i < 5; ++i) {
-          const RenderImage image = pictures[static_cast<std::size_t>(worker)].image(0);
+          const RenderImage image = images[static_cast<std::size_t>(worker)].image(0);
           egl->render(worker, stage.rows(), {&image, 1});
         }
       });
     }
     for (std::thread& thread : threads) thread.join();
-    for (const Picture& picture : pictures) {
-      CHECK(picture.rgb == wanted.rgb);
-      CHECK(picture.depth == wanted.depth);
-      CHECK(picture.segment == wanted.segment);
+    for (const Image& image : images) {
+      CHECK(image.rgb == wanted.rgb);
+      CHECK(image.depth == wanted.depth);
+      CHECK(image.segment == wanted.segment);
     }
   }
 }

@@ -30,7 +30,7 @@ TEST_CASE("A draw list has the visible geoms before the camera", "[render][egl]"
   CHECK(instances_in_view(rig) == 0);
 }
 
-TEST_CASE("A camera's view has the middle of the picture where it points", "[render][egl]") {
+TEST_CASE("A camera's view has the middle of the image where it points", "[render][egl]") {
   RenderRig rig;
   const gl::Viewpoint view = gl::camera_viewpoint(rig.scene, rig.instances(), 0, 64, 32);
   const Eigen::Vector4f clip = view.clip_from_world * Eigen::Vector4f(2, 0, 0, 1);

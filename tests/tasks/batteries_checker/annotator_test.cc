@@ -40,7 +40,7 @@ TEST_CASE("Words of BatteriesChecker: results as the lamp shows them",
       CHECK(frame.done >= done);
       done = frame.done;
     }
-    const auto props = episode.env->physics_model().props();
+    const auto props = episode.batch->physics_model().props();
     CHECK(props[static_cast<std::size_t>(episode.frames.back().object)].name ==
           "battery_button_cap");
   }

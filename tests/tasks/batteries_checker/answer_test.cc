@@ -30,94 +30,94 @@ std::unique_ptr<Batch> start(const char* id, bool strict = false, bool check_all
   options.pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}};
   options.task_options = {{kStrictOption, strict ? 1.0 : 0.0},
                           {"check_all", check_all ? 1.0 : 0.0}};
-  auto env = test::make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
-void put(Batch& env, int battery, const Vector3d& where) {
-  env.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data());
-  step_at(env, kFarAway);
+void put(Batch& batch, int battery, const Vector3d& where) {
+  batch.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data());
+  step_at(batch, kFarAway);
 }
-void press(Batch& env) {
-  step_at(env, kButton);
-  step_at(env, kFarAway);
+void press(Batch& batch) {
+  step_at(batch, kButton);
+  step_at(batch, kFarAway);
 }
-void check_off(Batch& env, int battery) {
-  put(env, battery, kSocket);
-  put(env, battery, slot(battery));
-  press(env);
+void check_off(Batch& batch, int battery) {
+  put(batch, battery, kSocket);
+  put(batch, battery, slot(battery));
+  press(batch);
 }
-int checked(const Batch& env) { return *row<std::int32_t>(env.output("checked_count"), 0); }
-bool flag(const Batch& env, const char* name) {
-  return *row<std::uint8_t>(env.output(name), 0) != 0;
+int checked(const Batch& batch) { return *row<std::int32_t>(batch.output("checked_count"), 0); }
+bool flag(const Batch& batch, const char* name) {
+  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 
 TEST_CASE("Who checks every battery once has answered rightly with the last", "[battery][answer]") {
   for (const char* id : {kEasy, kHard}) {
-    const auto env = start(id, true);
-    press(*env);  // says nothing
+    const auto batch = start(id, true);
+    press(*batch);  // says nothing
     for (const int battery : {1, 0, 2}) {
-      CHECK(first_answer(*env) == FirstAnswer{});
-      check_off(*env, battery);
+      CHECK(first_answer(*batch) == FirstAnswer{});
+      check_off(*batch, battery);
     }
-    CHECK(first_answer(*env) == FirstAnswer{true, 2, true});
-    CHECK(flag(*env, "success"));
+    CHECK(first_answer(*batch) == FirstAnswer{true, 2, true});
+    CHECK(flag(*batch, "success"));
   }
 }
 
 TEST_CASE("Who finds the last one that works has answered rightly", "[battery][answer]") {
   for (const char* id : {kEasy, kHard}) {
-    const auto env = start(id, true, false);
-    check_off(*env, 1);
-    CHECK(first_answer(*env) == FirstAnswer{});
-    CHECK_FALSE(flag(*env, "success"));
-    check_off(*env, 0);
-    CHECK(first_answer(*env) == FirstAnswer{true, 0, true});
-    CHECK(flag(*env, "success"));
+    const auto batch = start(id, true, false);
+    check_off(*batch, 1);
+    CHECK(first_answer(*batch) == FirstAnswer{});
+    CHECK_FALSE(flag(*batch, "success"));
+    check_off(*batch, 0);
+    CHECK(first_answer(*batch) == FirstAnswer{true, 0, true});
+    CHECK(flag(*batch, "success"));
   }
 }
 
 TEST_CASE("Who checks a dud twice before that has answered wrongly", "[battery][answer]") {
   for (const bool strict : {false, true}) {
-    const auto env = start(kEasy, strict, false);
-    check_off(*env, 1);
-    check_off(*env, 1);
-    CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
-    check_off(*env, 0);
-    CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
-    CHECK(flag(*env, "success") == !strict);
+    const auto batch = start(kEasy, strict, false);
+    check_off(*batch, 1);
+    check_off(*batch, 1);
+    CHECK(first_answer(*batch) == FirstAnswer{true, 1, false});
+    check_off(*batch, 0);
+    CHECK(first_answer(*batch) == FirstAnswer{true, 1, false});
+    CHECK(flag(*batch, "success") == !strict);
   }
 }
 
 TEST_CASE("Who checks a battery twice has answered wrongly", "[battery][answer]") {
   for (const char* id : {kEasy, kHard}) {
     for (const bool strict : {false, true}) {
-      const auto env = start(id, strict);
-      check_off(*env, 1);
-      put(*env, 1, kSocket);
-      put(*env, 1, slot(1));
-      CHECK(first_answer(*env) == FirstAnswer{});
-      press(*env);
-      CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
-      CHECK(flag(*env, "failed") == strict);
-      check_off(*env, 0);
-      check_off(*env, 2);
-      CHECK(checked(*env) == 3);
-      CHECK(first_answer(*env) == FirstAnswer{true, 1, false});
-      CHECK(flag(*env, "success") == !strict);
+      const auto batch = start(id, strict);
+      check_off(*batch, 1);
+      put(*batch, 1, kSocket);
+      put(*batch, 1, slot(1));
+      CHECK(first_answer(*batch) == FirstAnswer{});
+      press(*batch);
+      CHECK(first_answer(*batch) == FirstAnswer{true, 1, false});
+      CHECK(flag(*batch, "failed") == strict);
+      check_off(*batch, 0);
+      check_off(*batch, 2);
+      CHECK(checked(*batch) == 3);
+      CHECK(first_answer(*batch) == FirstAnswer{true, 1, false});
+      CHECK(flag(*batch, "success") == !strict);
     }
   }
 }
 
 TEST_CASE("Who presses with a battery out of its slot has answered wrongly", "[battery][answer]") {
-  const auto env = start(kHard);
-  put(*env, 2, kSocket);
-  put(*env, 2, slot(3));
-  CHECK(first_answer(*env) == FirstAnswer{});
-  press(*env);
-  CHECK(checked(*env) == 0);
-  CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
+  const auto batch = start(kHard);
+  put(*batch, 2, kSocket);
+  put(*batch, 2, slot(3));
+  CHECK(first_answer(*batch) == FirstAnswer{});
+  press(*batch);
+  CHECK(checked(*batch) == 0);
+  CHECK(first_answer(*batch) == FirstAnswer{true, 2, false});
 }
 
 }  // namespace

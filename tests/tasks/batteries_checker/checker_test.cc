@@ -26,30 +26,32 @@ std::unique_ptr<Batch> start(const std::string& id, std::vector<double> working,
   options.pins = kLayout;
   options.pins.push_back({"working", std::move(working)});
   options.task_options = std::move(choices);
-  auto env = make_env("BatteriesChecker" + id + "-VLA-v0", options);
-  env->reset();
-  return env;
+  auto batch = make_env("BatteriesChecker" + id + "-VLA-v0", options);
+  batch->reset();
+  return batch;
 }
 
-Eigen::Vector3d pos(const Batch& env, int battery) {
-  return Eigen::Map<const Eigen::Vector3d>(env.state().prop_pos_of(0, battery));
+Eigen::Vector3d pos(const Batch& batch, int battery) {
+  return Eigen::Map<const Eigen::Vector3d>(batch.state().prop_pos_of(0, battery));
 }
-bool flag(const Batch& env, const char* name) {
-  return *row<std::uint8_t>(env.output(name), 0) != 0;
+bool flag(const Batch& batch, const char* name) {
+  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
-int number(const Batch& env, const char* name) { return *row<std::int32_t>(env.output(name), 0); }
-void idle(Batch& env, int steps = 1) {
-  for (int i = 0; i < steps; ++i) test::step(env, Policy::kZero);
+int number(const Batch& batch, const char* name) {
+  return *row<std::int32_t>(batch.output(name), 0);
 }
-void put(const Batch& env, int battery, const Eigen::Vector3d& where,
+void idle(Batch& batch, int steps = 1) {
+  for (int i = 0; i < steps; ++i) test::step(batch, Policy::kZero);
+}
+void put(const Batch& batch, int battery, const Eigen::Vector3d& where,
          PropStatus status = PropStatus::kAsleep) {
-  env.state().place_prop(0, battery, where.data(), kUpright, status);
+  batch.state().place_prop(0, battery, where.data(), kUpright, status);
 }
 // The first value of a field of the state observation.
-const float* observed(const Batch& env, const std::string& name) {
+const float* observed(const Batch& batch, const std::string& name) {
   int offset = 0;
-  for (const Field& field : env.state_fields()) {
-    if (field.name == name) return env.observation().data() + offset;
+  for (const Field& field : batch.state_fields()) {
+    if (field.name == name) return batch.observation().data() + offset;
     offset += field.width;
   }
   FAIL("no field " << name);
@@ -59,11 +61,11 @@ const float* observed(const Batch& env, const std::string& name) {
 const Eigen::Vector3d kSocketFloor(0.15, 0.02, 0.0405);
 
 TEST_CASE("Batteries stand in their slots, inactive ones are away", "[battery]") {
-  const auto env = start("Hard-3", {1});
+  const auto batch = start("Hard-3", {1});
   for (int battery = 0; battery < 3; ++battery) {
-    CHECK((pos(*env, battery) - Eigen::Vector3d(-0.05 * battery, -0.084, 0.03)).norm() < 1e-12);
+    CHECK((pos(*batch, battery) - Eigen::Vector3d(-0.05 * battery, -0.084, 0.03)).norm() < 1e-12);
   }
-  const float* poses = observed(*env, "battery_pose");
+  const float* poses = observed(*batch, "battery_pose");
   for (int battery = 3; battery < 15; ++battery) {
     CHECK(poses[7 * battery + 2] == 1000);
     CHECK(poses[7 * battery + 3] == Approx(0.70710678));
@@ -74,11 +76,11 @@ TEST_CASE("Batteries stand in their slots, inactive ones are away", "[battery]")
     const Eigen::Vector3d expected(-0.05 * (battery % 3), -0.084 + 0.052 * (battery / 3), 0.03);
     CHECK((pos(*whole, battery) - expected).norm() < 1e-12);
   }
-  const float* socket = observed(*env, "socket_pose");
+  const float* socket = observed(*batch, "socket_pose");
   const std::vector<double> expected = {0.15, 0.02, 0.015, 0.70710678, 0, 0, 0.70710678};
   for (std::size_t i = 0; i < 7; ++i) CHECK(socket[i] == Approx(expected[i]).margin(1e-6));
-  CHECK(observed(*env, "button_base_pose")[1] == Approx(0.26));
-  CHECK(observed(*env, "button_cap_pose")[2] == Approx(0.044));
+  CHECK(observed(*batch, "button_base_pose")[1] == Approx(0.26));
+  CHECK(observed(*batch, "button_cap_pose")[2] == Approx(0.044));
 }
 
 TEST_CASE("The state observation has the specified widths", "[battery]") {
@@ -94,11 +96,11 @@ TEST_CASE("The state observation has the specified widths", "[battery]") {
 TEST_CASE("Working batteries are distinct active slots, in ascending order", "[battery]") {
   BatchOptions options;
   options.num_envs = 40;
-  const auto env = make_env("BatteriesCheckerEasy-6-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("BatteriesCheckerEasy-6-VLA-v0", options);
+  batch->reset();
   std::vector<int> seen(6);
   for (int i = 0; i < 40; ++i) {
-    const std::int32_t* slots = row<std::int32_t>(env->output("oracle_info"), i);
+    const std::int32_t* slots = row<std::int32_t>(batch->output("oracle_info"), i);
     CHECK(std::is_sorted(slots, slots + 3, std::less_equal<>()));
     for (int k = 0; k < 3; ++k) {
       REQUIRE((slots[k] >= 0 && slots[k] < 6));
@@ -111,88 +113,88 @@ TEST_CASE("Working batteries are distinct active slots, in ascending order", "[b
 }
 
 TEST_CASE("Hard: an inserted battery is snapped onto the socket's floor", "[battery]") {
-  const auto env = start("Hard-3", {1});
-  put(*env, 1, kSocketFloor + Eigen::Vector3d(0.006, -0.004, 0));
-  idle(*env);
-  CHECK(flag(*env, "new_insert_event"));
-  CHECK(flag(*env, "socket_has_working"));
-  CHECK(number(*env, "socket_battery_idx") == 1);
-  CHECK(number(*env, "action_stage") == 1);
-  CHECK(number(*env, "active_battery_idx") == 1);
-  CHECK((pos(*env, 1) - kSocketFloor).norm() < 1e-9);
-  CHECK(observed(*env, "lamp_on_pose")[2] == 0);
-  CHECK(observed(*env, "lamp_off_pose")[2] == 1000);
-  idle(*env, 30);
-  CHECK((pos(*env, 1) - kSocketFloor).norm() < 1e-3);  // stays, and stays lit
-  CHECK(observed(*env, "lamp_on_pose")[2] == 0);
-  CHECK_FALSE(flag(*env, "new_insert_event"));
+  const auto batch = start("Hard-3", {1});
+  put(*batch, 1, kSocketFloor + Eigen::Vector3d(0.006, -0.004, 0));
+  idle(*batch);
+  CHECK(flag(*batch, "new_insert_event"));
+  CHECK(flag(*batch, "socket_has_working"));
+  CHECK(number(*batch, "socket_battery_idx") == 1);
+  CHECK(number(*batch, "action_stage") == 1);
+  CHECK(number(*batch, "active_battery_idx") == 1);
+  CHECK((pos(*batch, 1) - kSocketFloor).norm() < 1e-9);
+  CHECK(observed(*batch, "lamp_on_pose")[2] == 0);
+  CHECK(observed(*batch, "lamp_off_pose")[2] == 1000);
+  idle(*batch, 30);
+  CHECK((pos(*batch, 1) - kSocketFloor).norm() < 1e-3);  // stays, and stays lit
+  CHECK(observed(*batch, "lamp_on_pose")[2] == 0);
+  CHECK_FALSE(flag(*batch, "new_insert_event"));
 
-  put(*env, 1, {-0.05, -0.032, 0.03});  // another slot: nothing happens
-  idle(*env, 10);
-  CHECK(number(*env, "action_stage") == 1);
-  CHECK(observed(*env, "lamp_off_pose")[2] == 0);
-  put(*env, 1, {-0.05, -0.084, 0.03});
-  idle(*env);
-  CHECK(flag(*env, "new_return_event"));
-  CHECK(number(*env, "action_stage") == 2);
+  put(*batch, 1, {-0.05, -0.032, 0.03});  // another slot: nothing happens
+  idle(*batch, 10);
+  CHECK(number(*batch, "action_stage") == 1);
+  CHECK(observed(*batch, "lamp_off_pose")[2] == 0);
+  put(*batch, 1, {-0.05, -0.084, 0.03});
+  idle(*batch);
+  CHECK(flag(*batch, "new_return_event"));
+  CHECK(number(*batch, "action_stage") == 2);
 }
 
 TEST_CASE("A battery 10 mm off the socket's centre is inserted, further off it is not",
           "[battery]") {
   for (const double offset : {0.0099, 0.0101}) {
-    const auto env = start("Hard-3", {1});
-    put(*env, 0, kSocketFloor + Eigen::Vector3d(0, offset, 0));
-    idle(*env);
-    CHECK(flag(*env, "new_insert_event") == (offset < 0.010));
+    const auto batch = start("Hard-3", {1});
+    put(*batch, 0, kSocketFloor + Eigen::Vector3d(0, offset, 0));
+    idle(*batch);
+    CHECK(flag(*batch, "new_insert_event") == (offset < 0.010));
   }
 }
 
 TEST_CASE("Easy: an inserted battery returns in the same step and the lamp glows on", "[battery]") {
-  const auto env = start("Easy-3", {2});
-  put(*env, 2, kSocketFloor);
-  idle(*env);
-  CHECK(flag(*env, "new_insert_event"));
-  CHECK(flag(*env, "new_return_event"));
-  CHECK_FALSE(flag(*env, "socket_has_battery"));
-  CHECK(number(*env, "socket_battery_idx") == -1);
-  CHECK(number(*env, "action_stage") == 2);
-  CHECK((pos(*env, 2) - Eigen::Vector3d(-0.10, -0.084, 0.03)).norm() < 1e-12);
+  const auto batch = start("Easy-3", {2});
+  put(*batch, 2, kSocketFloor);
+  idle(*batch);
+  CHECK(flag(*batch, "new_insert_event"));
+  CHECK(flag(*batch, "new_return_event"));
+  CHECK_FALSE(flag(*batch, "socket_has_battery"));
+  CHECK(number(*batch, "socket_battery_idx") == -1);
+  CHECK(number(*batch, "action_stage") == 2);
+  CHECK((pos(*batch, 2) - Eigen::Vector3d(-0.10, -0.084, 0.03)).norm() < 1e-12);
   for (int step = 1; step < 10; ++step) {
-    CHECK((observed(*env, "lamp_on_pose")[2] == 0) == (step <= 7));
-    idle(*env);
+    CHECK((observed(*batch, "lamp_on_pose")[2] == 0) == (step <= 7));
+    idle(*batch);
   }
 }
 
 TEST_CASE("A returning battery makes way for what stands in its slot", "[battery]") {
-  const auto env = start("Easy-3", {2});
+  const auto batch = start("Easy-3", {2});
   const Eigen::Vector3d slot(0, -0.084, 0.03);
-  put(*env, 1, slot + Eigen::Vector3d(0.008, 0, 0));
-  put(*env, 0, kSocketFloor);
-  idle(*env);
-  REQUIRE(flag(*env, "new_return_event"));
-  CHECK((pos(*env, 0) - slot).head<2>().norm() <= 0.023);
-  CHECK((pos(*env, 0) - pos(*env, 1)).norm() >= 0.020);
-  idle(*env, 20);
-  CHECK(pos(*env, 0).z() == Approx(0.03).margin(1e-3));  // nobody was thrown
-  CHECK(pos(*env, 1).z() == Approx(0.03).margin(1e-3));
+  put(*batch, 1, slot + Eigen::Vector3d(0.008, 0, 0));
+  put(*batch, 0, kSocketFloor);
+  idle(*batch);
+  REQUIRE(flag(*batch, "new_return_event"));
+  CHECK((pos(*batch, 0) - slot).head<2>().norm() <= 0.023);
+  CHECK((pos(*batch, 0) - pos(*batch, 1)).norm() >= 0.020);
+  idle(*batch, 20);
+  CHECK(pos(*batch, 0).z() == Approx(0.03).margin(1e-3));  // nobody was thrown
+  CHECK(pos(*batch, 1).z() == Approx(0.03).margin(1e-3));
 }
 
 TEST_CASE("What stood on a battery falls when that is sent home", "[battery][sleep]") {
-  const auto env = start("Easy-3", {2});
-  put(*env, 0, kSocketFloor);
-  put(*env, 1, kSocketFloor + Eigen::Vector3d(0.001, 0, 0.06));
-  idle(*env, 25);
-  CHECK(pos(*env, 1).z() < 0.06);
+  const auto batch = start("Easy-3", {2});
+  put(*batch, 0, kSocketFloor);
+  put(*batch, 1, kSocketFloor + Eigen::Vector3d(0.001, 0, 0.06));
+  idle(*batch, 25);
+  CHECK(pos(*batch, 1).z() < 0.06);
 }
 
 TEST_CASE("The tray's neighbours sleep while a battery is handled", "[battery][sleep]") {
-  const auto env = start("Hard-15", {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  const auto batch = start("Hard-15", {0, 1, 2, 3, 4, 5, 6, 7, 8});
   int most = 0;
   for (int step = 0; step < 60; ++step) {
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
     int awake = 0;
     for (int battery = 0; battery < 15; ++battery) {
-      awake += env->state().status_of(0, battery) == PropStatus::kAwake ? 1 : 0;
+      awake += batch->state().status_of(0, battery) == PropStatus::kAwake ? 1 : 0;
     }
     most = std::max(most, awake);
   }
@@ -202,10 +204,10 @@ TEST_CASE("The tray's neighbours sleep while a battery is handled", "[battery][s
 
 // Plays the oracle until `done`; false if that does not happen in time.
 template <class Done>
-bool play(Batch& env, int most, const Done& done) {
+bool play(Batch& batch, int most, const Done& done) {
   for (int i = 0; i < most; ++i) {
     if (done()) return true;
-    test::step(env, Policy::kOracle);
+    test::step(batch, Policy::kOracle);
   }
   return done();
 }
@@ -214,19 +216,19 @@ bool play(Batch& env, int most, const Done& done) {
 // full insert-return-confirm procedure".
 TEST_CASE("Success is that every working battery was found", "[battery]") {
   for (const std::string id : {"Easy-3", "Hard-3"}) {
-    const auto env = start(id, {1});
-    CHECK(env->info().options[0].name == "check_all");
-    REQUIRE(play(*env, 150, [&] { return number(*env, "checked_count") == 1; }));
-    CHECK_FALSE(flag(*env, "success"));  // a dud
-    REQUIRE(play(*env, 150, [&] { return flag(*env, "new_return_event"); }));
-    CHECK_FALSE(flag(*env, "success"));  // inserted and returned, not confirmed
-    put(*env, 0, {0.0, -0.3, 0.03});     // a dud that is lost has been found to be one all the same
-    REQUIRE(play(*env, 150, [&] { return number(*env, "checked_count") == 2; }));
-    CHECK(number(*env, "found_working_count") == 1);
-    CHECK_FALSE(flag(*env, "all_checked"));
-    CHECK(flag(*env, "success"));
-    CHECK(*row<std::uint8_t>(env->output("terminated"), 0) == 1);
-    CHECK(env->reward()[0] == 1);
+    const auto batch = start(id, {1});
+    CHECK(batch->info().options[0].name == "check_all");
+    REQUIRE(play(*batch, 150, [&] { return number(*batch, "checked_count") == 1; }));
+    CHECK_FALSE(flag(*batch, "success"));  // a dud
+    REQUIRE(play(*batch, 150, [&] { return flag(*batch, "new_return_event"); }));
+    CHECK_FALSE(flag(*batch, "success"));  // inserted and returned, not confirmed
+    put(*batch, 0, {0.0, -0.3, 0.03});  // a dud that is lost has been found to be one all the same
+    REQUIRE(play(*batch, 150, [&] { return number(*batch, "checked_count") == 2; }));
+    CHECK(number(*batch, "found_working_count") == 1);
+    CHECK_FALSE(flag(*batch, "all_checked"));
+    CHECK(flag(*batch, "success"));
+    CHECK(*row<std::uint8_t>(batch->output("terminated"), 0) == 1);
+    CHECK(batch->reward()[0] == 1);
   }
 }
 
@@ -237,10 +239,10 @@ TEST_CASE("The number of working batteries decides what success needs", "[batter
     options.constants = {{"WORKING_BATTERY_COUNT", working}};
     options.pins = {{"working", {0}}};
     for (int i = 1; i < working; ++i) options.pins[0].values.push_back(i);
-    const auto env = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
-    env->reset();
-    REQUIRE(play(*env, 300, [&] { return flag(*env, "success"); }));
-    CHECK(number(*env, "checked_count") == working);
+    const auto batch = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
+    batch->reset();
+    REQUIRE(play(*batch, 300, [&] { return flag(*batch, "success"); }));
+    CHECK(number(*batch, "checked_count") == working);
   }
 }
 
@@ -248,32 +250,32 @@ TEST_CASE("Chance is that of the rules of the batch", "[battery]") {
   for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
     BatchOptions options;
     options.rules = rules;
-    const auto env = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
-    CHECK(env->info().chance() == Approx((rules == Rules::kOriginal ? 6.0 : 19.0) / 27));
+    const auto batch = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
+    CHECK(batch->info().chance() == Approx((rules == Rules::kOriginal ? 6.0 : 19.0) / 27));
   }
 }
 
 TEST_CASE("check_all: success needs every battery checked and none lost", "[battery]") {
-  const auto env = start("Easy-3", {0}, kCheckAll);
-  REQUIRE(play(*env, 200, [&] { return number(*env, "checked_count") == 2; }));
-  CHECK(number(*env, "found_working_count") == 1);
-  CHECK_FALSE(flag(*env, "success"));  // all that work are found, but not all are checked
-  put(*env, 0, {0.0, -0.084 - 0.075, 0.03});
-  REQUIRE(play(*env, 200, [&] { return number(*env, "checked_count") == 3; }));
-  CHECK(flag(*env, "all_checked"));
-  CHECK_FALSE(flag(*env, "success"));
-  put(*env, 0, {0.0, -0.084 - 0.065, 0.03});
-  idle(*env);
-  CHECK(flag(*env, "success"));
-  CHECK(*row<std::uint8_t>(env->output("terminated"), 0) == 1);
-  CHECK(env->reward()[0] == 1);
+  const auto batch = start("Easy-3", {0}, kCheckAll);
+  REQUIRE(play(*batch, 200, [&] { return number(*batch, "checked_count") == 2; }));
+  CHECK(number(*batch, "found_working_count") == 1);
+  CHECK_FALSE(flag(*batch, "success"));  // all that work are found, but not all are checked
+  put(*batch, 0, {0.0, -0.084 - 0.075, 0.03});
+  REQUIRE(play(*batch, 200, [&] { return number(*batch, "checked_count") == 3; }));
+  CHECK(flag(*batch, "all_checked"));
+  CHECK_FALSE(flag(*batch, "success"));
+  put(*batch, 0, {0.0, -0.084 - 0.065, 0.03});
+  idle(*batch);
+  CHECK(flag(*batch, "success"));
+  CHECK(*row<std::uint8_t>(batch->output("terminated"), 0) == 1);
+  CHECK(batch->reward()[0] == 1);
 }
 
 TEST_CASE("upstream_rewards pays no bonus for a find", "[battery][reward]") {
   const auto reward_of_confirm = [](double option) {
-    const auto env = start("Easy-3", {0}, {{"upstream_rewards", option}, {"check_all", 1}});
-    REQUIRE(play(*env, 200, [&] { return flag(*env, "new_confirm_event"); }));
-    return env->reward()[0];
+    const auto batch = start("Easy-3", {0}, {{"upstream_rewards", option}, {"check_all", 1}});
+    REQUIRE(play(*batch, 200, [&] { return flag(*batch, "new_confirm_event"); }));
+    return batch->reward()[0];
   };
   // 19 against 5, both of 40.
   CHECK(reward_of_confirm(0) - reward_of_confirm(1) == Approx(14.0 / 40).margin(1e-6));
@@ -282,30 +284,30 @@ TEST_CASE("upstream_rewards pays no bonus for a find", "[battery][reward]") {
 TEST_CASE("Easy: socket_battery_idx is -1 when a battery returns, whatever an empty socket has",
           "[battery]") {
   for (const double empty : {-1.0, 0.0}) {
-    const auto env = start("Easy-3", {2}, {{"socket_battery_idx", empty}});
-    put(*env, 2, kSocketFloor);
-    idle(*env);
-    REQUIRE(flag(*env, "new_return_event"));
-    CHECK(number(*env, "socket_battery_idx") == -1);
-    idle(*env);
-    CHECK(number(*env, "socket_battery_idx") == empty);
+    const auto batch = start("Easy-3", {2}, {{"socket_battery_idx", empty}});
+    put(*batch, 2, kSocketFloor);
+    idle(*batch);
+    REQUIRE(flag(*batch, "new_return_event"));
+    CHECK(number(*batch, "socket_battery_idx") == -1);
+    idle(*batch);
+    CHECK(number(*batch, "socket_battery_idx") == empty);
   }
 }
 
 TEST_CASE("socket_battery_idx of an empty socket is the option's value", "[battery]") {
   for (const double empty : {-1.0, 0.0}) {
-    const auto env = start("Hard-3", {1}, {{"socket_battery_idx", empty}});
-    CHECK(number(*env, "socket_battery_idx") == empty);
-    idle(*env);
-    CHECK(number(*env, "socket_battery_idx") == empty);
-    CHECK_FALSE(flag(*env, "socket_has_battery"));
-    put(*env, 1, kSocketFloor);
-    idle(*env);
-    CHECK(flag(*env, "socket_has_battery"));
-    CHECK(number(*env, "socket_battery_idx") == 1);
-    put(*env, 1, {0, -0.3, 0.03});
-    idle(*env);
-    CHECK(number(*env, "socket_battery_idx") == empty);
+    const auto batch = start("Hard-3", {1}, {{"socket_battery_idx", empty}});
+    CHECK(number(*batch, "socket_battery_idx") == empty);
+    idle(*batch);
+    CHECK(number(*batch, "socket_battery_idx") == empty);
+    CHECK_FALSE(flag(*batch, "socket_has_battery"));
+    put(*batch, 1, kSocketFloor);
+    idle(*batch);
+    CHECK(flag(*batch, "socket_has_battery"));
+    CHECK(number(*batch, "socket_battery_idx") == 1);
+    put(*batch, 1, {0, -0.3, 0.03});
+    idle(*batch);
+    CHECK(number(*batch, "socket_battery_idx") == empty);
   }
 }
 
@@ -322,7 +324,7 @@ TEST_CASE("Only the lamp reveals which batteries work", "[battery]") {
     return equal(a.prop_rgba, b.prop_rgba) && equal(a.prop_emission, b.prop_emission) &&
            equal(a.prop_pos, b.prop_pos) && equal(a.qpos, b.qpos);
   };
-  const auto lit = [](const Batch& env) { return observed(env, "lamp_on_pose")[2] == 0; };
+  const auto lit = [](const Batch& batch) { return observed(batch, "lamp_on_pose")[2] == 0; };
   int revealed = 0;
   for (int i = 0; i < 240; ++i) {
     const std::vector<float> actions = test::act(*one, Policy::kOracle);
@@ -338,14 +340,14 @@ TEST_CASE("Only the lamp reveals which batteries work", "[battery]") {
 TEST_CASE("Snapshots in the middle of grasps and insertions go on bit for bit",
           "[battery][snapshot]") {
   for (const std::string id : {"Easy-3", "Hard-3"}) {
-    const auto env = start(id, {0}, kCheckAll);
+    const auto batch = start(id, {0}, kCheckAll);
     int taken = 0;
     const auto check = [&] {
-      const std::vector<std::byte> saved = Snapshotter(*env).save();
+      const std::vector<std::byte> saved = Snapshotter(*batch).save();
       std::vector<test::Bytes> expected;
       for (int i = 0; i < 8; ++i) {
-        test::step(*env, Policy::kOracle);
-        expected.push_back(test::env_bytes(*env, 0));
+        test::step(*batch, Policy::kOracle);
+        expected.push_back(test::env_bytes(*batch, 0));
       }
       const auto fresh = start(id, {1}, kCheckAll);
       Snapshotter(*fresh).restore(saved);
@@ -355,11 +357,11 @@ TEST_CASE("Snapshots in the middle of grasps and insertions go on bit for bit",
       }
       ++taken;
     };
-    REQUIRE(play(*env, 100, [&] { return is_grasping(env->state(), 0, 0); }));
+    REQUIRE(play(*batch, 100, [&] { return is_grasping(batch->state(), 0, 0); }));
     check();
-    REQUIRE(play(*env, 100, [&] { return flag(*env, "new_insert_event"); }));
+    REQUIRE(play(*batch, 100, [&] { return flag(*batch, "new_insert_event"); }));
     check();
-    REQUIRE(play(*env, 150, [&] { return flag(*env, "new_confirm_event"); }));
+    REQUIRE(play(*batch, 150, [&] { return flag(*batch, "new_confirm_event"); }));
     check();
     CHECK(taken == 3);
   }

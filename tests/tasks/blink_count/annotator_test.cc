@@ -22,8 +22,8 @@ TEST_CASE("Words of BlinkCount: blinks as they come, then presses", "[labels][bl
     const AnnotatedEpisode episode =
         play_annotated("BlinkCountButtonPressEasy-VLA-v0", 3, {{"target_blinks", {1.0 * blinks}}});
     REQUIRE(episode.success);
-    const int* starts = row<std::int32_t>(episode.env->memory().find("blink_start"), 0);
-    const int acts = *row<std::int32_t>(episode.env->memory().find("cue_steps"), 0);
+    const int* starts = row<std::int32_t>(episode.batch->memory().find("blink_start"), 0);
+    const int acts = *row<std::int32_t>(episode.batch->memory().find("cue_steps"), 0);
     for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
       INFO("frame " << t);
       const AnnotatedFrame& frame = episode.frames[static_cast<std::size_t>(t)];
@@ -46,7 +46,7 @@ TEST_CASE("Words of BlinkCount: blinks as they come, then presses", "[labels][bl
     }
     expected.emplace_back("press the black button");
     CHECK(episode.subtasks() == expected);
-    const auto props = episode.env->physics_model().props();
+    const auto props = episode.batch->physics_model().props();
     const auto object = [&](const AnnotatedFrame& frame) {
       return props[static_cast<std::size_t>(frame.object)].name;
     };

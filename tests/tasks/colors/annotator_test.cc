@@ -45,7 +45,7 @@ void check_touches(const AnnotatedEpisode& episode) {
       CHECK(frame.object == colors[frame.subtask - kFirstTouch]);
     }
   }
-  const auto props = episode.env->physics_model().props();
+  const auto props = episode.batch->physics_model().props();
   CHECK(props[static_cast<std::size_t>(last.object)].name == "center_button_cap");
 }
 

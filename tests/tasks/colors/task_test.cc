@@ -25,32 +25,32 @@ using test::step_at;
 
 const Eigen::Vector3d kFarAway(-0.1, 0, 0.4);
 
-Eigen::Vector3d cube(const Batch& env, int color, int index = 0) {
-  return Eigen::Map<Eigen::Vector3d>(env.state().prop_pos_of(index, color));
+Eigen::Vector3d cube(const Batch& batch, int color, int index = 0) {
+  return Eigen::Map<Eigen::Vector3d>(batch.state().prop_pos_of(index, color));
 }
 
-Eigen::Vector2d slot(const Batch& env, int color, int index = 0) {
-  return Eigen::Map<const Eigen::Vector2d>(row<double>(env.memory().find("positions"), index) +
+Eigen::Vector2d slot(const Batch& batch, int color, int index = 0) {
+  return Eigen::Map<const Eigen::Vector2d>(row<double>(batch.memory().find("positions"), index) +
                                            2 * color);
 }
 
-int target(const Batch& env, int item, int index = 0) {
-  return row<std::int32_t>(env.memory().find("sequence"), index)[item];
+int target(const Batch& batch, int item, int index = 0) {
+  return row<std::int32_t>(batch.memory().find("sequence"), index)[item];
 }
 
 template <class T>
-T value(const Batch& env, const char* name) {
-  return *row<T>(env.output(name), 0);
+T value(const Batch& batch, const char* name) {
+  return *row<T>(batch.output(name), 0);
 }
 
-bool flag(const Batch& env, const char* name) { return value<std::uint8_t>(env, name) != 0; }
+bool flag(const Batch& batch, const char* name) { return value<std::uint8_t>(batch, name) != 0; }
 
-bool touched(const Batch& env, int color) {
-  return row<std::uint8_t>(env.memory().find("touched"), 0)[color] != 0;
+bool touched(const Batch& batch, int color) {
+  return row<std::uint8_t>(batch.memory().find("touched"), 0)[color] != 0;
 }
 
-Eigen::Vector2d button(const Batch& env) {
-  return Eigen::Map<const Eigen::Vector2d>(row<double>(env.memory().find("center_button_xy"), 0));
+Eigen::Vector2d button(const Batch& batch) {
+  return Eigen::Map<const Eigen::Vector2d>(row<double>(batch.memory().find("center_button_xy"), 0));
 }
 
 // An environment without physics in the first step of its action phase.
@@ -60,26 +60,26 @@ std::unique_ptr<Batch> acting(const std::string& id, std::vector<double> sequenc
   options.reward_mode = RewardMode::kDense;
   const char* cue = id.find("Bunch") == 0 ? "cue_steps" : "cue_step_duration";
   options.pins = {{"sequence", std::move(sequence)}, {cue, {1}}, {"empty_steps", {1}}};
-  auto env = make_env(id, options);
-  env->reset();
-  const int start = Queries(*env).cue_end(0) + 1;
-  for (int t = 0; t < start; ++t) step_at(*env, kFarAway);
-  CHECK(env->state().elapsed[0] == start);
-  return env;
+  auto batch = make_env(id, options);
+  batch->reset();
+  const int start = Queries(*batch).cue_end(0) + 1;
+  for (int t = 0; t < start; ++t) step_at(*batch, kFarAway);
+  CHECK(batch->state().elapsed[0] == start);
+  return batch;
 }
 
-void touch(Batch& env, int color) {
-  step_at(env, cube(env, color) + Eigen::Vector3d(0, 0, 0.035));
-  step_at(env, kFarAway);
+void touch(Batch& batch, int color) {
+  step_at(batch, cube(batch, color) + Eigen::Vector3d(0, 0, 0.035));
+  step_at(batch, kFarAway);
 }
 
 // Positions over the button at some height.
-void step_over_button(Batch& env, double height) {
-  step_at(env, {button(env).x(), button(env).y(), height});
+void step_over_button(Batch& batch, double height) {
+  step_at(batch, {button(batch).x(), button(batch).y(), height});
 }
 
-void press_button(Batch& env) {
-  for (const double height : {0.1, 0.08, 0.09, 0.17}) step_over_button(env, height);
+void press_button(Batch& batch) {
+  for (const double height : {0.1, 0.08, 0.09, 0.17}) step_over_button(batch, height);
 }
 
 TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
@@ -87,24 +87,25 @@ TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
   options.substeps = 0;
   options.pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}};
   for (const char* id : {"SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
-    const auto env = make_env(id, options);
-    env->reset();
-    CHECK(Queries(*env).cue_end(0) == 6);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    CHECK(Queries(*batch).cue_end(0) == 6);
     for (int t = 0; t <= 20; ++t) {
       INFO(id << ", elapsed " << t);
       const int item = t / 2;
       for (int color = 0; color < 9; ++color) {
-        const bool shown = t < 6 && color == target(*env, item);
+        const bool shown = t < 6 && color == target(*batch, item);
         const bool free = t >= 8;
-        CHECK((env->state().status_of(0, color) != PropStatus::kHidden) == (shown || free));
-        const int* cue = row<std::int32_t>(env->memory().find("sequence"), 0);
+        CHECK((batch->state().status_of(0, color) != PropStatus::kHidden) == (shown || free));
+        const int* cue = row<std::int32_t>(batch->memory().find("sequence"), 0);
         const bool past = std::find(cue, cue + std::min(item, 3), color) != cue + std::min(item, 3);
-        Eigen::Vector3d expected(slot(*env, color).x(), slot(*env, color).y(), free ? 0.02 : 1000);
+        Eigen::Vector3d expected(slot(*batch, color).x(), slot(*batch, color).y(),
+                                 free ? 0.02 : 1000);
         if (!free && (shown || past)) expected.head<2>().setZero();
         if (shown) expected.z() = 0.02;
-        CHECK(cube(*env, color) == expected);
+        CHECK(cube(*batch, color) == expected);
       }
-      step_at(*env, kFarAway);
+      step_at(*batch, kFarAway);
     }
   }
 }
@@ -113,8 +114,8 @@ TEST_CASE("Bunch shows all colours at once, each in its place", "[color_recall]"
   BatchOptions options;
   options.substeps = 0;
   options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}, {"sequence", {8, 0, 3}}};
-  const auto env = make_env("BunchOfColors3-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("BunchOfColors3-VLA-v0", options);
+  batch->reset();
   const std::map<int, Eigen::Vector3d> places = {{0, {0.038203, -0.156658, 0.02}},
                                                  {3, {0.206732, -0.060244, 0.02}},
                                                  {8, {0.038203, 0.156658, 0.02}}};
@@ -122,31 +123,31 @@ TEST_CASE("Bunch shows all colours at once, each in its place", "[color_recall]"
     const auto place = places.find(color);
     const Eigen::Vector3d expected =
         place != places.end() ? place->second : Eigen::Vector3d(0, 0, 1000);
-    CHECK((cube(*env, color) - expected).norm() < 1e-6);
-    CHECK((env->state().status_of(0, color) != PropStatus::kHidden) == (place != places.end()));
+    CHECK((cube(*batch, color) - expected).norm() < 1e-6);
+    CHECK((batch->state().status_of(0, color) != PropStatus::kHidden) == (place != places.end()));
   }
-  CHECK(value<float>(*env, "max_cube_displacement_xy") > 0.05F);
-  step_at(*env, kFarAway);
+  CHECK(value<float>(*batch, "max_cube_displacement_xy") > 0.05F);
+  step_at(*batch, kFarAway);
   for (int color = 0; color < 9; ++color) {
-    CHECK(env->state().status_of(0, color) == PropStatus::kHidden);
-    CHECK(cube(*env, color) == Eigen::Vector3d(0, 0, 1000));
+    CHECK(batch->state().status_of(0, color) == PropStatus::kHidden);
+    CHECK(cube(*batch, color) == Eigen::Vector3d(0, 0, 1000));
   }
-  step_at(*env, kFarAway);
-  CHECK(value<float>(*env, "max_cube_displacement_xy") == 0);
-  for (int color = 0; color < 9; ++color) CHECK(cube(*env, color).z() == 0.02);
+  step_at(*batch, kFarAway);
+  CHECK(value<float>(*batch, "max_cube_displacement_xy") == 0);
+  for (int color = 0; color < 9; ++color) CHECK(cube(*batch, color).z() == 0.02);
 }
 
 TEST_CASE("Cubes are put back in the first five steps of the action phase", "[color_recall]") {
-  const auto env = acting("SeqOfColors3-VLA-v0");
-  const int start = env->state().elapsed[0];
+  const auto batch = acting("SeqOfColors3-VLA-v0");
+  const int start = batch->state().elapsed[0];
   for (int t = start; t < start + 8; ++t) {
-    env->state().prop_pos_of(0, 2)[0] += 0.03;
-    env->state().prop_qvel_of(0, 2)[0] = 0.1;
-    step_at(*env, kFarAway);
-    const bool put_back = env->state().elapsed[0] <= start + 4;
-    INFO("elapsed " << env->state().elapsed[0]);
-    CHECK((cube(*env, 2).head<2>() == slot(*env, 2)) == put_back);
-    CHECK((env->state().prop_qvel_of(0, 2)[0] == 0) == put_back);
+    batch->state().prop_pos_of(0, 2)[0] += 0.03;
+    batch->state().prop_qvel_of(0, 2)[0] = 0.1;
+    step_at(*batch, kFarAway);
+    const bool put_back = batch->state().elapsed[0] <= start + 4;
+    INFO("elapsed " << batch->state().elapsed[0]);
+    CHECK((cube(*batch, 2).head<2>() == slot(*batch, 2)) == put_back);
+    CHECK((batch->state().prop_qvel_of(0, 2)[0] == 0) == put_back);
   }
 }
 
@@ -154,8 +155,8 @@ TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle
           "[color_recall]") {
   BatchOptions options;
   options.num_envs = 4000;
-  const auto env = make_env("ChainOfColors7-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("ChainOfColors7-VLA-v0", options);
+  batch->reset();
   std::array<std::array<int, 9>, 9> counts{};
   std::array<int, 9> first{};
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
@@ -163,7 +164,7 @@ TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     std::set<int> taken;
     for (int color = 0; color < 9; ++color) {
-      const Eigen::Vector2d at = slot(*env, color, i);
+      const Eigen::Vector2d at = slot(*batch, color, i);
       mean += at / 9;
       // The nominal slot that is nearest.
       int nearest = 0;
@@ -183,13 +184,13 @@ TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle
       deviation += offset.cwiseProduct(offset);
     }
     CHECK(taken.size() == 9);
-    const double* xy = row<double>(env->memory().find("center_button_xy"), i);
+    const double* xy = row<double>(batch->memory().find("center_button_xy"), i);
     CHECK(xy[0] == Approx(mean.x() - 0.04));
     CHECK(xy[1] == Approx(mean.y()).margin(1e-12));
     std::set<int> colors;
-    for (int item = 0; item < 7; ++item) colors.insert(target(*env, item, i));
+    for (int item = 0; item < 7; ++item) colors.insert(target(*batch, item, i));
     CHECK(colors.size() == 7);
-    ++first[static_cast<std::size_t>(target(*env, 0, i))];
+    ++first[static_cast<std::size_t>(target(*batch, 0, i))];
   }
   const double expected = options.num_envs / 9.0;
   const double tolerance = 5 * std::sqrt(expected);
@@ -203,18 +204,18 @@ TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle
 }
 
 TEST_CASE("A touch asks for the phase, stillness and the radius", "[color_recall]") {
-  const auto env = acting("BunchOfColors3-VLA-v0");
-  const Eigen::Vector3d over = cube(*env, 4);
-  step_at(*env, over + Eigen::Vector3d(0, 0, 0.080));  // 0.055 from the touch point
-  CHECK_FALSE(touched(*env, 4));
-  test::pose_tool(*env, over + Eigen::Vector3d(0, 0, 0.07));
-  env->state().qvel.row(0)[2] = 0.25;
-  test::step(*env, Policy::kZero);
-  CHECK_FALSE(touched(*env, 4));
-  step_at(*env, over + Eigen::Vector3d(0, 0, 0.07));
-  CHECK(touched(*env, 4));
-  step_at(*env, kFarAway);
-  CHECK(touched(*env, 4));
+  const auto batch = acting("BunchOfColors3-VLA-v0");
+  const Eigen::Vector3d over = cube(*batch, 4);
+  step_at(*batch, over + Eigen::Vector3d(0, 0, 0.080));  // 0.055 from the touch point
+  CHECK_FALSE(touched(*batch, 4));
+  test::pose_tool(*batch, over + Eigen::Vector3d(0, 0, 0.07));
+  batch->state().qvel.row(0)[2] = 0.25;
+  test::step(*batch, Policy::kZero);
+  CHECK_FALSE(touched(*batch, 4));
+  step_at(*batch, over + Eigen::Vector3d(0, 0, 0.07));
+  CHECK(touched(*batch, 4));
+  step_at(*batch, kFarAway);
+  CHECK(touched(*batch, 4));
 
   // With upstream's radius a touch is nearer.
   BatchOptions narrow;
@@ -248,38 +249,38 @@ TEST_CASE("The button opens when the colours are touched, and success needs all 
     // In the cue's order, and in another.
     for (const std::vector<int>& order : {std::vector<int>{4, 1, 7}, std::vector<int>{7, 4, 1}}) {
       const bool right = !chain || order[0] == 4;
-      const auto env = acting(id);
-      press_button(*env);  // too early: it stays shut
-      CHECK_FALSE(flag(*env, "button_pressed"));
+      const auto batch = acting(id);
+      press_button(*batch);  // too early: it stays shut
+      CHECK_FALSE(flag(*batch, "button_pressed"));
       for (int i = 0; i < 3; ++i) {
-        CHECK_FALSE(flag(*env, "button_pressable"));
-        touch(*env, order[static_cast<std::size_t>(i)]);
+        CHECK_FALSE(flag(*batch, "button_pressable"));
+        touch(*batch, order[static_cast<std::size_t>(i)]);
       }
-      CHECK(flag(*env, "button_pressable") == right);
-      CHECK_FALSE(env->success()[0]);
-      press_button(*env);
-      CHECK(flag(*env, "button_pressed") == right);
-      CHECK(env->success()[0] == (right ? 1 : 0));
-      CHECK(env->terminated()[0] == 0);
+      CHECK(flag(*batch, "button_pressable") == right);
+      CHECK_FALSE(batch->success()[0]);
+      press_button(*batch);
+      CHECK(flag(*batch, "button_pressed") == right);
+      CHECK(batch->success()[0] == (right ? 1 : 0));
+      CHECK(batch->terminated()[0] == 0);
       if (!right) continue;
-      CHECK(env->reward()[0] == 400);
+      CHECK(batch->reward()[0] == 400);
       // Stillness and displacement are asked for in every step, and a wrong touch spoils it.
-      test::pose_tool(*env, kFarAway);
-      env->state().qvel.row(0)[0] = 0.3;
-      test::step(*env, Policy::kZero);
-      CHECK(env->success()[0] == 0);
-      step_at(*env, kFarAway);
-      CHECK(env->success()[0] == 1);
-      env->state().prop_pos_of(0, 8)[1] += 0.0601;
-      step_at(*env, kFarAway);
-      CHECK(env->success()[0] == 0);
-      CHECK(flag(*env, "strong_cube_displacement"));
-      env->state().prop_pos_of(0, 8)[1] -= 0.0602 - 0.06;
-      step_at(*env, kFarAway);
-      CHECK(env->success()[0] == 1);
-      touch(*env, 5);
-      CHECK(env->success()[0] == 0);
-      CHECK(flag(*env, "button_pressed"));
+      test::pose_tool(*batch, kFarAway);
+      batch->state().qvel.row(0)[0] = 0.3;
+      test::step(*batch, Policy::kZero);
+      CHECK(batch->success()[0] == 0);
+      step_at(*batch, kFarAway);
+      CHECK(batch->success()[0] == 1);
+      batch->state().prop_pos_of(0, 8)[1] += 0.0601;
+      step_at(*batch, kFarAway);
+      CHECK(batch->success()[0] == 0);
+      CHECK(flag(*batch, "strong_cube_displacement"));
+      batch->state().prop_pos_of(0, 8)[1] -= 0.0602 - 0.06;
+      step_at(*batch, kFarAway);
+      CHECK(batch->success()[0] == 1);
+      touch(*batch, 5);
+      CHECK(batch->success()[0] == 0);
+      CHECK(flag(*batch, "button_pressed"));
     }
   }
 }
@@ -288,53 +289,53 @@ TEST_CASE("With strict order Seq demands the cue's order", "[color_recall]") {
   BatchOptions strict;
   strict.task_options = {{"strict_order", 1}};
   for (const bool right : {true, false}) {
-    const auto env = acting("SeqOfColors3-VLA-v0", {4, 1, 7}, strict);
+    const auto batch = acting("SeqOfColors3-VLA-v0", {4, 1, 7}, strict);
     for (const int color : right ? std::vector<int>{4, 1, 7} : std::vector<int>{4, 7, 1}) {
-      touch(*env, color);
+      touch(*batch, color);
     }
-    CHECK(flag(*env, "button_pressable") == right);
+    CHECK(flag(*batch, "button_pressable") == right);
   }
   CHECK_THROWS_WITH(acting("ChainOfColors3-VLA-v0", {4, 1, 7}, strict),
                     Catch::Contains("no option named 'strict_order'"));
 }
 
 TEST_CASE("A press waits while the button is shut", "[color_recall]") {
-  const auto env = acting("SeqOfColors3-VLA-v0");
-  for (int t = 0; t < 6; ++t) step_at(*env, kFarAway);
-  for (const int color : {4, 1, 7}) touch(*env, color);
-  step_over_button(*env, 0.08);
-  env->state().prop_pos_of(0, 0)[0] += 0.1;  // something was pushed meanwhile
-  step_over_button(*env, 0.17);
-  CHECK_FALSE(flag(*env, "button_pressed"));
-  env->state().prop_pos_of(0, 0)[0] -= 0.1;
-  step_over_button(*env, 0.17);
-  CHECK(flag(*env, "button_pressed"));
+  const auto batch = acting("SeqOfColors3-VLA-v0");
+  for (int t = 0; t < 6; ++t) step_at(*batch, kFarAway);
+  for (const int color : {4, 1, 7}) touch(*batch, color);
+  step_over_button(*batch, 0.08);
+  batch->state().prop_pos_of(0, 0)[0] += 0.1;  // something was pushed meanwhile
+  step_over_button(*batch, 0.17);
+  CHECK_FALSE(flag(*batch, "button_pressed"));
+  batch->state().prop_pos_of(0, 0)[0] -= 0.1;
+  step_over_button(*batch, 0.17);
+  CHECK(flag(*batch, "button_pressed"));
 }
 
 TEST_CASE("The goal vector leads from colour to colour and to the button", "[color_recall]") {
   for (const char* id : {"BunchOfColors3-VLA-v0", "SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
     INFO(id);
-    const auto env = acting(id);
+    const auto batch = acting(id);
     const std::vector<int> order =
         id[0] == 'B' ? std::vector<int>{1, 4, 7} : std::vector<int>{4, 1, 7};
-    const auto check = [&env](const Eigen::Vector3d& goal) {
-      const float* shown = row<float>(env->output("obj_to_goal_pos"), 0);
+    const auto check = [&batch](const Eigen::Vector3d& goal) {
+      const float* shown = row<float>(batch->output("obj_to_goal_pos"), 0);
       for (int i = 0; i < 3; ++i) {
         CHECK(shown[i] == Approx(goal[i] - kFarAway[i]).margin(1e-6));
       }
     };
-    step_at(*env, kFarAway);
+    step_at(*batch, kFarAway);
     for (const int color : order) {
-      check(cube(*env, color) + Eigen::Vector3d(0, 0, 0.025));
+      check(cube(*batch, color) + Eigen::Vector3d(0, 0, 0.025));
       for (int i = 0; i < 9; ++i) {
-        CHECK(env->observation()[static_cast<std::size_t>(18 + 7 + 9 + 6 * i + 5)] ==
+        CHECK(batch->observation()[static_cast<std::size_t>(18 + 7 + 9 + 6 * i + 5)] ==
               (i == color ? 1 : 0));
       }
-      touch(*env, color);
+      touch(*batch, color);
     }
-    check({button(*env).x(), button(*env).y(), 0.063});
-    press_button(*env);
-    step_at(*env, kFarAway);
+    check({button(*batch).x(), button(*batch).y(), 0.063});
+    press_button(*batch);
+    step_at(*batch, kFarAway);
     check(kFarAway);  // no goal is left
   }
 }
@@ -343,9 +344,9 @@ TEST_CASE("The cap sinks in the action phase only", "[color_recall]") {
   BatchOptions options;
   options.substeps = 0;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {2}}};
-  const auto env = make_env("BunchOfColors5-VLA-v0", options);
-  env->reset();
-  const auto& props = env->physics_model().props();
+  const auto batch = make_env("BunchOfColors5-VLA-v0", options);
+  batch->reset();
+  const auto& props = batch->physics_model().props();
   const auto index = [&props](const char* name) {
     return static_cast<int>(
         std::find_if(props.begin(), props.end(),
@@ -354,15 +355,15 @@ TEST_CASE("The cap sinks in the action phase only", "[color_recall]") {
   };
   const int cap = index("center_button_cap");
   const int base = index("center_button_base");
-  REQUIRE(cap < env->state().num_props);
+  REQUIRE(cap < batch->state().num_props);
   for (int t = 1; t <= 6; ++t) {
-    step_over_button(*env, 0.08);
-    const double* pos = env->state().prop_pos_of(0, cap);
+    step_over_button(*batch, 0.08);
+    const double* pos = batch->state().prop_pos_of(0, cap);
     CHECK(pos[2] == Approx(t < 4 ? 0.044 : 0.036));
-    CHECK(pos[0] == button(*env).x());
-    CHECK(env->state().prop_quat_of(0, cap)[2] == Approx(0.70711).margin(1e-5));
-    CHECK(env->state().prop_pos_of(0, base)[2] == 0.015);
-    CHECK(value<float>(*env, "button_press_depth") == Approx(t < 4 ? 0 : 0.008).margin(1e-6));
+    CHECK(pos[0] == button(*batch).x());
+    CHECK(batch->state().prop_quat_of(0, cap)[2] == Approx(0.70711).margin(1e-5));
+    CHECK(batch->state().prop_pos_of(0, base)[2] == 0.015);
+    CHECK(value<float>(*batch, "button_press_depth") == Approx(t < 4 ? 0 : 0.008).margin(1e-6));
   }
 }
 
@@ -370,9 +371,9 @@ TEST_CASE("Colour tasks have the published sizes", "[color_recall]") {
   for (const auto& [length, dim] : std::map<int, int>{{3, 88}, {5, 90}, {7, 92}}) {
     for (const char* family : {"BunchOfColors", "SeqOfColors", "ChainOfColors"}) {
       const std::string id = family + std::to_string(length) + "-VLA-v0";
-      const auto env = make_env(id);
-      CHECK(env->state_dim() == dim);
-      CHECK(env->info().oracle_dim == length);
+      const auto batch = make_env(id);
+      CHECK(batch->state_dim() == dim);
+      CHECK(batch->info().oracle_dim == length);
     }
   }
   const std::map<std::string, int> answers = {
@@ -405,17 +406,17 @@ TEST_CASE("The answer is the first wrong touch, or the last that is needed",
     const bool ordered = id[0] == 'C';
     for (const Row& line : rows) {
       INFO(id << ", row " << &line - rows);
-      const auto env = acting(id);
-      press_button(*env);  // no answer
-      CHECK_FALSE(flag(*env, "answered"));
+      const auto batch = acting(id);
+      press_button(*batch);  // no answer
+      CHECK_FALSE(flag(*batch, "answered"));
       const std::size_t last = ordered ? line.order_touches : line.set_touches;
       for (std::size_t i = 0; i < line.touches.size(); ++i) {
-        touch(*env, line.touches[i]);
-        CHECK(flag(*env, "answered") == (i + 1 >= last));
+        touch(*batch, line.touches[i]);
+        CHECK(flag(*batch, "answered") == (i + 1 >= last));
       }
-      CHECK(value<std::int32_t>(*env, "first_answer") ==
+      CHECK(value<std::int32_t>(*batch, "first_answer") ==
             (ordered ? line.order_answer : line.set_answer));
-      CHECK(flag(*env, "first_answer_correct") == (ordered ? line.in_order : line.in_sets));
+      CHECK(flag(*batch, "first_answer_correct") == (ordered ? line.in_order : line.in_sets));
     }
   }
 }
@@ -424,11 +425,11 @@ TEST_CASE("A wrong touch fails a strict episode", "[color_recall][answer]") {
   for (const bool strict : {false, true}) {
     BatchOptions options;
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-    const auto env = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, options);
-    touch(*env, 1);
-    CHECK_FALSE(flag(*env, "failed"));
-    touch(*env, 0);
-    CHECK(flag(*env, "failed") == strict);
+    const auto batch = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, options);
+    touch(*batch, 1);
+    CHECK_FALSE(flag(*batch, "failed"));
+    touch(*batch, 0);
+    CHECK(flag(*batch, "failed") == strict);
   }
 }
 

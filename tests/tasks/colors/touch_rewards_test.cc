@@ -104,20 +104,20 @@ TEST_CASE("RL colours: rewards are those of the formula, whatever the policy",
         options.reward_mode = RewardMode::kDense;
         options.terminate_on_success = false;
         options.auto_reset = AutoReset::kOff;
-        const auto env = make_env(id, options);
-        env->reset();
+        const auto batch = make_env(id, options);
+        batch->reset();
         std::vector<Reference> references(kEnvs, Reference(id, length));
-        while (env->state().finished[0] == 0) {
-          test::step(*env, policy);
+        while (batch->state().finished[0] == 0) {
+          test::step(*batch, policy);
           for (int i = 0; i < kEnvs; ++i) {
             Reference& reference = references[static_cast<std::size_t>(i)];
-            const double expected = reference.reward(Spectator(*env, i));
+            const double expected = reference.reward(Spectator(*batch, i));
             const auto index = static_cast<std::size_t>(i);
-            if (std::abs(static_cast<double>(env->reward()[index]) - expected) > 2e-5) {
-              FAIL("environment " << i << ", step " << env->state().elapsed[i] << ": "
-                                  << env->reward()[index] << " instead of " << expected);
+            if (std::abs(static_cast<double>(batch->reward()[index]) - expected) > 2e-5) {
+              FAIL("environment " << i << ", step " << batch->state().elapsed[i] << ": "
+                                  << batch->reward()[index] << " instead of " << expected);
             }
-            REQUIRE((env->success()[index] != 0) == reference.success);
+            REQUIRE((batch->success()[index] != 0) == reference.success);
             ++steps;
           }
         }

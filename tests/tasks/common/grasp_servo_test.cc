@@ -38,7 +38,7 @@ int take_cube(Rig& rig) {
   std::array<float, 7> action{};
   for (int step = 0; step < 100; ++step) {
     if (grasp(rig.state(), 0, grip(rig), action.data())) return step;
-    rig.env().step(action);
+    rig.batch().step(action);
   }
   return -1;
 }
@@ -48,7 +48,7 @@ void carry_for(Rig& rig, int steps, const Eigen::Vector3d& place) {
   std::array<float, 7> action{};
   for (int i = 0; i < steps; ++i) {
     carry(rig.state(), 0, grip(rig), place, action.data());
-    rig.env().step(action);
+    rig.batch().step(action);
   }
 }
 
@@ -93,7 +93,7 @@ TEST_CASE("A held cube slips less than 0.1 mm in 60 random steps", "[grasp][orig
         action[k] = static_cast<float>(scale * random.uniform(-1, 1));
       }
       action[6] = static_cast<float>(kGripperSqueezing);
-      rig.env().step(action);
+      rig.batch().step(action);
       slip = std::max(slip, (in_hand(rig) - before).norm());
     }
     INFO("scale " << scale << ": " << 1e3 * slip << " mm");
@@ -110,7 +110,7 @@ TEST_CASE("A cube is brought onto a disc, left there and rests", "[grasp]") {
   std::array<float, 7> action{};
   int steps = 0;
   while (steps < 200 && !pick_and_place(rig.state(), 0, grip(rig), place, action.data())) {
-    rig.env().step(action);
+    rig.batch().step(action);
     ++steps;
   }
   CHECK(steps < 100);

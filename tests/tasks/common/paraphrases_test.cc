@@ -76,9 +76,9 @@ TEST_CASE("Paraphrases: the episode's numbers are in them", "[labels]") {
   BatchOptions options;
   options.seed = 3;
   options.pins = {{"target_angle", {-0.5}}};
-  const auto env = test::make_env("RotateStrictPosNeg-VLA-v0", options);
-  env->reset();
-  const std::vector<std::string> texts = paraphrases(Queries(*env).instruction(0));
+  const auto batch = test::make_env("RotateStrictPosNeg-VLA-v0", options);
+  batch->reset();
+  const std::vector<std::string> texts = paraphrases(Queries(*batch).instruction(0));
   REQUIRE(texts.size() >= 10);
   for (const std::string& text : texts) {
     CHECK_THAT(text, Catch::Contains("-29 degrees") && !Catch::Contains("{"));

@@ -42,9 +42,9 @@ std::vector<std::string> ids_with_button() {
   return ids;
 }
 
-bool pending(const Batch& env) {
+bool pending(const Batch& batch) {
   for (const char* name : {"center_button_pending", "button_pending"}) {
-    const ColumnView view = env.memory().find(name);
+    const ColumnView view = batch.memory().find(name);
     if (view.field != nullptr) return *row<std::uint8_t>(view, 0) != 0;
   }
   FAIL("no button");
@@ -52,11 +52,11 @@ bool pending(const Batch& env) {
 }
 
 // Bytes of the first environment after every further step of the oracle.
-std::vector<Bytes> course(Batch& env, int steps) {
+std::vector<Bytes> course(Batch& batch, int steps) {
   std::vector<Bytes> history;
   for (int i = 0; i < steps; ++i) {
-    test::step(env, Policy::kOracle);
-    history.push_back(test::env_bytes(env, 0));
+    test::step(batch, Policy::kOracle);
+    history.push_back(test::env_bytes(batch, 0));
   }
   return history;
 }
@@ -64,38 +64,38 @@ std::vector<Bytes> course(Batch& env, int steps) {
 TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot][button]") {
   for (const std::string& id : ids_with_button()) {
     INFO(id);
-    const auto env = make_env(id, hurried(id));
-    env->reset();
-    for (int i = 0; i < env->info().horizon && !pending(*env); ++i) {
-      test::step(*env, Policy::kOracle);
+    const auto batch = make_env(id, hurried(id));
+    batch->reset();
+    for (int i = 0; i < batch->info().horizon && !pending(*batch); ++i) {
+      test::step(*batch, Policy::kOracle);
     }
-    REQUIRE(pending(*env));
-    const std::vector<std::byte> saved = Snapshotter(*env).save();
-    const std::vector<Bytes> expected = course(*env, 12);
-    CHECK_FALSE(pending(*env));
+    REQUIRE(pending(*batch));
+    const std::vector<std::byte> saved = Snapshotter(*batch).save();
+    const std::vector<Bytes> expected = course(*batch, 12);
+    CHECK_FALSE(pending(*batch));
     const auto fresh = make_env(id, hurried(id));
     Snapshotter(*fresh).restore(saved);
     CHECK((course(*fresh, 12) == expected));
-    Snapshotter(*env).restore(saved);
-    CHECK((course(*env, 12) == expected));
+    Snapshotter(*batch).restore(saved);
+    CHECK((course(*batch, 12) == expected));
   }
 }
 
 TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinism][button]") {
   for (const std::string& id : ids_with_button()) {
     INFO(id);
-    const auto env = make_env(id, hurried(id));
-    env->reset();
+    const auto single = make_env(id, hurried(id));
+    single->reset();
     std::vector<Bytes> expected;
-    while (env->success()[0] == 0 && env->state().finished[0] == 0) {
-      test::step(*env, Policy::kOracle);
-      expected.push_back(test::env_bytes(*env, 0));
+    while (single->success()[0] == 0 && single->state().finished[0] == 0) {
+      test::step(*single, Policy::kOracle);
+      expected.push_back(test::env_bytes(*single, 0));
     }
-    CHECK(env->success()[0] == 1);
+    CHECK(single->success()[0] == 1);
     const int steps = static_cast<int>(expected.size());
-    const std::vector<std::uint64_t> seeds = {env->options().seed};
-    env->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
-    CHECK((course(*env, steps) == expected));
+    const std::vector<std::uint64_t> seeds = {single->options().seed};
+    single->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
+    CHECK((course(*single, steps) == expected));
     BatchOptions options = hurried(id, 3);
     options.threads = 3;
     const auto batch = make_env(id, options);

@@ -17,9 +17,9 @@ using namespace tasks;
 std::unique_ptr<Batch> make_still_env() {
   BatchOptions options;
   options.substeps = 0;
-  auto env = test::make_env("RememberColor3-VLA-v0", options);
-  env->reset();
-  return env;
+  auto batch = test::make_env("RememberColor3-VLA-v0", options);
+  batch->reset();
+  return batch;
 }
 
 TEST_CASE("The tool tilts outwards where it must and not before", "[servo]") {
@@ -37,10 +37,10 @@ TEST_CASE("The tool tilts outwards where it must and not before", "[servo]") {
 }
 
 TEST_CASE("The servo moves towards its goal, at full scale at most", "[servo]") {
-  const auto env = make_still_env();
-  test::step_at(*env, {0.0, 0.0, 0.2});
+  const auto batch = make_still_env();
+  test::step_at(*batch, {0.0, 0.0, 0.2});
   std::array<float, 7> action{};
-  servo_tcp(env->state(), 0, {0.01, -1.0, 0.2}, kToolDown, kGripperOpen, action.data());
+  servo_tcp(batch->state(), 0, {0.01, -1.0, 0.2}, kToolDown, kGripperOpen, action.data());
   CHECK(action[0] == Approx(0.16).margin(1e-4));  // 1.6 times the distance, of 0.1 m
   CHECK(action[1] == -1);
   CHECK(action[2] == Approx(0).margin(1e-4));
@@ -50,12 +50,12 @@ TEST_CASE("The servo moves towards its goal, at full scale at most", "[servo]") 
 }
 
 TEST_CASE("An approach comes down where the tool is overhead", "[servo]") {
-  const auto env = make_still_env();
+  const auto batch = make_still_env();
   const Eigen::Vector3d goal(0.0, 0.0, 0.05);
   const auto heights = [&](const Eigen::Vector3d& tcp) {
-    test::step_at(*env, tcp);
-    return std::array{approach_from_above(env->state(), 0, goal, 0.06).z(),
-                      descend(env->state(), 0, goal, 0.115).z()};
+    test::step_at(*batch, tcp);
+    return std::array{approach_from_above(batch->state(), 0, goal, 0.06).z(),
+                      descend(batch->state(), 0, goal, 0.115).z()};
   };
   CHECK(heights({0.1, 0.0, 0.15})[0] == Approx(0.11));
   CHECK(heights({0.1, 0.0, 0.15})[1] == Approx(0.115));  // no higher than it travels
@@ -65,11 +65,11 @@ TEST_CASE("An approach comes down where the tool is overhead", "[servo]") {
 }
 
 TEST_CASE("Low down, translations are slower", "[servo]") {
-  const auto env = make_still_env();
+  const auto batch = make_still_env();
   const auto speed_at = [&](double height) {
-    test::step_at(*env, {0.0, 0.0, height});
+    test::step_at(*batch, {0.0, 0.0, height});
     std::array<float, 7> action{0, 1, 0, 0, 0, 0, 0};
-    limit_speed_near(env->state(), 0, 0.05, action.data());
+    limit_speed_near(batch->state(), 0, 0.05, action.data());
     return static_cast<double>(action[1]);
   };
   CHECK(speed_at(0.05) == Approx(0.25).margin(1e-4));
@@ -101,10 +101,10 @@ TEST_CASE("A tool whose orientation is free goes sideways sooner by joint steps"
   for (const Eigen::Vector3d& goal : goals) {
     std::array<int, 2> steps{};  // with the orientation free, and kept
     for (const std::size_t keeps : {0U, 1U}) {
-      const auto env = test::make_env("BunchOfColors7-v0", options);
-      env->reset();
-      const State& state = env->state();
-      const Arm& arm = env->physics_model().arm();
+      const auto batch = test::make_env("BunchOfColors7-v0", options);
+      batch->reset();
+      const State& state = batch->state();
+      const Arm& arm = batch->physics_model().arm();
       const auto away = [&] {
         return (Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(0)) - goal).norm();
       };
@@ -115,7 +115,7 @@ TEST_CASE("A tool whose orientation is free goes sideways sooner by joint steps"
         } else {
           reach_point(state, arm, 0, goal, kGripperOpen, pose.data());
         }
-        env->step(joint_steps(state, arm, pose));
+        batch->step(joint_steps(state, arm, pose));
         ++steps[keeps];
       }
       CHECK(away() <= 0.01);
@@ -125,10 +125,10 @@ TEST_CASE("A tool whose orientation is free goes sideways sooner by joint steps"
 }
 
 TEST_CASE("The tool's velocity is that of its way", "[servo]") {
-  const auto env = test::make_env("RememberColor3-VLA-v0");
-  env->reset();
-  const State& state = env->state();
-  const Arm& arm = env->physics_model().arm();
+  const auto batch = test::make_env("RememberColor3-VLA-v0");
+  batch->reset();
+  const State& state = batch->state();
+  const Arm& arm = batch->physics_model().arm();
   double* q = state.qpos.row(0);
   for (int i = 0; i < kArmJoints; ++i) state.qvel.row(0)[i] = 0.1 * (i + 1);
   const Eigen::Vector3d velocity = tcp_velocity(state, arm, 0);

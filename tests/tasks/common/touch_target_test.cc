@@ -70,9 +70,9 @@ TEST_CASE("The touch reward has the worked values", "[reward]") {
 }
 
 // The reward of every step, worked out from what the environment shows.
-double expected_reward(const Batch& env, const std::vector<float>& action,
+double expected_reward(const Batch& batch, const std::vector<float>& action,
                        const std::vector<float>& previous, const SmoothnessParams& params) {
-  const float* delta = row<float>(env.output("obj_to_goal_pos"), 0);
+  const float* delta = row<float>(batch.output("obj_to_goal_pos"), 0);
   TouchRewardInputs in;
   in.distance = std::hypot(static_cast<double>(delta[0]), static_cast<double>(delta[1]),
                            static_cast<double>(delta[2]));
@@ -80,16 +80,16 @@ double expected_reward(const Batch& env, const std::vector<float>& action,
   double norm = 0;
   double change = 0;
   for (std::size_t i = 0; i < 7; ++i) {
-    speed += std::pow(env.state().qvel.row(0)[i], 2);
+    speed += std::pow(batch.state().qvel.row(0)[i], 2);
     norm += std::pow(static_cast<double>(action[i]), 2);
     change += std::pow(static_cast<double>(action[i] - previous[i]), 2);
   }
   in.arm_speed = std::sqrt(speed);
   in.action_norm = std::sqrt(norm);
-  in.action_delta_norm = env.state().elapsed[0] <= 1 ? 0 : std::sqrt(change);
-  in.robot_static = *row<std::uint8_t>(env.output("is_robot_static"), 0) != 0;
-  in.placed = *row<std::uint8_t>(env.output("is_obj_placed"), 0) != 0;
-  in.success = env.success()[0] != 0;
+  in.action_delta_norm = batch.state().elapsed[0] <= 1 ? 0 : std::sqrt(change);
+  in.robot_static = *row<std::uint8_t>(batch.output("is_robot_static"), 0) != 0;
+  in.placed = *row<std::uint8_t>(batch.output("is_obj_placed"), 0) != 0;
+  in.success = batch.success()[0] != 0;
   return touch_reward(in, params).reward;
 }
 
@@ -125,54 +125,54 @@ TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
     options.seed = seed;
     options.reward_mode = RewardMode::kDense;
     options.freeze_cue = seed % 2 == 0;
-    const auto env = test::make_env(task.id, options);
-    env->reset();
+    const auto batch = test::make_env(task.id, options);
+    batch->reset();
     std::vector<float> previous(7);
     double total = 0;
     int successes = 0;
     for (int i = 0; i < 25; ++i) {
       // Between the oracle and something restless.
-      std::vector<float> action = test::act(*env, Policy::kOracle);
+      std::vector<float> action = test::act(*batch, Policy::kOracle);
       if (i % 3 == 0 && i < 12) action[4] += 0.3F;
-      const int freeze = *row<std::int32_t>(env->memory().find("cue_steps"), 0) +
-                         *row<std::int32_t>(env->memory().find("empty_steps"), 0);
-      const bool frozen = options.freeze_cue && env->state().elapsed[0] < freeze;
-      env->step(action);
+      const int freeze = *row<std::int32_t>(batch->memory().find("cue_steps"), 0) +
+                         *row<std::int32_t>(batch->memory().find("empty_steps"), 0);
+      const bool frozen = options.freeze_cue && batch->state().elapsed[0] < freeze;
+      batch->step(action);
       if (frozen) action.assign(7, 0.0F);  // the reward sees the frozen action
-      CHECK(env->reward()[0] ==
-            Approx(expected_reward(*env, action, previous, task.params)).margin(2e-6));
+      CHECK(batch->reward()[0] ==
+            Approx(expected_reward(*batch, action, previous, task.params)).margin(2e-6));
       previous = action;
-      total += static_cast<double>(env->reward()[0]);
-      successes += env->success()[0];
-      if (env->success()[0] != 0) CHECK(env->reward()[0] == 3);
+      total += static_cast<double>(batch->reward()[0]);
+      successes += batch->success()[0];
+      if (batch->success()[0] != 0) CHECK(batch->reward()[0] == 3);
     }
     CHECK(successes > 0);
-    CHECK(*row<double>(env->output("episode_return"), 0) == Approx(total));
+    CHECK(*row<double>(batch->output("episode_return"), 0) == Approx(total));
   }
 }
 
 TEST_CASE("The reward terms in the info are those of the step before", "[reward]") {
   BatchOptions options;
   options.reward_mode = RewardMode::kDense;
-  const auto env = test::make_env("RememberColor3-VLA-v0", options);
+  const auto batch = test::make_env("RememberColor3-VLA-v0", options);
   std::vector<std::string> names;
-  for (const Field& term : env->info().reward_terms) names.push_back(term.name);
+  for (const Field& term : batch->info().reward_terms) names.push_back(term.name);
   REQUIRE(names.size() == 12);
   const auto term = [&](const char* name) {
     const auto index = std::find(names.begin(), names.end(), name) - names.begin();
-    return row<float>(env->output("reward_dict"), 0)[index];
+    return row<float>(batch->output("reward_dict"), 0)[index];
   };
-  env->reset();
+  batch->reset();
   CHECK(std::isnan(term("tcp_to_obj_dist")));
-  test::step(*env, Policy::kOracle);
+  test::step(*batch, Policy::kOracle);
   CHECK(std::isnan(term("tcp_to_obj_dist")));
   for (int i = 2; i < 20; ++i) {
-    const float* delta = row<float>(env->output("obj_to_goal_pos"), 0);
+    const float* delta = row<float>(batch->output("obj_to_goal_pos"), 0);
     const double distance = std::hypot(static_cast<double>(delta[0]), static_cast<double>(delta[1]),
                                        static_cast<double>(delta[2]));
     const float offset_y = delta[1];
-    const bool success = env->success()[0] != 0;
-    test::step(*env, Policy::kOracle);
+    const bool success = batch->success()[0] != 0;
+    test::step(*batch, Policy::kOracle);
     CHECK(term("tcp_to_obj_dist") == Approx(distance).epsilon(1e-5));
     CHECK(term("obj_to_goal_pos_y") == offset_y);
     CHECK(term("success") == (success ? 1 : 0));

@@ -16,21 +16,21 @@ const Eigen::Vector3d kLeft(0.05, 0.1, kHeight);
 
 // A robot that stands where it is put, and a tour over three stops, not added in order.
 struct Rig {
-  std::unique_ptr<Batch> env;
+  std::unique_ptr<Batch> batch;
   Tour tour;
 
   Rig() {
     BatchOptions options;
     options.substeps = 0;
-    env = test::make_env("RememberColor3-Long-VLA-v0", options);
-    env->reset();
+    batch = test::make_env("RememberColor3-Long-VLA-v0", options);
+    batch->reset();
     for (const Eigen::Vector3d& stop : {kMiddle, kLeft, kRight}) tour.add(stop);
   }
 
   Tour::Target next(const Eigen::Vector3d& tool, double speed = 0, bool again = false) const {
-    test::step_at(*env, tool);
-    env->state().qvel.row(0)[0] = speed;
-    return tour.next(env->state(), 0, {.again = again});
+    test::step_at(*batch, tool);
+    batch->state().qvel.row(0)[0] = speed;
+    return tour.next(batch->state(), 0, {.again = again});
   }
 };
 
@@ -58,9 +58,9 @@ TEST_CASE("A tool comes to rest at every stop, and stays at the last", "[parts][
 TEST_CASE("A tour without rests begins before the middle and passes its stops", "[parts][tour]") {
   const Rig rig;
   const auto next = [&rig](const Eigen::Vector3d& tool) {
-    test::step_at(*rig.env, tool);
-    rig.env->state().qvel.row(0)[0] = 0.5;
-    return rig.tour.next(rig.env->state(), 0, {.rests = false});
+    test::step_at(*rig.batch, tool);
+    rig.batch->state().qvel.row(0)[0] = 0.5;
+    return rig.tour.next(rig.batch->state(), 0, {.rests = false});
   };
   const auto is_at = [](const Eigen::Vector3d& goal, const Eigen::Vector3d& stop) {
     return (goal - stop).head<2>().norm() < 0.02;
@@ -81,11 +81,11 @@ TEST_CASE("Tours that are repeated rise first, and go the other way every other 
   const Rig rig;
   // The first one: up for some steps, then from the right end to the left one.
   CHECK(rig.next(kMiddle, 0, true).goal.z() > 0.13);
-  while (rig.next(kMiddle, 0, true).goal.z() > 0.13) CHECK(rig.env->state().elapsed[0] < 20);
+  while (rig.next(kMiddle, 0, true).goal.z() > 0.13) CHECK(rig.batch->state().elapsed[0] < 20);
   CHECK(rig.next(kMiddle, 0, true).goal == kLeft);
   // The second one.
-  while (rig.next(kMiddle, 0, true).goal.z() < 0.13) CHECK(rig.env->state().elapsed[0] < 100);
-  while (rig.next(kMiddle, 0, true).goal.z() > 0.13) CHECK(rig.env->state().elapsed[0] < 120);
+  while (rig.next(kMiddle, 0, true).goal.z() < 0.13) CHECK(rig.batch->state().elapsed[0] < 100);
+  while (rig.next(kMiddle, 0, true).goal.z() > 0.13) CHECK(rig.batch->state().elapsed[0] < 120);
   CHECK(rig.next(kMiddle, 0, true).goal == kRight);
 }
 

@@ -8,7 +8,7 @@ namespace engram {
 namespace {
 
 struct Params {
-  TaskRow task;
+  TaskSpec task;
   int COUNT;
 };
 constexpr std::array<Params, 2> kVariants = {{{{"One-v0", 20}, 1}, {{"Two-v0", 30}, 2}}};

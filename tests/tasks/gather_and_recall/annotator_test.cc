@@ -34,7 +34,7 @@ TEST_CASE("Words of GatherAndRecall: the flash, once it has come", "[labels][gat
       CHECK(frame.plan.back() == (flashed ? "press the " + name + " button"
                                           : "press the button with the flash's color"));
     }
-    const auto props = episode.env->physics_model().props();
+    const auto props = episode.batch->physics_model().props();
     CHECK(props[static_cast<std::size_t>(episode.frames.front().object)].name.starts_with(
         "gather_cube"));
     CHECK(props[static_cast<std::size_t>(episode.frames.back().object)].name ==
@@ -48,22 +48,24 @@ TEST_CASE("Words of GatherAndRecall: flash and cubes as they are", "[labels][gat
   options.seed = 9;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
-  const auto env = test::make_env("GatherAndRecall3-VLA-v0", options);
-  env->reset();
-  const auto flag = [&](const char* name) { return *row<std::uint8_t>(env->output(name), 0) != 0; };
+  const auto batch = test::make_env("GatherAndRecall3-VLA-v0", options);
+  batch->reset();
+  const auto flag = [&](const char* name) {
+    return *row<std::uint8_t>(batch->output(name), 0) != 0;
+  };
   std::set<int> carried;
-  CHECK(test::annotate(*env).object == 0);
-  while ((env->terminated()[0] | env->truncated()[0] | env->success()[0]) == 0) {
-    const AnnotatedFrame frame = test::annotate(*env);
+  CHECK(test::annotate(*batch).object == 0);
+  while ((batch->terminated()[0] | batch->truncated()[0] | batch->success()[0]) == 0) {
+    const AnnotatedFrame frame = test::annotate(*batch);
     CHECK(frame.memory.empty() == !flag("flash_triggered"));
     CHECK((frame.subtask == 3) == flag("all_on_disc"));
-    const auto* on_disc = row<std::uint8_t>(env->memory().find("cubes_on_disc"), 0);
+    const auto* on_disc = row<std::uint8_t>(batch->memory().find("cubes_on_disc"), 0);
     for (int cube = 0; cube < 3; ++cube) {
-      if (on_disc[cube] != 0 || !is_grasping(env->state(), 0, cube)) continue;
+      if (on_disc[cube] != 0 || !is_grasping(batch->state(), 0, cube)) continue;
       CHECK(frame.object == cube);
       carried.insert(cube);
     }
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
   }
   CHECK(carried == std::set<int>{0, 1, 2});
 }

@@ -15,9 +15,9 @@ TEST_CASE("Places on the disc are apart", "[gather]") {
 }
 
 TEST_CASE("The flash begins before the last cube is placed, if there are several", "[gather]") {
-  CHECK(tasks::most_triggers(1) == 1);
-  CHECK(tasks::most_triggers(2) == 1);
-  CHECK(tasks::most_triggers(9) == 8);
+  CHECK(tasks::max_triggers(1) == 1);
+  CHECK(tasks::max_triggers(2) == 1);
+  CHECK(tasks::max_triggers(9) == 8);
 }
 
 TEST_CASE("Cubes need room on the disc, and time", "[gather]") {

@@ -41,14 +41,14 @@ TEST_CASE("Words of InterceptGrab: a grasped ball is to be held still", "[labels
     options.seed = seed;
     options.threads = 1;
     options.auto_reset = AutoReset::kOff;
-    const auto env = test::make_env("InterceptGrabSlow-VLA-v0", options);
-    env->reset();
-    while ((env->terminated()[0] | env->truncated()[0]) == 0) {
-      const bool grasped = *test::row<std::uint8_t>(env->output("is_ball_grasped"), 0) != 0;
-      const AnnotatedFrame frame = test::annotate(*env);
+    const auto batch = test::make_env("InterceptGrabSlow-VLA-v0", options);
+    batch->reset();
+    while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
+      const bool grasped = *test::row<std::uint8_t>(batch->output("is_ball_grasped"), 0) != 0;
+      const AnnotatedFrame frame = test::annotate(*batch);
       CHECK((frame.words() == "hold the ball still") == grasped);
       held += grasped ? 1 : 0;
-      test::step(*env, Policy::kOracle);
+      test::step(*batch, Policy::kOracle);
     }
   }
   CHECK(held > 0);

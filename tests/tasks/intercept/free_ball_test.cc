@@ -53,21 +53,21 @@ std::unique_ptr<Batch> launch(const std::string& id, const Moment& start, bool s
                   {"ball_y", {start.pos.y()}},
                   {"velocity_x", {start.velocity.x()}},
                   {"velocity_y", {start.velocity.y()}}};
-  auto env = test::make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
 TEST_CASE("Balls that nobody touches go the way of the original's", "[intercept][rolling]") {
   REQUIRE(measured().size() == 18);
   const bool sleep = GENERATE(true, false);
   for (const auto& [launched, moments] : measured()) {
-    const auto env = launch(launched.first, moments.front(), sleep);
-    const Eigen::Map<const Vector> pos(env->state().prop_pos_of(0, 0));
-    const Eigen::Map<const Vector> velocity(env->state().prop_qvel_of(0, 0));
+    const auto batch = launch(launched.first, moments.front(), sleep);
+    const Eigen::Map<const Vector> pos(batch->state().prop_pos_of(0, 0));
+    const Eigen::Map<const Vector> velocity(batch->state().prop_qvel_of(0, 0));
     int step = 0;
     for (const Moment& moment : moments) {
-      for (; step < moment.step; ++step) test::step(*env, Policy::kZero);
+      for (; step < moment.step; ++step) test::step(*batch, Policy::kZero);
       INFO(launched.first << ", episode " << launched.second << ", step " << step);
       CHECK(1000 * (pos - moment.pos).norm() < 3.0);
       CHECK((velocity - moment.velocity).norm() < 0.02);

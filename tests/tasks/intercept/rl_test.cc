@@ -39,29 +39,29 @@ TEST_CASE("RL tasks of Intercept draw and show what the VLA tasks do", "[interce
     INFO(id);
     BatchOptions options;
     options.num_envs = 500;
-    const auto env = make_env(id, options);
+    const auto batch = make_env(id, options);
     const auto twin = make_env(id.substr(0, id.size() - 2) + "VLA-v0", options);
-    env->reset();
+    batch->reset();
     twin->reset();
     double slowest = 9;
     double fastest = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      const double* pos = env->state().prop_pos_of(i, 0);
+      const double* pos = batch->state().prop_pos_of(i, 0);
       CHECK(pos[2] == (is_grab(id) ? 0.02 : 0.04));
       CHECK((pos[0] >= -0.35 && pos[0] < -0.05 && pos[1] >= -0.9 && pos[1] < -0.65));
-      const double* velocity = env->state().prop_qvel_of(i, 0);
+      const double* velocity = batch->state().prop_qvel_of(i, 0);
       CHECK((velocity[0] >= 0 && velocity[0] < 0.05 && velocity[2] == 0));
       slowest = std::min(slowest, velocity[1]);
       fastest = std::max(fastest, velocity[1]);
-      CHECK(row<float>(env->output("oracle_info"), i)[1] == static_cast<float>(velocity[1]));
+      CHECK(row<float>(batch->output("oracle_info"), i)[1] == static_cast<float>(velocity[1]));
     }
     CHECK((slowest >= speed.first && slowest < speed.first + 0.01));
     CHECK((fastest <= speed.second && fastest > speed.second - 0.01));
-    CHECK(env->state_dim() == (is_grab(id) ? 49 : 50));
-    CHECK(test::names_of(env->state_fields()) == test::names_of(twin->state_fields()));
-    CHECK(test::names_of(env->info().reward_terms) == test::names_of(twin->info().reward_terms));
-    CHECK(env->info().success_reward == (is_grab(id) ? 300 : 30));
-    for (const TaskConstant& constant : env->info().constants) {
+    CHECK(batch->state_dim() == (is_grab(id) ? 49 : 50));
+    CHECK(test::names_of(batch->state_fields()) == test::names_of(twin->state_fields()));
+    CHECK(test::names_of(batch->info().reward_terms) == test::names_of(twin->info().reward_terms));
+    CHECK(batch->info().success_reward == (is_grab(id) ? 300 : 30));
+    for (const TaskConstant& constant : batch->info().constants) {
       CHECK(constant.name.find("_COEF") == std::string::npos);
     }
   }
@@ -76,20 +76,20 @@ TEST_CASE("A ball in the target ends an RL episode, unless the user wants it to 
     options.auto_reset = AutoReset::kOff;
     if (!ends) options.terminate_on_success = false;
     options.pins = {{"ball_x", {-0.2}}, {"goal_y", {0.0}}};
-    const auto env = make_env("InterceptFast-v0", options);
-    env->reset();
-    double* pos = env->state().prop_pos_of(0, 0);
+    const auto batch = make_env("InterceptFast-v0", options);
+    batch->reset();
+    double* pos = batch->state().prop_pos_of(0, 0);
     pos[0] = 0;
     pos[1] = -0.1001;
-    test::step(*env, Policy::kZero);
-    CHECK(env->success()[0] == 0);
-    CHECK(env->terminated()[0] == 0);
+    test::step(*batch, Policy::kZero);
+    CHECK(batch->success()[0] == 0);
+    CHECK(batch->terminated()[0] == 0);
     pos[1] = -0.0999;
-    test::step(*env, Policy::kZero);
-    CHECK(env->success()[0] == 1);
-    CHECK(env->reward()[0] == 30);
-    CHECK(env->terminated()[0] == (ends ? 1 : 0));
-    CHECK(env->truncated()[0] == 0);
+    test::step(*batch, Policy::kZero);
+    CHECK(batch->success()[0] == 1);
+    CHECK(batch->reward()[0] == 30);
+    CHECK(batch->terminated()[0] == (ends ? 1 : 0));
+    CHECK(batch->truncated()[0] == 0);
   }
 }
 
@@ -124,34 +124,34 @@ TEST_CASE("In an RL episode one slow ball in ten drifts into the target by itsel
 
 // --- the published formulas, from the state alone ---
 
-Vector ball_of(const Batch& env, int i) {
-  return Eigen::Map<const Vector>(env.state().prop_pos_of(i, 0));
+Vector ball_of(const Batch& batch, int i) {
+  return Eigen::Map<const Vector>(batch.state().prop_pos_of(i, 0));
 }
-Vector tcp_of(const Batch& env, int i) {
-  return Eigen::Map<const Vector>(env.state().tcp_pos.row(i));
+Vector tcp_of(const Batch& batch, int i) {
+  return Eigen::Map<const Vector>(batch.state().tcp_pos.row(i));
 }
 
 // The point behind the ball, as seen from the target.
-Vector hit_point(const Batch& env, int i) {
-  const Vector ball = ball_of(env, i);
-  const Vector from_goal = ball - Eigen::Map<const Vector>(env.state().prop_pos_of(i, 1));
+Vector hit_point(const Batch& batch, int i) {
+  const Vector ball = ball_of(batch, i);
+  const Vector from_goal = ball - Eigen::Map<const Vector>(batch.state().prop_pos_of(i, 1));
   return ball + 0.07 * from_goal / from_goal.norm();
 }
 
 // reached: the latch of the environment's episode.
-double published_deflect(const Batch& env, int i, bool& reached) {
-  const Vector ball = ball_of(env, i);
-  const Vector goal = Eigen::Map<const Vector>(env.state().prop_pos_of(i, 1));
+double published_deflect(const Batch& batch, int i, bool& reached) {
+  const Vector ball = ball_of(batch, i);
+  const Vector goal = Eigen::Map<const Vector>(batch.state().prop_pos_of(i, 1));
   const double distance = std::hypot(ball.x() - goal.x(), ball.y() - goal.y());
-  const double r = (hit_point(env, i) - tcp_of(env, i)).norm();
+  const double r = (hit_point(batch, i) - tcp_of(batch, i)).norm();
   reached = reached || r < 0.04;
   if (distance < 0.1) return 30;
   return reached ? 5 * (1 - std::tanh(distance)) : 2 * (1 - std::tanh(2 * r));
 }
 
-double published_grab(const Batch& env, int i) {
-  const State& state = env.state();
-  const Vector offset = (ball_of(env, i) - tcp_of(env, i)).cwiseAbs();
+double published_grab(const Batch& batch, int i) {
+  const State& state = batch.state();
+  const Vector offset = (ball_of(batch, i) - tcp_of(batch, i)).cwiseAbs();
   const double distance = offset.norm();
   const double* joints = state.qpos.row(i);
   const double width = joints[7] + joints[8];
@@ -174,10 +174,10 @@ TEST_CASE("Rewards of Intercept as an RL task are those of the published formula
   for (const std::string& id : rl_ids("Intercept")) {
     INFO(id);
     std::map<int, bool> reached;
-    const auto [steps, successes] = test::play_rl(id, [&](const Batch& env, int i) {
-      if (env.state().elapsed[i] == 1) reached[i] = false;
-      const double expected = published_deflect(env, i, reached[i]);
-      CHECK(static_cast<double>(env.reward()[static_cast<std::size_t>(i)]) ==
+    const auto [steps, successes] = test::play_rl(id, [&](const Batch& batch, int i) {
+      if (batch.state().elapsed[i] == 1) reached[i] = false;
+      const double expected = published_deflect(batch, i, reached[i]);
+      CHECK(static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]) ==
             Approx(expected).margin(1e-5));
     });
     CHECK(steps >= 5000);
@@ -192,19 +192,19 @@ TEST_CASE("A hand that was once behind the ball earns by the ball's distance alo
   options.reward_mode = RewardMode::kDense;
   options.control_mode = ControlMode::kPdEeDeltaPose;
   options.terminate_on_success = false;
-  const auto env = make_env("InterceptSlow-v0", options);
-  env->reset();
+  const auto batch = make_env("InterceptSlow-v0", options);
+  batch->reset();
   std::map<int, bool> reached;
   int latched = 0;
   for (int t = 1; t < 90; ++t) {
-    env->step(test::move_to(*env, [&](int i) {
-      const Vector hit = hit_point(*env, i);
+    batch->step(test::move_to(*batch, [&](int i) {
+      const Vector hit = hit_point(*batch, i);
       const bool in_reach = std::hypot(hit.x() + 0.615, hit.y()) < 0.75;
-      return in_reach ? hit : tcp_of(*env, i);
+      return in_reach ? hit : tcp_of(*batch, i);
     }));
     for (int i = 0; i < options.num_envs; ++i) {
-      const double expected = published_deflect(*env, i, reached[i]);
-      CHECK(static_cast<double>(env->reward()[static_cast<std::size_t>(i)]) ==
+      const double expected = published_deflect(*batch, i, reached[i]);
+      CHECK(static_cast<double>(batch->reward()[static_cast<std::size_t>(i)]) ==
             Approx(expected).margin(1e-5));
       latched += reached[i] && expected < 30 ? 1 : 0;
     }
@@ -218,9 +218,9 @@ TEST_CASE(
   for (const std::string& id : rl_ids("InterceptGrab")) {
     INFO(id);
     int moving_grasps = 0;
-    const auto [steps, successes] = test::play_rl(id, [&](const Batch& env, int i) {
-      const double reward = static_cast<double>(env.reward()[static_cast<std::size_t>(i)]);
-      CHECK(reward == Approx(published_grab(env, i)).margin(5e-5));
+    const auto [steps, successes] = test::play_rl(id, [&](const Batch& batch, int i) {
+      const double reward = static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]);
+      CHECK(reward == Approx(published_grab(batch, i)).margin(5e-5));
       moving_grasps += reward > 130 && reward < 300 ? 1 : 0;
     });
     CHECK(steps >= 5000);

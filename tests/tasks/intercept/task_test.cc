@@ -73,23 +73,23 @@ TEST_CASE("Launches cover their ranges", "[intercept]") {
   for (const auto& [id, speed] : kSpeeds) {
     BatchOptions options;
     options.num_envs = 2000;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     Vector low = Vector::Constant(9);
     Vector high = -low;
     Vector slow = low;
     Vector quick = -low;
     for (int i = 0; i < options.num_envs; ++i) {
-      const Vector pos = Eigen::Map<Vector>(env->state().prop_pos_of(i, 0));
-      const Vector velocity = Eigen::Map<Vector>(env->state().prop_qvel_of(i, 0));
+      const Vector pos = Eigen::Map<Vector>(batch->state().prop_pos_of(i, 0));
+      const Vector velocity = Eigen::Map<Vector>(batch->state().prop_qvel_of(i, 0));
       low = low.cwiseMin(pos);
       high = high.cwiseMax(pos);
       slow = slow.cwiseMin(velocity);
       quick = quick.cwiseMax(velocity);
-      const float* given = row<float>(env->output("oracle_info"), i);
+      const float* given = row<float>(batch->output("oracle_info"), i);
       for (int k = 0; k < 3; ++k) REQUIRE(given[k] == static_cast<float>(velocity[k]));
       if (is_grab(id)) continue;
-      const double* goal = env->state().prop_pos_of(i, 1);
+      const double* goal = batch->state().prop_pos_of(i, 1);
       REQUIRE(goal[0] == Approx(pos.x() + 0.2));
       REQUIRE(std::abs(goal[1]) <= 0.2);
       REQUIRE(goal[2] == 0.001);
@@ -101,7 +101,7 @@ TEST_CASE("Launches cover their ranges", "[intercept]") {
     CHECK((slow - Vector(0, speed.first, 0)).norm() < 0.002);
     CHECK((quick - Vector(0.05, speed.second, 0)).norm() < 0.002);
     CHECK((low - Vector(-0.35, -0.9, height)).minCoeff() >= 0);
-    CHECK(env->state_dim() == (is_grab(id) ? 49 : 50));
+    CHECK(batch->state_dim() == (is_grab(id) ? 49 : 50));
   }
 }
 
@@ -112,9 +112,9 @@ TEST_CASE("The first observation shows the ball where it starts", "[intercept]")
                   {"velocity_x", {0.02}},
                   {"velocity_y", {0.3}},
                   {"goal_y", {0.1}}};
-  const auto env = make_env("InterceptSlow-VLA-v0", options);
-  env->reset();
-  const auto observation = env->observation();
+  const auto batch = make_env("InterceptSlow-VLA-v0", options);
+  batch->reset();
+  const auto observation = batch->observation();
   const std::vector<double> expected = {0.1,  0.1, 0.001, -0.1, -0.7, 0.04, 1, 0, 0, 0,
                                         0.02, 0.3, 0,     0.02, 0.3,  0,    0, 0, 0};
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -125,8 +125,8 @@ TEST_CASE("The first observation shows the ball where it starts", "[intercept]")
     CHECK(observation[44 + k] == Approx(observation[28 + k] - observation[18 + k]).margin(1e-6));
     CHECK(observation[47 + k] == Approx(observation[25 + k] - observation[28 + k]).margin(1e-6));
   }
-  test::step(*env, Policy::kZero);
-  CHECK(env->observation()[29] == Approx(-0.685).margin(0.001));
+  test::step(*batch, Policy::kZero);
+  CHECK(batch->observation()[29] == Approx(-0.685).margin(0.001));
 }
 
 TEST_CASE("A ball inside the target succeeds, at any speed and height", "[intercept]") {
@@ -134,23 +134,23 @@ TEST_CASE("A ball inside the target succeeds, at any speed and height", "[interc
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.pins = {{"ball_x", {-0.2}}, {"goal_y", {0.0}}};
-  const auto env = make_env("InterceptFast-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("InterceptFast-VLA-v0", options);
+  batch->reset();
   const auto succeeds = [&](double x, double y, double z) {
-    double* pos = env->state().prop_pos_of(0, 0);
+    double* pos = batch->state().prop_pos_of(0, 0);
     pos[0] = x;
     pos[1] = y;
     pos[2] = z;
-    test::step(*env, Policy::kZero);
-    return env->success()[0] != 0;
+    test::step(*batch, Policy::kZero);
+    return batch->success()[0] != 0;
   };
   CHECK(succeeds(0.05, 0, 0.02));
-  CHECK(env->reward()[0] == 30);
+  CHECK(batch->reward()[0] == 30);
   CHECK(succeeds(0, -0.0999, 0.3));
   CHECK_FALSE(succeeds(0, -0.1001, 0.02));
   CHECK_FALSE(succeeds(0.08, 0.08, 0.02));
-  CHECK(env->terminated()[0] == 0);
-  CHECK(*row<std::uint8_t>(env->output("success_once"), 0) == 1);
+  CHECK(batch->terminated()[0] == 0);
+  CHECK(*row<std::uint8_t>(batch->output("success_once"), 0) == 1);
 }
 
 TEST_CASE("Having been behind the ball is remembered for the episode", "[intercept]") {
@@ -158,58 +158,58 @@ TEST_CASE("Having been behind the ball is remembered for the episode", "[interce
   options.substeps = 0;
   options.reward_mode = RewardMode::kDense;
   options.pins = {{"ball_y", {-0.65}}, {"goal_y", {-0.2}}};  // 0.49 m apart
-  const auto env = make_env("InterceptSlow-VLA-v0", options);
-  env->reset();
-  double* ball = env->state().prop_pos_of(0, 0);
+  const auto batch = make_env("InterceptSlow-VLA-v0", options);
+  batch->reset();
+  double* ball = batch->state().prop_pos_of(0, 0);
   const Vector start = Eigen::Map<Vector>(ball);
-  test::step(*env, Policy::kZero);
-  CHECK(env->reward()[0] < 2);
+  test::step(*batch, Policy::kZero);
+  CHECK(batch->reward()[0] < 2);
   // The ball where the hand is right behind it, then far away again.
-  const Vector goal = Eigen::Map<Vector>(env->state().prop_pos_of(0, 1));
-  const Vector tcp = Eigen::Map<Vector>(env->state().tcp_pos.row(0));
+  const Vector goal = Eigen::Map<Vector>(batch->state().prop_pos_of(0, 1));
+  const Vector tcp = Eigen::Map<Vector>(batch->state().tcp_pos.row(0));
   const Vector there = tcp - 0.07 * (tcp - goal).normalized();
   std::copy_n(there.data(), 3, ball);
-  test::step(*env, Policy::kZero);
-  CHECK(env->reward()[0] > 2);
+  test::step(*batch, Policy::kZero);
+  CHECK(batch->reward()[0] > 2);
   std::copy_n(start.data(), 3, ball);
-  test::step(*env, Policy::kZero);
-  CHECK(env->reward()[0] > 2);
-  CHECK(row<float>(env->output("reward_dict"), 0)[1] == 1);  // of the step before
-  env->reset();
-  test::step(*env, Policy::kZero);
-  CHECK(env->reward()[0] < 2);
+  test::step(*batch, Policy::kZero);
+  CHECK(batch->reward()[0] > 2);
+  CHECK(row<float>(batch->output("reward_dict"), 0)[1] == 1);  // of the step before
+  batch->reset();
+  test::step(*batch, Policy::kZero);
+  CHECK(batch->reward()[0] < 2);
 }
 
 TEST_CASE("The reward term robot_static_reward of InterceptGrab is a condition", "[intercept]") {
-  const auto env = make_env("InterceptGrabFast-VLA-v0");
-  env->reset();
+  const auto batch = make_env("InterceptGrabFast-VLA-v0");
+  batch->reset();
   constexpr int kTerm = 9;  // in docs/tasks/intercept.md
-  const auto reported = [&] { return row<float>(env->output("reward_dict"), 0)[kTerm]; };
-  const auto is_static = [&] { return *row<std::uint8_t>(env->output("is_robot_static"), 0); };
-  test::step(*env, Policy::kZero);
+  const auto reported = [&] { return row<float>(batch->output("reward_dict"), 0)[kTerm]; };
+  const auto is_static = [&] { return *row<std::uint8_t>(batch->output("is_robot_static"), 0); };
+  test::step(*batch, Policy::kZero);
   for (const float speed : {0.0F, 1.0F, 1.0F, 0.0F, 0.0F, 0.0F}) {
     const float before = is_static();
-    env->step(std::vector<float>{speed, 0, 0, 0, 0, 0, 1});
+    batch->step(std::vector<float>{speed, 0, 0, 0, 0, 0, 1});
     CHECK(reported() == before);
   }
 }
 
 TEST_CASE("The TCP's velocity is that of its motion", "[intercept]") {
-  const auto env = make_env("InterceptGrabFast-VLA-v0");
-  env->reset();
-  for (int i = 0; i < 3; ++i) env->step(std::vector<float>{1, 0.5F, -0.5F, 0, 0, 0, 1});
-  const auto observation = env->observation();
+  const auto batch = make_env("InterceptGrabFast-VLA-v0");
+  batch->reset();
+  for (int i = 0; i < 3; ++i) batch->step(std::vector<float>{1, 0.5F, -0.5F, 0, 0, 0, 1});
+  const auto observation = batch->observation();
   Vector velocity;  // of the TCP: the ball's minus the relative one
   for (int k = 0; k < 3; ++k) {
     velocity[k] = static_cast<double>(observation[static_cast<std::size_t>(36 + k)] -
                                       observation[static_cast<std::size_t>(46 + k)]);
   }
   ArmJacobian jacobian;
-  const double* qpos = env->state().qpos.row(0);
+  const double* qpos = batch->state().qpos.row(0);
   ArmVector ahead = Eigen::Map<const ArmVector>(qpos);
   constexpr double kMoment = 1e-6;
-  ahead += kMoment * Eigen::Map<const ArmVector>(env->state().qvel.row(0));
-  const Arm& arm = env->physics_model().arm();
+  ahead += kMoment * Eigen::Map<const ArmVector>(batch->state().qvel.row(0));
+  const Arm& arm = batch->physics_model().arm();
   const Vector moved = (arm.forward(ahead.data()).pos - arm.forward(qpos).pos) / kMoment;
   CHECK(velocity.norm() > 0.3);
   CHECK((velocity - moved).norm() < 1e-4);
@@ -221,16 +221,16 @@ TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[interc
     if (!is_grab(id)) continue;
     BatchOptions options;
     options.num_envs = 8;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     int held = 0;
     for (int step = 0; step < 58; ++step) {
-      test::step(*env, Policy::kOracle);
+      test::step(*batch, Policy::kOracle);
       for (int i = 0; i < options.num_envs; ++i) {
-        if (env->success()[static_cast<std::size_t>(i)] == 0 || step < 50) continue;
+        if (batch->success()[static_cast<std::size_t>(i)] == 0 || step < 50) continue;
         ++held;
-        const double* fingers = env->state().qpos.row(i) + kArmJoints;
-        const double* qvel = env->state().prop_qvel_of(i, 0);
+        const double* fingers = batch->state().qpos.row(i) + kArmJoints;
+        const double* qvel = batch->state().prop_qvel_of(i, 0);
         CHECK(fingers[0] + fingers[1] == Approx(2 * 0.01771).margin(1e-4));  // as the original's
         CHECK(std::hypot(qvel[0], qvel[1], qvel[2]) < 0.01);
       }
@@ -245,10 +245,10 @@ TEST_CASE("Who does nothing hardly ever succeeds", "[intercept]") {
     BatchOptions options;
     options.num_envs = 4000;
     options.seed = 10'000;
-    const auto env = make_env(id, options);
-    env->reset();
-    for (int i = 0; i < 60; ++i) test::step(*env, Policy::kZero);
-    const std::uint8_t* once = row<std::uint8_t>(env->output("success_once"), 0);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    for (int i = 0; i < 60; ++i) test::step(*batch, Policy::kZero);
+    const std::uint8_t* once = row<std::uint8_t>(batch->output("success_once"), 0);
     return static_cast<double>(std::count(once, once + options.num_envs, 1)) / options.num_envs;
   };
   const double slow = share("InterceptSlow-VLA-v0");  // 0.56 %

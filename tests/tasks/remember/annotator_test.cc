@@ -23,15 +23,15 @@ constexpr int kTouch = 3;
 
 // The first frame of each phase, by the draws.
 void check_phases(const AnnotatedEpisode& episode) {
-  const int cue = memory_int(*episode.env, "cue_steps");
-  const int acts = test::appearance_of(*episode.env);
+  const int cue = memory_int(*episode.batch, "cue_steps");
+  const int acts = test::appearance_of(*episode.batch);
   for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
     const AnnotatedFrame& frame = episode.frames[static_cast<std::size_t>(t)];
     INFO("frame " << t);
     if (t < cue) CHECK(frame.subtask == 0);
     if (t >= cue && t < acts) CHECK((frame.subtask == kWait && frame.object == -1));
     if (t >= acts) CHECK((frame.subtask == kMove || frame.subtask == kTouch));
-    if (t >= acts) CHECK(frame.object == memory_int(*episode.env, "target"));
+    if (t >= acts) CHECK(frame.object == memory_int(*episode.batch, "target"));
   }
   CHECK(episode.frames.back().subtask == kTouch);
 }
@@ -78,7 +78,7 @@ TEST_CASE("Words of FindImposter: the one that was not shown has no name before"
     CHECK(episode.memories() == Texts{"the cue showed the red cube and the blue cube"});
     CHECK(episode.subtasks() == Texts{"remember which cubes are shown", "wait",
                                       "move to the green cube", "touch the green cube"});
-    const int acts = test::appearance_of(*episode.env);
+    const int acts = test::appearance_of(*episode.batch);
     for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
       const std::string& words = episode.frames[static_cast<std::size_t>(t)].plan[kTouch];
       CHECK(words == (t < acts ? "touch the cube that was not shown" : "touch the green cube"));

@@ -25,51 +25,51 @@ std::unique_ptr<Batch> make_ready(bool strict) {
   options.substeps = 0;
   options.pins = {{"target", {kTarget}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
   options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-  auto env = make_env("RememberColor9-VLA-v0", options);
-  env->reset();
-  test::step(*env, Policy::kZero);
-  return env;
+  auto batch = make_env("RememberColor9-VLA-v0", options);
+  batch->reset();
+  test::step(*batch, Policy::kZero);
+  return batch;
 }
 
-bool succeeds(const Batch& env) { return env.success()[0] != 0; }
+bool succeeds(const Batch& batch) { return batch.success()[0] != 0; }
 
 TEST_CASE("The first object touched is the answer, later ones are not", "[remember][answer]") {
-  const auto env = make_ready(false);
-  CHECK(first_answer(*env) == FirstAnswer{});
-  step_at(*env, {0.1, 0, 0.3});
-  CHECK(first_answer(*env) == FirstAnswer{});
-  step_at(*env, stored_pos(*env, 2) + kAbove);
-  CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
-  step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
-  CHECK(succeeds(*env));
+  const auto batch = make_ready(false);
+  CHECK(first_answer(*batch) == FirstAnswer{});
+  step_at(*batch, {0.1, 0, 0.3});
+  CHECK(first_answer(*batch) == FirstAnswer{});
+  step_at(*batch, stored_pos(*batch, 2) + kAbove);
+  CHECK(first_answer(*batch) == FirstAnswer{true, 2, false});
+  step_at(*batch, stored_pos(*batch, kTarget) + kAbove);
+  CHECK(first_answer(*batch) == FirstAnswer{true, 2, false});
+  CHECK(succeeds(*batch));
 }
 
 TEST_CASE("A right first answer stays right", "[remember][answer]") {
-  const auto env = make_ready(true);
-  step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK(first_answer(*env) == FirstAnswer{true, kTarget, true});
-  CHECK(succeeds(*env));
-  step_at(*env, stored_pos(*env, 2) + kAbove);
-  CHECK(first_answer(*env) == FirstAnswer{true, kTarget, true});
-  step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK(succeeds(*env));
+  const auto batch = make_ready(true);
+  step_at(*batch, stored_pos(*batch, kTarget) + kAbove);
+  CHECK(first_answer(*batch) == FirstAnswer{true, kTarget, true});
+  CHECK(succeeds(*batch));
+  step_at(*batch, stored_pos(*batch, 2) + kAbove);
+  CHECK(first_answer(*batch) == FirstAnswer{true, kTarget, true});
+  step_at(*batch, stored_pos(*batch, kTarget) + kAbove);
+  CHECK(succeeds(*batch));
 }
 
 TEST_CASE("A wrong first answer leaves a strict episode without success", "[remember][answer]") {
-  const auto env = make_ready(true);
-  step_at(*env, stored_pos(*env, 2) + kAbove);
-  CHECK(*row<std::uint8_t>(env->output("failed"), 0) == 1);
-  step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK_FALSE(succeeds(*env));
-  CHECK(env->reward()[0] < 1);
+  const auto batch = make_ready(true);
+  step_at(*batch, stored_pos(*batch, 2) + kAbove);
+  CHECK(*row<std::uint8_t>(batch->output("failed"), 0) == 1);
+  step_at(*batch, stored_pos(*batch, kTarget) + kAbove);
+  CHECK_FALSE(succeeds(*batch));
+  CHECK(batch->reward()[0] < 1);
 }
 
 TEST_CASE("A stop between two objects answers with the nearer one", "[remember][answer]") {
-  const auto env = make_ready(false);
+  const auto batch = make_ready(false);
   // The two that are nearest to one another, and a point a little nearer to the first of them.
   const auto away = [&](int a, int b) {
-    return (stored_pos(*env, a) - stored_pos(*env, b)).norm();
+    return (stored_pos(*batch, a) - stored_pos(*batch, b)).norm();
   };
   int one = 0;
   int other = 1;
@@ -81,8 +81,8 @@ TEST_CASE("A stop between two objects answers with the nearer one", "[remember][
     }
   }
   CAPTURE(one, other, away(one, other));
-  step_at(*env, 0.52 * stored_pos(*env, one) + 0.48 * stored_pos(*env, other));
-  CHECK(first_answer(*env) == FirstAnswer{true, one, one == kTarget});
+  step_at(*batch, 0.52 * stored_pos(*batch, one) + 0.48 * stored_pos(*batch, other));
+  CHECK(first_answer(*batch) == FirstAnswer{true, one, one == kTarget});
 }
 
 TEST_CASE("Passing by is no answer, nor is anything before the objects appear",
@@ -90,15 +90,15 @@ TEST_CASE("Passing by is no answer, nor is anything before the objects appear",
   BatchOptions options;
   options.substeps = 0;
   options.pins = {{"target", {kTarget}}, {"cue_steps", {100}}, {"empty_steps", {50}}};
-  const auto env = make_env("RememberColor9-Long-VLA-v0", options);
-  env->reset();
-  step_at(*env, stored_pos(*env, kTarget) + kAbove);
-  CHECK(first_answer(*env) == FirstAnswer{});
-  while (env->state().elapsed[0] < test::appearance_of(*env)) step_at(*env, {0.1, 0, 0.3});
-  test::pose_tool(*env, stored_pos(*env, 2) + kAbove);
-  env->state().qvel.row(0)[0] = 0.3;  // rad/s
-  test::step(*env, Policy::kZero);
-  CHECK_FALSE(first_answer(*env).given);
+  const auto batch = make_env("RememberColor9-Long-VLA-v0", options);
+  batch->reset();
+  step_at(*batch, stored_pos(*batch, kTarget) + kAbove);
+  CHECK(first_answer(*batch) == FirstAnswer{});
+  while (batch->state().elapsed[0] < test::appearance_of(*batch)) step_at(*batch, {0.1, 0, 0.3});
+  test::pose_tool(*batch, stored_pos(*batch, 2) + kAbove);
+  batch->state().qvel.row(0)[0] = 0.3;  // rad/s
+  test::step(*batch, Policy::kZero);
+  CHECK_FALSE(first_answer(*batch).given);
 }
 
 }  // namespace

@@ -22,59 +22,59 @@ using test::object_pos;
 using test::row;
 using test::stored_pos;
 
-Eigen::Vector3d cue_pos(const Batch& env, int key, double z, int index = 0) {
-  const double* pos = row<double>(env.memory().find("cue_positions"), index) + 2 * key;
+Eigen::Vector3d cue_pos(const Batch& batch, int key, double z, int index = 0) {
+  const double* pos = row<double>(batch.memory().find("cue_positions"), index) + 2 * key;
   return {pos[0], pos[1], z};
 }
 
 // Checks who is where in the phase of the present step; nobody has touched anything.
-void check_phase(const Batch& env) {
-  const tasks::ObjectSet objects = test::objects_of(env);
-  const int t = env.state().elapsed[0];
-  const int since_appearance = t - test::appearance_of(env);
-  const int imposter = memory_int(env, "target");
-  const bool cue = t < memory_int(env, "cue_steps");
-  INFO(env.info().id << ", t " << t << ", " << since_appearance << " since the appearance");
-  for (int key = 0; key < count_of(env); ++key) {
+void check_phase(const Batch& batch) {
+  const tasks::ObjectSet objects = test::objects_of(batch);
+  const int t = batch.state().elapsed[0];
+  const int since_appearance = t - test::appearance_of(batch);
+  const int imposter = memory_int(batch, "target");
+  const bool cue = t < memory_int(batch, "cue_steps");
+  INFO(batch.info().id << ", t " << t << ", " << since_appearance << " since the appearance");
+  for (int key = 0; key < count_of(batch); ++key) {
     const bool visible = since_appearance >= 0 || (cue && key != imposter);
-    CHECK(test::is_visible(env, key) == visible);
+    CHECK(test::is_visible(batch, key) == visible);
     if (since_appearance < 0) {
-      CHECK(object_pos(env, key) == cue_pos(env, key, visible ? 0.02 : 1000));
-      CHECK(prop_is_static(env.state(), 0, key, 0, 0));
+      CHECK(object_pos(batch, key) == cue_pos(batch, key, visible ? 0.02 : 1000));
+      CHECK(prop_is_static(batch.state(), 0, key, 0, 0));
     } else {
       // They drop where they appear, sink in a little as they land, and lie still soon after.
-      const Eigen::Vector3d moved = object_pos(env, key) - stored_pos(env, key);
+      const Eigen::Vector3d moved = object_pos(batch, key) - stored_pos(batch, key);
       const double unrest = since_appearance == 0 ? 0.003 : since_appearance == 1 ? 0.002 : 0.001;
       CHECK(moved.head<2>().norm() < 5e-4);
       CHECK(std::abs(moved.z()) < unrest);
     }
-    CHECK(env.state().prop_quat_of(0, key)[0] == Approx(1).margin(1e-3));
+    CHECK(batch.state().prop_quat_of(0, key)[0] == Approx(1).margin(1e-3));
   }
-  test::check_outputs(env, objects);
+  test::check_outputs(batch, objects);
 }
 
 TEST_CASE("FindImposter runs through the phases of the worked example", "[find_imposter]") {
   BatchOptions options;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
   for (const std::string& id : test::ids_of("FindImposter")) {
-    const auto env = make_env(id, options);
-    CHECK(env->info().frozen_cue);
-    env->reset();
-    CHECK(memory_int(*env, "freeze_steps") == 5);
-    check_phase(*env);
-    double opening = static_cast<double>(env->proprio()[6]);
+    const auto batch = make_env(id, options);
+    CHECK(batch->info().frozen_cue);
+    batch->reset();
+    CHECK(memory_int(*batch, "freeze_steps") == 5);
+    check_phase(*batch);
+    double opening = static_cast<double>(batch->proprio()[6]);
     for (int t = 1; t <= 8; ++t) {
-      env->step(std::vector<float>{0, 0, 0.2F, 0, 0, 0, 1});
-      check_phase(*env);
-      const double now = static_cast<double>(env->proprio()[6]);
+      batch->step(std::vector<float>{0, 0, 0.2F, 0, 0, 0, 1});
+      check_phase(*batch);
+      const double now = static_cast<double>(batch->proprio()[6]);
       CHECK((now < opening) == (t <= 5));
       opening = now;
     }
     const int horizon = id == "FindImposterShapeAndColor5x3-VLA-v0" ? 40 : 25;
     for (int t = 9; t <= horizon; ++t) {
-      env->step(test::zeros(*env));
-      CHECK(env->truncated()[0] == (t == horizon ? 1 : 0));
-      CHECK(env->terminated()[0] == 0);
+      batch->step(test::zeros(*batch));
+      CHECK(batch->truncated()[0] == (t == horizon ? 1 : 0));
+      CHECK(batch->terminated()[0] == 0);
     }
   }
 }
@@ -84,16 +84,16 @@ TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposte
     BatchOptions options;
     options.sleep = sleep;
     options.pins = {{"cue_steps", {5}}, {"empty_steps", {2}}};
-    const auto env = make_env("FindImposterShape9-VLA-v0", options);
-    env->reset();
+    const auto batch = make_env("FindImposterShape9-VLA-v0", options);
+    batch->reset();
     for (int t = 1; t < 5; ++t) {
       // Somebody has displaced and turned an object during the step.
-      const int key = memory_int(*env, "target") == 3 ? 4 : 3;
+      const int key = memory_int(*batch, "target") == 3 ? 4 : 3;
       const double away[3] = {0.3, 0.3, 0.02};
       const double turned[4] = {0, 0, 0, 1};
-      env->state().place_prop(0, key, away, turned);
-      test::step(*env, Policy::kZero);
-      check_phase(*env);
+      batch->state().place_prop(0, key, away, turned);
+      test::step(*batch, Policy::kZero);
+      check_phase(*batch);
     }
   }
 }
@@ -101,33 +101,33 @@ TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposte
 TEST_CASE("Low shapes drop from the step of their appearance on", "[find_imposter]") {
   BatchOptions options;
   options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
-  const auto env = make_env("FindImposterShape9-VLA-v0", options);
-  env->reset();
-  test::step(*env, Policy::kZero);
-  test::step(*env, Policy::kZero);
-  const tasks::ObjectSet objects = test::objects_of(*env);
+  const auto batch = make_env("FindImposterShape9-VLA-v0", options);
+  batch->reset();
+  test::step(*batch, Policy::kZero);
+  test::step(*batch, Policy::kZero);
+  const tasks::ObjectSet objects = test::objects_of(*batch);
   const auto height = [&](int key) {
-    return object_pos(*env, key).z() - objects.resting_height(key);
+    return object_pos(*batch, key).z() - objects.resting_height(key);
   };
   // Cross, torus, star and t_shape have landed; pyramide and crescent have fallen for five
   // substeps.
   constexpr double kFall = 15 * 9.81 * 1e-4;
   for (const int key : {3, 4, 5, 7}) CHECK(std::abs(height(key)) < 3e-3);
   for (const int key : {6, 8})
-    CHECK(object_pos(*env, key).z() == Approx(0.02 - kFall).margin(1e-4));
-  test::step(*env, Policy::kZero);
+    CHECK(object_pos(*batch, key).z() == Approx(0.02 - kFall).margin(1e-4));
+  test::step(*batch, Policy::kZero);
   for (int key = 0; key < 9; ++key) CHECK(std::abs(height(key)) < 2e-3);
-  for (int t = 4; t <= 8; ++t) test::step(*env, Policy::kZero);
+  for (int t = 4; t <= 8; ++t) test::step(*batch, Policy::kZero);
   for (int key = 0; key < 9; ++key) CHECK(std::abs(height(key)) < 2e-4);
 }
 
 TEST_CASE("A pinned permutation deals the places as in the example", "[find_imposter]") {
   BatchOptions options;
   options.pins = {{"permutation", {1, 2, 0}}};
-  const auto env = make_env("FindImposterShape3-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("FindImposterShape3-VLA-v0", options);
+  batch->reset();
   for (const auto& [key, place] : {std::pair{0, 1}, {1, 2}, {2, 0}}) {
-    CHECK(stored_pos(*env, key).head<2>() == cue_pos(*env, place, 0).head<2>());
+    CHECK(stored_pos(*batch, key).head<2>() == cue_pos(*batch, place, 0).head<2>());
   }
   options.pins = {{"permutation", {1, 1, 0}}};
   CHECK_THROWS_WITH(make_env("FindImposterShape3-VLA-v0", options),
@@ -149,33 +149,33 @@ TEST_CASE(
       options.substeps = 0;
       options.rules = rules;
       options.pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {2}}};
-      const auto env = make_env(id, options);
-      env->reset();
+      const auto batch = make_env(id, options);
+      batch->reset();
       // After a step with the tool so far above an object, and a joint at that speed.
       const auto succeeds = [&](int key, double height, double speed) {
-        test::pose_tool(*env, object_pos(*env, key) + Eigen::Vector3d(0, 0, height));
-        env->state().qvel.row(0)[0] = speed;
-        test::step(*env, Policy::kZero);
-        return env->success()[0] != 0;
+        test::pose_tool(*batch, object_pos(*batch, key) + Eigen::Vector3d(0, 0, height));
+        batch->state().qvel.row(0)[0] = speed;
+        test::step(*batch, Policy::kZero);
+        return batch->success()[0] != 0;
       };
       const double above = 0.05 - 1e-4;
-      test::step_at(*env, stored_pos(*env, 4));  // the table is empty
-      CHECK(env->success()[0] == 0);
-      test::pose_tool(*env, {0.1, 0, 0.3});
-      test::step(*env, Policy::kZero);  // objects appear
-      test::step(*env, Policy::kZero);
-      CHECK_FALSE(test::first_answer(*env).given);
+      test::step_at(*batch, stored_pos(*batch, 4));  // the table is empty
+      CHECK(batch->success()[0] == 0);
+      test::pose_tool(*batch, {0.1, 0, 0.3});
+      test::step(*batch, Policy::kZero);  // objects appear
+      test::step(*batch, Policy::kZero);
+      CHECK_FALSE(test::first_answer(*batch).given);
       CHECK_FALSE(succeeds(4, 0.0502, 0.3));
-      CHECK_FALSE(test::first_answer(*env).given);
+      CHECK_FALSE(test::first_answer(*batch).given);
       CHECK(succeeds(4, above, 0.3) == !static_needed);
-      CHECK(test::first_answer(*env) ==
+      CHECK(test::first_answer(*batch) ==
             (static_needed ? test::FirstAnswer{} : test::FirstAnswer{true, 4, true}));
-      CHECK(*row<std::uint8_t>(env->output("is_robot_static"), 0) == 0);
+      CHECK(*row<std::uint8_t>(batch->output("is_robot_static"), 0) == 0);
       CHECK(succeeds(4, above, 0.2));
-      CHECK(env->reward()[0] == 1);
+      CHECK(batch->reward()[0] == 1);
       CHECK_FALSE(succeeds(4, 0.0502, 0));
       CHECK_FALSE(succeeds(3, above, 0));
-      CHECK(env->terminated()[0] == 0);
+      CHECK(batch->terminated()[0] == 0);
     }
   }
 }
@@ -187,36 +187,37 @@ TEST_CASE("To pass by an object is an answer where the arm need not stand still"
     options.substeps = 0;
     options.task_options = {{"static_needed", needed}, {kStrictOption, 1}};
     options.pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
-    const auto env = make_env("FindImposterColor9-VLA-v0", options);
-    env->reset();
-    test::step(*env, Policy::kZero);
-    test::step(*env, Policy::kZero);
+    const auto batch = make_env("FindImposterColor9-VLA-v0", options);
+    batch->reset();
+    test::step(*batch, Policy::kZero);
+    test::step(*batch, Policy::kZero);
     for (const int key : {2, 4}) {
-      test::pose_tool(*env, object_pos(*env, key) + Eigen::Vector3d(0, 0, 0.03));
-      env->state().qvel.row(0)[0] = key == 2 ? 0.5 : 0;
-      test::step(*env, Policy::kZero);
+      test::pose_tool(*batch, object_pos(*batch, key) + Eigen::Vector3d(0, 0, 0.03));
+      batch->state().qvel.row(0)[0] = key == 2 ? 0.5 : 0;
+      test::step(*batch, Policy::kZero);
     }
-    CHECK(test::first_answer(*env) ==
+    CHECK(test::first_answer(*batch) ==
           (needed == 0 ? test::FirstAnswer{true, 2, false} : test::FirstAnswer{true, 4, true}));
-    CHECK((env->success()[0] != 0) == (needed != 0));
+    CHECK((batch->success()[0] != 0) == (needed != 0));
   }
 }
 
 // The place of the cue phase in which a key appears.
-int dealt(const Batch& env, int key, int index) {
+int dealt(const Batch& batch, int key, int index) {
   int place = 0;
-  while (cue_pos(env, place, 0, index).head<2>() != stored_pos(env, key, index).head<2>()) ++place;
+  while (cue_pos(batch, place, 0, index).head<2>() != stored_pos(batch, key, index).head<2>())
+    ++place;
   return place;
 }
 
 TEST_CASE("Places are dealt anew, each way as likely, but never as before", "[find_imposter]") {
   BatchOptions options;
   options.num_envs = 3000;
-  const auto env = make_env("FindImposterColor3-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("FindImposterColor3-VLA-v0", options);
+  batch->reset();
   std::map<std::array<int, 3>, int> seen;
   for (int i = 0; i < options.num_envs; ++i) {
-    ++seen[{dealt(*env, 0, i), dealt(*env, 1, i), dealt(*env, 2, i)}];
+    ++seen[{dealt(*batch, 0, i), dealt(*batch, 1, i), dealt(*batch, 2, i)}];
   }
   CHECK(seen.size() == 5);
   CHECK(seen.count({0, 1, 2}) == 0);
@@ -228,18 +229,18 @@ TEST_CASE("FindImposter draws imposters and phase lengths uniformly", "[find_imp
     BatchOptions options;
     options.num_envs = 3000;
     options.threads = 2;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     std::map<int, int> imposters;
     std::map<int, int> cues;
     std::map<int, int> empties;
     for (int i = 0; i < options.num_envs; ++i) {
-      ++imposters[memory_int(*env, "target", i)];
-      ++cues[memory_int(*env, "cue_steps", i)];
-      ++empties[memory_int(*env, "empty_steps", i)];
+      ++imposters[memory_int(*batch, "target", i)];
+      ++cues[memory_int(*batch, "cue_steps", i)];
+      ++empties[memory_int(*batch, "empty_steps", i)];
     }
     INFO(id);
-    test::check_uniform(imposters, 0, count_of(*env) - 1);
+    test::check_uniform(imposters, 0, count_of(*batch) - 1);
     test::check_uniform(cues, 1, 5);
     test::check_uniform(empties, 1, 5);
   }

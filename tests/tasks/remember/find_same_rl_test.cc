@@ -40,49 +40,49 @@ TEST_CASE("RL tasks of Remember show the cue for five steps and nothing for five
   for (const std::string& id : test::ids_of("Remember", Part::kRl)) {
     BatchOptions options;
     options.auto_reset = AutoReset::kOff;
-    const auto env = make_env(id, options);
-    const tasks::ObjectSet objects = test::objects_of(*env);
-    env->reset();
-    const int target = memory_int(*env, "target");
+    const auto batch = make_env(id, options);
+    const tasks::ObjectSet objects = test::objects_of(*batch);
+    batch->reset();
+    const int target = memory_int(*batch, "target");
     for (int t = 0; t <= kHorizon; ++t) {
       INFO(id << ", t " << t);
-      for (int key = 0; key < count_of(*env); ++key) {
-        CHECK(test::is_visible(*env, key) == (t >= kReveal || (t < kCueEnd && key == target)));
-        Eigen::Vector3d expected = stored_pos(*env, key);
+      for (int key = 0; key < count_of(*batch); ++key) {
+        CHECK(test::is_visible(*batch, key) == (t >= kReveal || (t < kCueEnd && key == target)));
+        Eigen::Vector3d expected = stored_pos(*batch, key);
         if (t < kReveal) {
           if (key == target) expected.head<2>().setZero();
           const bool shown = t < kCueEnd && key == target;
           expected.z() = shown ? objects.resting_height(key) : 1000;
         }
-        CHECK(object_pos(*env, key) == expected);
+        CHECK(object_pos(*batch, key) == expected);
       }
-      CHECK(env->terminated()[0] == 0);
-      CHECK(env->truncated()[0] == (t == kHorizon ? 1 : 0));
-      if (t < kHorizon) env->step(test::zeros(*env));
+      CHECK(batch->terminated()[0] == 0);
+      CHECK(batch->truncated()[0] == (t == kHorizon ? 1 : 0));
+      if (t < kHorizon) batch->step(test::zeros(*batch));
     }
   }
 }
 
 TEST_CASE("The arm moves from the first action on in RL tasks", "[remember][rl]") {
-  const auto env = make_env("RememberColor3-v0");
-  env->reset();
-  const double before = env->state().qpos.row(0)[0];
-  std::vector<float> action = test::zeros(*env);
+  const auto batch = make_env("RememberColor3-v0");
+  batch->reset();
+  const double before = batch->state().qpos.row(0)[0];
+  std::vector<float> action = test::zeros(*batch);
   action[0] = 1;
-  env->step(action);
-  CHECK(env->state().qpos.row(0)[0] > before + 0.02);
+  batch->step(action);
+  CHECK(batch->state().qpos.row(0)[0] > before + 0.02);
 }
 
 TEST_CASE("Rows of three are not stretched in RL tasks", "[remember][rl]") {
   for (const char* id : {"RememberColor3-v0", "RememberShape3-v0"}) {
     BatchOptions options;
     options.num_envs = 500;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     double farthest = 0;
     double sum = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      const auto y = [&](int key) { return stored_pos(*env, key, i).y(); };
+      const auto y = [&](int key) { return stored_pos(*batch, key, i).y(); };
       sum += std::max({y(0), y(1), y(2)}) - std::min({y(0), y(1), y(2)});
       for (int key = 0; key < 3; ++key) farthest = std::max(farthest, std::abs(y(key)));
     }
@@ -95,29 +95,29 @@ TEST_CASE("Rows of three are not stretched in RL tasks", "[remember][rl]") {
 TEST_CASE("Objects that are pushed or turned after the reveal stay so in RL tasks",
           "[remember][rl]") {
   for (const char* id : {"RememberColor5-v0", "RememberShape9-v0", "RememberShapeAndColor3x3-v0"}) {
-    const auto env = make_env(id);
-    env->reset();
-    for (int t = 1; t <= kReveal; ++t) env->step(test::zeros(*env));
+    const auto batch = make_env(id);
+    batch->reset();
+    for (int t = 1; t <= kReveal; ++t) batch->step(test::zeros(*batch));
     const double away[3] = {0.3, 0.3, 0.02};
     const double turned[4] = {0, 0, 0, 1};
-    env->state().place_prop(0, 1, away, turned);
-    env->step(test::zeros(*env));
+    batch->state().place_prop(0, 1, away, turned);
+    batch->step(test::zeros(*batch));
     INFO(id);
-    CHECK((object_pos(*env, 1) - stored_pos(*env, 1)).norm() > 0.1);
-    CHECK(env->state().prop_quat_of(0, 1)[0] != 1);
+    CHECK((object_pos(*batch, 1) - stored_pos(*batch, 1)).norm() > 0.1);
+    CHECK(batch->state().prop_quat_of(0, 1)[0] != 1);
   }
 }
 
 // Puts the target at a distance from the tool, lets a step pass, and tells whether that is success.
-bool succeeds(Batch& env, double distance, double speed) {
-  const State& state = env.state();
+bool succeeds(Batch& batch, double distance, double speed) {
+  const State& state = batch.state();
   const Eigen::Vector3d tcp = Eigen::Map<Eigen::Vector3d>(state.tcp_pos.row(0));
   const Eigen::Vector3d pos = tcp + Eigen::Vector3d(0, 0, distance);
-  std::copy_n(pos.data(), 3, state.prop_pos_of(0, memory_int(env, "target")));
+  std::copy_n(pos.data(), 3, state.prop_pos_of(0, memory_int(batch, "target")));
   state.qvel.row(0)[3] = speed;
-  env.step(test::zeros(env));
+  batch.step(test::zeros(batch));
   state.qvel.row(0)[3] = 0;
-  return env.success()[0] != 0;
+  return batch.success()[0] != 0;
 }
 
 TEST_CASE("Success ends an episode of an RL task, unless the user wants it to go on",
@@ -128,32 +128,32 @@ TEST_CASE("Success ends an episode of an RL task, unless the user wants it to go
     options.auto_reset = AutoReset::kOff;
     options.after_end = AfterEnd::kContinue;
     if (!ends) options.terminate_on_success = false;
-    const auto env = make_env("RememberColor3-v0", options);
-    env->reset();
-    for (int t = 1; t < kReveal; ++t) env->step(test::zeros(*env));
-    env->step(test::zeros(*env));
-    CHECK_FALSE(succeeds(*env, 0.0501, 0));
-    CHECK_FALSE(succeeds(*env, 0.03, 0.2001));
-    CHECK(env->terminated()[0] == 0);
-    CHECK(succeeds(*env, 0.0499, 0.2));
-    CHECK(env->terminated()[0] == (ends ? 1 : 0));
-    CHECK(env->truncated()[0] == 0);
-    CHECK(env->reward()[0] == 1);
+    const auto batch = make_env("RememberColor3-v0", options);
+    batch->reset();
+    for (int t = 1; t < kReveal; ++t) batch->step(test::zeros(*batch));
+    batch->step(test::zeros(*batch));
+    CHECK_FALSE(succeeds(*batch, 0.0501, 0));
+    CHECK_FALSE(succeeds(*batch, 0.03, 0.2001));
+    CHECK(batch->terminated()[0] == 0);
+    CHECK(succeeds(*batch, 0.0499, 0.2));
+    CHECK(batch->terminated()[0] == (ends ? 1 : 0));
+    CHECK(batch->truncated()[0] == 0);
+    CHECK(batch->reward()[0] == 1);
   }
 }
 
 TEST_CASE("To rest at the object of the cue is no success in RL tasks", "[remember][rl]") {
   BatchOptions options;
   options.substeps = 0;
-  const auto env = make_env("RememberColor3-v0", options);
-  env->reset();
-  const State& state = env->state();
+  const auto batch = make_env("RememberColor3-v0", options);
+  batch->reset();
+  const State& state = batch->state();
   for (int t = 1; t < kReveal; ++t) {
     // The tool is where the cue is.
     const double center[3] = {0, 0, 0.02};
     std::copy_n(center, 3, state.tcp_pos.row(0));
-    env->step(test::zeros(*env));
-    CHECK(env->success()[0] == 0);
+    batch->step(test::zeros(*batch));
+    CHECK(batch->success()[0] == 0);
   }
 }
 
@@ -170,10 +170,11 @@ TEST_CASE("RL tasks of Remember tell no action cost", "[remember][rl]") {
 
 // The published formula, from the state alone: D to the target's origin, v the norm of the seven
 // speeds.
-double published_reward(const Batch& env, int index) {
-  const State& state = env.state();
+double published_reward(const Batch& batch, int index) {
+  const State& state = batch.state();
   const Eigen::Vector3d tcp = Eigen::Map<Eigen::Vector3d>(state.tcp_pos.row(index));
-  const double distance = (object_pos(env, memory_int(env, "target", index), index) - tcp).norm();
+  const double distance =
+      (object_pos(batch, memory_int(batch, "target", index), index) - tcp).norm();
   double square = 0;
   double fastest = 0;
   for (int k = 0; k < 7; ++k) {
@@ -190,9 +191,9 @@ double published_reward(const Batch& env, int index) {
 TEST_CASE("Rewards of RL tasks are those of the published formula over 5,000 steps",
           "[remember][rl]") {
   for (const char* id : {"RememberColor9-v0", "RememberShape5-v0", "RememberShapeAndColor3x2-v0"}) {
-    const auto [steps, successes] = test::play_rl(id, [](const Batch& env, int i) {
-      CHECK(static_cast<double>(env.reward()[static_cast<std::size_t>(i)]) ==
-            Approx(published_reward(env, i)).margin(2e-6));
+    const auto [steps, successes] = test::play_rl(id, [](const Batch& batch, int i) {
+      CHECK(static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]) ==
+            Approx(published_reward(batch, i)).margin(2e-6));
     });
     INFO(id);
     CHECK(steps >= 5000);

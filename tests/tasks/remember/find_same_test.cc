@@ -21,52 +21,52 @@ using test::Part;
 using test::row;
 using test::stored_pos;
 
-bool settles(const Batch& env) { return env.info().family != "RememberColor"; }
+bool settles(const Batch& batch) { return batch.info().family != "RememberColor"; }
 
 // Checks who is where in the phase of the present step; nobody has touched anything.
-void check_phase(const Batch& env) {
-  const tasks::ObjectSet objects = test::objects_of(env);
-  const int t = env.state().elapsed[0];
-  const int cue = memory_int(env, "cue_steps");
-  const int target = memory_int(env, "target");
-  const bool manipulation = t >= test::appearance_of(env);
-  INFO(env.info().id << ", t " << t << ", cue " << cue);
-  for (int key = 0; key < count_of(env); ++key) {
+void check_phase(const Batch& batch) {
+  const tasks::ObjectSet objects = test::objects_of(batch);
+  const int t = batch.state().elapsed[0];
+  const int cue = memory_int(batch, "cue_steps");
+  const int target = memory_int(batch, "target");
+  const bool manipulation = t >= test::appearance_of(batch);
+  INFO(batch.info().id << ", t " << t << ", cue " << cue);
+  for (int key = 0; key < count_of(batch); ++key) {
     const bool visible = manipulation || (t < cue && key == target);
-    CHECK(test::is_visible(env, key) == visible);
-    Eigen::Vector3d expected = stored_pos(env, key);
+    CHECK(test::is_visible(batch, key) == visible);
+    Eigen::Vector3d expected = stored_pos(batch, key);
     CHECK(expected.z() == objects.resting_height(key));
     if (!manipulation) expected.z() = 1000;
     if (!manipulation && key == target) {
       expected = {0, 0, t < cue ? objects.resting_height(key) : 1000};
     }
-    CHECK(object_pos(env, key) == expected);
-    CHECK(env.state().prop_quat_of(0, key)[0] == 1);
-    CHECK(prop_is_static(env.state(), 0, key, 0, 0));
+    CHECK(object_pos(batch, key) == expected);
+    CHECK(batch.state().prop_quat_of(0, key)[0] == 1);
+    CHECK(prop_is_static(batch.state(), 0, key, 0, 0));
   }
-  test::check_outputs(env, objects);
+  test::check_outputs(batch, objects);
 }
 
 TEST_CASE("Remember runs through the phases of the worked example", "[remember]") {
   BatchOptions options;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
   for (const std::string& id : test::ids_of("Remember", Part::kShort)) {
-    const auto env = make_env(id, options);
-    env->reset();
-    check_phase(*env);
-    double opening = static_cast<double>(env->proprio()[6]);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    check_phase(*batch);
+    double opening = static_cast<double>(batch->proprio()[6]);
     for (int t = 1; t <= 8; ++t) {
-      env->step(std::vector<float>{0, 0, 0.2F, 0, 0, 0, 1});
-      check_phase(*env);
+      batch->step(std::vector<float>{0, 0, 0.2F, 0, 0, 0, 1});
+      check_phase(*batch);
       // Actions of the first five steps are zeroed: the gripper closes half. The sixth is live.
-      const double now = static_cast<double>(env->proprio()[6]);
+      const double now = static_cast<double>(batch->proprio()[6]);
       CHECK((now < opening) == (t <= 5));
       opening = now;
     }
     for (int t = 9; t <= 25; ++t) {
-      env->step(test::zeros(*env));
-      CHECK(env->truncated()[0] == (t == 25 ? 1 : 0));
-      CHECK(env->terminated()[0] == 0);
+      batch->step(test::zeros(*batch));
+      CHECK(batch->truncated()[0] == (t == 25 ? 1 : 0));
+      CHECK(batch->terminated()[0] == 0);
     }
   }
 }
@@ -76,14 +76,14 @@ TEST_CASE("Remember changes phases at the drawn steps in every variant", "[remem
     for (std::uint64_t seed = 0; seed < 2; ++seed) {
       BatchOptions options;
       options.seed = seed;
-      const auto env = make_env(id, options);
-      env->reset();
-      const int cue = memory_int(*env, "cue_steps");
-      const int appearance = test::appearance_of(*env);
-      check_phase(*env);
+      const auto batch = make_env(id, options);
+      batch->reset();
+      const int cue = memory_int(*batch, "cue_steps");
+      const int appearance = test::appearance_of(*batch);
+      check_phase(*batch);
       for (int t = 1; t <= appearance + 4; ++t) {
-        test::step(*env, Policy::kZero);
-        if (t <= 3 || std::abs(t - cue) <= 1 || t >= appearance - 1) check_phase(*env);
+        test::step(*batch, Policy::kZero);
+        if (t <= 3 || std::abs(t - cue) <= 1 || t >= appearance - 1) check_phase(*batch);
       }
     }
   }
@@ -94,19 +94,19 @@ TEST_CASE("Objects stay where they appear for the steps in which they settle", "
        {"RememberColor5-VLA-v0", "RememberShape9-VLA-v0", "RememberShapeAndColor3x3-VLA-v0"}) {
     BatchOptions options;
     options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
-    const auto env = make_env(id, options);
-    env->reset();
-    const State& state = env->state();
-    test::step(*env, Policy::kZero);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    const State& state = batch->state();
+    test::step(*batch, Policy::kZero);
     for (int t = 2; t <= 6; ++t) {
-      const bool pinned = t < 2 + (settles(*env) ? 3 : 1);
+      const bool pinned = t < 2 + (settles(*batch) ? 3 : 1);
       // Somebody has displaced and turned an object during the step.
       const double away[3] = {0.3, 0.3, 0.02};
       const double turned[4] = {0, 0, 0, 1};
       state.place_prop(0, 1, away, turned);
-      test::step(*env, Policy::kZero);
+      test::step(*batch, Policy::kZero);
       INFO(id << ", t " << t);
-      CHECK((object_pos(*env, 1) == stored_pos(*env, 1)) == pinned);
+      CHECK((object_pos(*batch, 1) == stored_pos(*batch, 1)) == pinned);
       CHECK((state.prop_quat_of(0, 1)[0] == 1) == pinned);
     }
   }
@@ -115,10 +115,10 @@ TEST_CASE("Objects stay where they appear for the steps in which they settle", "
 TEST_CASE("Only the short Remember variants freeze the cue", "[remember]") {
   for (const std::string& id : test::ids_of("Remember", Part::kVla)) {
     const bool lengthy = id.find("Long") != std::string::npos;
-    const auto env = make_env(id);
-    CHECK(env->info().frozen_cue == !lengthy);
-    env->reset();
-    CHECK(memory_int(*env, "freeze_steps") == (lengthy ? 0 : test::appearance_of(*env)));
+    const auto batch = make_env(id);
+    CHECK(batch->info().frozen_cue == !lengthy);
+    batch->reset();
+    CHECK(memory_int(*batch, "freeze_steps") == (lengthy ? 0 : test::appearance_of(*batch)));
   }
 }
 
@@ -129,18 +129,18 @@ TEST_CASE("Remember draws targets and phase lengths uniformly over their ranges"
     BatchOptions options;
     options.num_envs = lengthy ? 5000 : 1500;  // all of 401 lengths are to occur
     options.threads = 2;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     std::map<int, int> targets;
     std::map<int, int> cues;
     std::map<int, int> empties;
     for (int i = 0; i < options.num_envs; ++i) {
-      ++targets[memory_int(*env, "target", i)];
-      ++cues[memory_int(*env, "cue_steps", i)];
-      ++empties[memory_int(*env, "empty_steps", i)];
+      ++targets[memory_int(*batch, "target", i)];
+      ++cues[memory_int(*batch, "cue_steps", i)];
+      ++empties[memory_int(*batch, "empty_steps", i)];
     }
     INFO(id);
-    test::check_uniform(targets, 0, count_of(*env) - 1);
+    test::check_uniform(targets, 0, count_of(*batch) - 1);
     test::check_uniform(cues, fixed ? 100 : lengthy ? 10 : 1, lengthy ? 100 : 5);
     test::check_uniform(empties, lengthy ? 50 : 1, lengthy ? 450 : 5);
   }
@@ -154,11 +154,11 @@ TEST_CASE("Rows of three are stretched in RememberColor and RememberShape alone"
   for (const auto& [id, span] : spans) {
     BatchOptions options;
     options.num_envs = 200;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     double sum = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      const auto y = [&](int key) { return stored_pos(*env, key, i).y(); };
+      const auto y = [&](int key) { return stored_pos(*batch, key, i).y(); };
       sum += std::max({y(0), y(1), y(2)}) - std::min({y(0), y(1), y(2)});
     }
     INFO(id);
@@ -171,44 +171,44 @@ TEST_CASE("Success asks for phase, distance and stillness", "[remember]") {
   options.substeps = 0;  // the robot stays where the test puts it
   options.robot_init_qpos_noise = 0;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {2}}, {"target", {1}}};
-  const auto env = make_env("RememberColor3-VLA-v0", options);
-  env->reset();
-  const State& state = env->state();
+  const auto batch = make_env("RememberColor3-VLA-v0", options);
+  batch->reset();
+  const State& state = batch->state();
   const Eigen::Vector3d tcp = Eigen::Map<Eigen::Vector3d>(state.tcp_pos.row(0));
   const auto result = [&](double distance, double speed) {
     const Eigen::Vector3d pos = tcp + Eigen::Vector3d(0, 0, distance);
     std::copy_n(pos.data(), 3, state.prop_pos_of(0, 1));
     state.qvel.row(0)[3] = speed;
-    test::step(*env, Policy::kZero);
+    test::step(*batch, Policy::kZero);
     state.qvel.row(0)[3] = 0;
-    return env->success()[0] != 0;
+    return batch->success()[0] != 0;
   };
   for (int t = 1; t < 4; ++t) {
-    test::step(*env, Policy::kZero);
-    CHECK(env->success()[0] == 0);
+    test::step(*batch, Policy::kZero);
+    CHECK(batch->success()[0] == 0);
   }
-  test::step(*env, Policy::kZero);  // t = 4: all cubes appear
-  CHECK(env->success()[0] == 0);
+  test::step(*batch, Policy::kZero);  // t = 4: all cubes appear
+  CHECK(batch->success()[0] == 0);
   CHECK(result(0.03, 0));
   CHECK(result(0.05 - 1e-12, 0));
   CHECK_FALSE(result(0.05 + 1e-9, 0));
-  CHECK(*row<std::uint8_t>(env->output("is_robot_static"), 0) == 1);
-  CHECK(*row<std::uint8_t>(env->output("is_obj_placed"), 0) == 0);
+  CHECK(*row<std::uint8_t>(batch->output("is_robot_static"), 0) == 1);
+  CHECK(*row<std::uint8_t>(batch->output("is_obj_placed"), 0) == 0);
   CHECK(result(0.03, 0.2));
   CHECK_FALSE(result(0.03, 0.2001));
-  CHECK(*row<std::uint8_t>(env->output("is_obj_placed"), 0) == 1);
-  CHECK(*row<std::uint8_t>(env->output("is_robot_static"), 0) == 0);
+  CHECK(*row<std::uint8_t>(batch->output("is_obj_placed"), 0) == 1);
+  CHECK(*row<std::uint8_t>(batch->output("is_robot_static"), 0) == 0);
   CHECK(result(0.0, 0));  // on again: it is not latched
-  CHECK(*row<std::uint8_t>(env->output("success_once"), 0) == 1);
-  CHECK(env->terminated()[0] == 0);
+  CHECK(*row<std::uint8_t>(batch->output("success_once"), 0) == 1);
+  CHECK(batch->terminated()[0] == 0);
 }
 
 // A hand that comes to rest at the object of the cue. Returns in how many of 60 steps it rested
 // there.
-int rest_at_cue(Batch& env, bool counts) {
-  env.reset();
-  const State& state = env.state();
-  const double above = object_pos(env, memory_int(env, "target")).z() + 0.035;
+int rest_at_cue(Batch& batch, bool counts) {
+  batch.reset();
+  const State& state = batch.state();
+  const double above = object_pos(batch, memory_int(batch, "target")).z() + 0.035;
   int rested = 0;
   for (int i = 0; i < 60; ++i) {
     const Eigen::Vector3d goal(0, 0, above);
@@ -217,12 +217,12 @@ int rest_at_cue(Batch& env, bool counts) {
     for (std::size_t k = 0; k < 3; ++k) {
       action[k] = static_cast<float>(std::clamp(way[static_cast<Eigen::Index>(k)], -1.0, 1.0));
     }
-    env.step(action);
-    const bool rests = *row<std::uint8_t>(env.output("is_obj_placed"), 0) != 0 &&
-                       *row<std::uint8_t>(env.output("is_robot_static"), 0) != 0;
+    batch.step(action);
+    const bool rests = *row<std::uint8_t>(batch.output("is_obj_placed"), 0) != 0 &&
+                       *row<std::uint8_t>(batch.output("is_robot_static"), 0) != 0;
     rested += rests ? 1 : 0;
-    CHECK((env.success()[0] != 0) == (counts && rests));
-    if (i > 55) CHECK(env.reward()[0] > 0.5F);  // the bonus is not gated
+    CHECK((batch.success()[0] != 0) == (counts && rests));
+    if (i > 55) CHECK(batch.reward()[0] > 0.5F);  // the bonus is not gated
   }
   return rested;
 }
@@ -246,15 +246,15 @@ TEST_CASE("Cubes forget in every step what they stick to, shapes do not", "[reme
   for (const bool cubes : {true, false}) {
     BatchOptions options;
     options.substeps = 0;
-    const auto env = make_env(cubes ? "RememberColor3-VLA-v0" : "RememberShape3-VLA-v0", options);
-    env->reset();
-    for (int i = 0; i < 22; ++i) test::step(*env, Policy::kZero);
-    std::int32_t* const ids = env->state().contact_ids.row(0);
+    const auto batch = make_env(cubes ? "RememberColor3-VLA-v0" : "RememberShape3-VLA-v0", options);
+    batch->reset();
+    for (int i = 0; i < 22; ++i) test::step(*batch, Policy::kZero);
+    std::int32_t* const ids = batch->state().contact_ids.row(0);
     std::fill_n(ids, StoredPair::kInts, 0);
     ids[StoredPair::kShapePair] = 1;
     ids[StoredPair::kPropA] = 2;
     ids[StoredPair::kPoints] = ids[StoredPair::kPatches] = 1;
-    test::step(*env, Policy::kZero);
+    test::step(*batch, Policy::kZero);
     CHECK(ids[StoredPair::kShapePair] == 1);
     CHECK(ids[StoredPair::kPatches] == (cubes ? 0 : 1));
     CHECK(ids[StoredPair::kPoints] == (cubes ? 0 : 1));
@@ -264,19 +264,19 @@ TEST_CASE("Cubes forget in every step what they stick to, shapes do not", "[reme
 TEST_CASE("A cube that was pushed is where it was pushed to", "[remember]") {
   BatchOptions options;
   options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
-  const auto env = make_env("RememberColor5-VLA-v0", options);
-  env->reset();
-  for (int i = 0; i < 15; ++i) test::step(*env, Policy::kOracle);
-  for (int i = 0; i < 9; ++i) env->step(std::vector<float>{0.5F, 0, -0.5F, 0, 0, 0, -0.6F});
-  const int target = memory_int(*env, "target");
-  CHECK((object_pos(*env, target) - stored_pos(*env, target)).norm() > 0.003);
-  CHECK(env->observation()[static_cast<std::size_t>(26 + 3 * target)] ==
-        static_cast<float>(object_pos(*env, target).x()));
+  const auto batch = make_env("RememberColor5-VLA-v0", options);
+  batch->reset();
+  for (int i = 0; i < 15; ++i) test::step(*batch, Policy::kOracle);
+  for (int i = 0; i < 9; ++i) batch->step(std::vector<float>{0.5F, 0, -0.5F, 0, 0, 0, -0.6F});
+  const int target = memory_int(*batch, "target");
+  CHECK((object_pos(*batch, target) - stored_pos(*batch, target)).norm() > 0.003);
+  CHECK(batch->observation()[static_cast<std::size_t>(26 + 3 * target)] ==
+        static_cast<float>(object_pos(*batch, target).x()));
   // An episode later everything stands upright again.
-  test::step(*env, Policy::kZero);
-  test::step(*env, Policy::kZero);
-  for (int i = 0; i < 6; ++i) test::step(*env, Policy::kZero);
-  for (int key = 0; key < 5; ++key) CHECK(object_pos(*env, key) == stored_pos(*env, key));
+  test::step(*batch, Policy::kZero);
+  test::step(*batch, Policy::kZero);
+  for (int i = 0; i < 6; ++i) test::step(*batch, Policy::kZero);
+  for (int key = 0; key < 5; ++key) CHECK(object_pos(*batch, key) == stored_pos(*batch, key));
 }
 
 }  // namespace

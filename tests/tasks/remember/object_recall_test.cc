@@ -25,25 +25,25 @@ using test::stored_pos;
 TEST_CASE("State observations have the published lengths", "[object_recall]") {
   const std::map<int, int> lengths = {{3, 35}, {5, 41}, {6, 45}, {9, 53}, {15, 72}};
   for (const std::string& id : test::recall_ids()) {
-    const auto env = make_env(id);
-    const bool nine = count_of(*env) == 9 && id.find("ShapeAndColor") != std::string::npos;
+    const auto batch = make_env(id);
+    const bool nine = count_of(*batch) == 9 && id.find("ShapeAndColor") != std::string::npos;
     INFO(id);
-    CHECK(env->state_dim() == (nine ? 54 : lengths.at(count_of(*env))));
+    CHECK(batch->state_dim() == (nine ? 54 : lengths.at(count_of(*batch))));
   }
 }
 
 // The layouts of an episode by key: that of the cue where all objects have a place in it, and that
 // of the manipulation phase.
-Layout layout_of(const Batch& env, const char* column, int width, int index) {
-  const double* pos = row<double>(env.memory().find(column), index);
+Layout layout_of(const Batch& batch, const char* column, int width, int index) {
+  const double* pos = row<double>(batch.memory().find(column), index);
   Layout layout;
-  for (int key = 0; key < count_of(env); ++key) {
+  for (int key = 0; key < count_of(batch); ++key) {
     layout.push_back({pos[width * key], pos[width * key + 1]});
   }
   return layout;
 }
 
-double least_clearance(const tasks::ObjectSet& objects, const Layout& layout) {
+double min_clearance(const tasks::ObjectSet& objects, const Layout& layout) {
   double least = 1;
   for (int i = 0; i < objects.count(); ++i) {
     for (int j = 0; j < i; ++j) {
@@ -60,16 +60,16 @@ TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]"
     BatchOptions options;
     options.num_envs = 1000;
     options.threads = 2;
-    const auto env = make_env(id, options);
-    env->reset();
-    const tasks::ObjectSet objects = test::objects_of(*env);
-    const bool imposter = env->memory().find("cue_positions").field != nullptr;
+    const auto batch = make_env(id, options);
+    batch->reset();
+    const tasks::ObjectSet objects = test::objects_of(*batch);
+    const bool imposter = batch->memory().find("cue_positions").field != nullptr;
     CHECK(imposter == (id.find("Imposter") != std::string::npos));
     double least = 1;
     for (int i = 0; i < options.num_envs; ++i) {
-      least = std::min(least, least_clearance(objects, layout_of(*env, "positions", 3, i)));
+      least = std::min(least, min_clearance(objects, layout_of(*batch, "positions", 3, i)));
       if (!imposter) continue;
-      least = std::min(least, least_clearance(objects, layout_of(*env, "cue_positions", 2, i)));
+      least = std::min(least, min_clearance(objects, layout_of(*batch, "cue_positions", 2, i)));
     }
     INFO(id);
     CHECK(least >= tasks::kMinClearance);
@@ -77,11 +77,11 @@ TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]"
 }
 
 // The depth to which props are inside one another, according to MuJoCo, m.
-double overlap(const mjModel& model, mjData& data, const Batch& env, int index) {
-  const State& state = env.state();
+double overlap(const mjModel& model, mjData& data, const Batch& batch, int index) {
+  const State& state = batch.state();
   int first_prop = model.nbody;
   for (int prop = 0; prop < state.num_props; ++prop) {
-    const std::string& name = env.physics_model().props()[static_cast<std::size_t>(prop)].name;
+    const std::string& name = batch.physics_model().props()[static_cast<std::size_t>(prop)].name;
     const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
     first_prop = std::min(first_prop, body);
     mjtNum* qpos = data.qpos + model.jnt_qposadr[model.body_jntadr[body]];
@@ -106,23 +106,23 @@ TEST_CASE("No prop is inside another when all have appeared", "[object_recall]")
     BatchOptions options;
     options.num_envs = 40;
     options.threads = 2;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     const ModelPtr model = compile_model(make_task(id)->document());
     const DataPtr data = make_data(*model);
     double deepest = 0;
     for (int t = 1; t <= 10; ++t) {
-      test::step(*env, Policy::kZero);
+      test::step(*batch, Policy::kZero);
       for (int i = 0; i < options.num_envs; ++i) {
-        if (t != test::appearance_of(*env, i)) continue;
-        deepest = std::max(deepest, overlap(*model, *data, *env, i));
+        if (t != test::appearance_of(*batch, i)) continue;
+        deepest = std::max(deepest, overlap(*model, *data, *batch, i));
       }
     }
     INFO(id);
     CHECK(deepest == 0);
     // The test would see it.
-    std::copy_n(env->state().prop_pos_of(0, 0), 3, env->state().prop_pos_of(0, 1));
-    CHECK(overlap(*model, *data, *env, 0) > 0.001);
+    std::copy_n(batch->state().prop_pos_of(0, 0), 3, batch->state().prop_pos_of(0, 1));
+    CHECK(overlap(*model, *data, *batch, 0) > 0.001);
   }
 }
 
@@ -140,22 +140,22 @@ TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall]
         options.pins.push_back({draw.name, {draw.low}});
       }
     }
-    const auto env = make_env(id, options);
-    env->reset();
-    const int steps = std::min(env->info().horizon, test::appearance_of(*env) + 30);
-    for (int t = 0; t < steps; ++t) test::step(*env, Policy::kOracle);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    const int steps = std::min(batch->info().horizon, test::appearance_of(*batch) + 30);
+    for (int t = 0; t < steps; ++t) test::step(*batch, Policy::kOracle);
     int moved = 0;  // episodes
     for (int i = 0; i < options.num_envs; ++i) {
       bool any = false;
-      for (int key = 0; key < count_of(*env); ++key) {
-        if (key == memory_int(*env, "target", i)) continue;
-        const Eigen::Vector3d away = test::object_pos(*env, key, i) - stored_pos(*env, key, i);
+      for (int key = 0; key < count_of(*batch); ++key) {
+        if (key == memory_int(*batch, "target", i)) continue;
+        const Eigen::Vector3d away = test::object_pos(*batch, key, i) - stored_pos(*batch, key, i);
         any = any || away.norm() > 0.002;
       }
       moved += any ? 1 : 0;
     }
     INFO(id);
-    CHECK(moved <= (count_of(*env) == 15 ? 1 : 0));
+    CHECK(moved <= (count_of(*batch) == 15 ? 1 : 0));
   }
 }
 
@@ -165,11 +165,11 @@ TEST_CASE("Episodes differ in nothing else if only what is hidden differs", "[ob
     options.seed = 5;
     const auto play = [&](double hidden) {
       options.pins = {{make_task(id)->info().hidden_variable, {hidden}}};
-      auto env = make_env(id, options);
-      env->reset();
-      const int appearance = test::appearance_of(*env);
-      for (int t = 0; t < appearance + 5; ++t) test::step(*env, Policy::kZero);
-      return env;
+      auto batch = make_env(id, options);
+      batch->reset();
+      const int appearance = test::appearance_of(*batch);
+      for (int t = 0; t < appearance + 5; ++t) test::step(*batch, Policy::kZero);
+      return batch;
     };
     const auto one = play(0);
     const auto other = play(2);

@@ -52,23 +52,23 @@ inline std::vector<std::string> recall_ids(Part part = Part::kAll) {
   return ids;
 }
 
-inline int count_of(const Batch& env) { return env.info().candidates; }
+inline int count_of(const Batch& batch) { return batch.info().candidates; }
 
-inline int memory_int(const Batch& env, const char* name, int index = 0) {
-  return *row<std::int32_t>(env.memory().find(name), index);
+inline int memory_int(const Batch& batch, const char* name, int index = 0) {
+  return *row<std::int32_t>(batch.memory().find(name), index);
 }
 
-inline int appearance_of(const Batch& env, int index = 0) {
-  return memory_int(env, "cue_steps", index) + memory_int(env, "empty_steps", index);
+inline int appearance_of(const Batch& batch, int index = 0) {
+  return memory_int(batch, "cue_steps", index) + memory_int(batch, "empty_steps", index);
 }
 
-inline Eigen::Vector3d object_pos(const Batch& env, int key, int index = 0) {
-  return Eigen::Map<Eigen::Vector3d>(env.state().prop_pos_of(index, key));
+inline Eigen::Vector3d object_pos(const Batch& batch, int key, int index = 0) {
+  return Eigen::Map<Eigen::Vector3d>(batch.state().prop_pos_of(index, key));
 }
 
 // Where an object rests in the manipulation phase.
-inline Eigen::Vector3d stored_pos(const Batch& env, int key, int index = 0) {
-  return Eigen::Map<const Eigen::Vector3d>(row<double>(env.memory().find("positions"), index) +
+inline Eigen::Vector3d stored_pos(const Batch& batch, int key, int index = 0) {
+  return Eigen::Map<const Eigen::Vector3d>(row<double>(batch.memory().find("positions"), index) +
                                            3 * key);
 }
 
@@ -78,23 +78,23 @@ inline tasks::Vocabulary vocabulary_of(std::string_view id) {
                                                     : tasks::Vocabulary::kColor;
 }
 
-inline tasks::ObjectSet objects_of(const Batch& env) {
-  return tasks::ObjectSet({vocabulary_of(env.info().id), count_of(env)});
+inline tasks::ObjectSet objects_of(const Batch& batch) {
+  return tasks::ObjectSet({vocabulary_of(batch.info().id), count_of(batch)});
 }
 
-inline bool is_visible(const Batch& env, int key, int index = 0) {
-  return env.state().status_of(index, key) != PropStatus::kHidden;
+inline bool is_visible(const Batch& batch, int key, int index = 0) {
+  return batch.state().status_of(index, key) != PropStatus::kHidden;
 }
 
 // Success, info and state observation contain the target's present place and no other.
-inline void check_outputs(const Batch& env, const tasks::ObjectSet& objects) {
-  const int target = memory_int(env, "target");
-  const Eigen::Vector3d pos = object_pos(env, target);
-  const float* offset = row<float>(env.output("obj_to_goal_pos"), 0);
-  for (int i = 0; i < 3; ++i) CHECK(offset[i] == Approx(pos[i] - env.state().tcp_pos.row(0)[i]));
+inline void check_outputs(const Batch& batch, const tasks::ObjectSet& objects) {
+  const int target = memory_int(batch, "target");
+  const Eigen::Vector3d pos = object_pos(batch, target);
+  const float* offset = row<float>(batch.output("obj_to_goal_pos"), 0);
+  for (int i = 0; i < 3; ++i) CHECK(offset[i] == Approx(pos[i] - batch.state().tcp_pos.row(0)[i]));
 
-  const float* seen = env.observation().data() + 25;
-  const std::int32_t* oracle_info = row<std::int32_t>(env.output("oracle_info"), 0);
+  const float* seen = batch.observation().data() + 25;
+  const std::int32_t* oracle_info = row<std::int32_t>(batch.output("oracle_info"), 0);
   for (const int part : objects.identity(target)) {
     CHECK(*seen++ == static_cast<float>(part));
     CHECK(*oracle_info++ == part);
@@ -104,7 +104,7 @@ inline void check_outputs(const Batch& env, const tasks::ObjectSet& objects) {
       CHECK(*seen++ == (key == target ? static_cast<float>(pos[i]) : 0.0F));
     }
   }
-  CHECK(seen == env.observation().data() + env.observation().size());
+  CHECK(seen == batch.observation().data() + batch.observation().size());
 }
 
 // Counts that should be uniform over low..high: all values occur, none too often or too seldom.

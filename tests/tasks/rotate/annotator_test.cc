@@ -23,12 +23,12 @@ TEST_CASE("Words of Rotate: the angle of the instruction, and the first yaw", "[
       INFO(id << ", seed " << seed);
       const AnnotatedEpisode episode = play_annotated(id, seed);
       REQUIRE(episode.success);
-      const double yaw = *row<double>(episode.env->memory().find("initial_yaw"), 0);
+      const double yaw = *row<double>(episode.batch->memory().find("initial_yaw"), 0);
       const long degrees = std::lround(yaw * 180 / std::numbers::pi);
       CHECK(episode.memories() ==
             Texts{"the peg pointed first at a yaw of " + std::to_string(degrees) + " degrees"});
       // "Rotate the peg by 63 degrees to ..."
-      const std::string instruction = Queries(*episode.env).instruction(0);
+      const std::string instruction = Queries(*episode.batch).instruction(0);
       const std::string turn = "r" + instruction.substr(1, instruction.find(" to ") - 1);
       CHECK(episode.frames.front().plan == Texts{"move to the peg", turn, "let the peg rest"});
       CHECK(episode.end.words() == "let the peg rest");
@@ -42,15 +42,15 @@ TEST_CASE("Words of Rotate: the peg rests within the threshold", "[labels][rotat
   options.seed = 5;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
-  const auto env = test::make_env("RotateLenientPos-VLA-v0", options);
-  env->reset();
+  const auto batch = test::make_env("RotateLenientPos-VLA-v0", options);
+  batch->reset();
   int rests = 0;
-  while ((env->terminated()[0] | env->truncated()[0]) == 0) {
-    const double error = static_cast<double>(*row<float>(env->output("y_angle_error"), 0));
-    const bool episode = test::annotate(*env).subtask == 2;
+  while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
+    const double error = static_cast<double>(*row<float>(batch->output("y_angle_error"), 0));
+    const bool episode = test::annotate(*batch).subtask == 2;
     if (std::abs(std::abs(error) - 0.1) > 1e-5) CHECK(episode == (std::abs(error) < 0.1));
     rests += episode ? 1 : 0;
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
   }
   CHECK(rests > 0);
 }

@@ -25,17 +25,17 @@ class Peg {
     options.substeps = 0;
     options.pins = {{"initial_yaw", {0.0}}, {"target_angle", {target}}};
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-    env_ = make_env(id, options);
-    env_->reset();
+    batch_ = make_env(id, options);
+    batch_->reset();
   }
 
   // Is at this angle after a step; robot_pace: rad/s, of one of the robot's joints.
   void pass(double angle, double robot_pace = 0) {
-    double* quat = env_->state().prop_quat_of(0, 0);
+    double* quat = batch_->state().prop_quat_of(0, 0);
     quat[0] = std::cos(angle / 2);
     quat[3] = std::sin(angle / 2);
-    env_->state().qvel.row(0)[6] = robot_pace;
-    test::step(*env_, Policy::kZero);
+    batch_->state().qvel.row(0)[6] = robot_pace;
+    test::step(*batch_, Policy::kZero);
   }
   // Stays there for a step.
   void turn_to(double angle, double robot_pace = 0) {
@@ -43,13 +43,13 @@ class Peg {
     pass(angle, robot_pace);
   }
   // What a hand that holds the peg still leaves it, rad/s.
-  void set_velocity(double spin) { env_->state().prop_qvel_of(0, 0)[5] = spin; }
+  void set_velocity(double spin) { batch_->state().prop_qvel_of(0, 0)[5] = spin; }
 
-  FirstAnswer answer() const { return first_answer(*env_); }
-  bool succeeds() const { return env_->success()[0] != 0; }
+  FirstAnswer answer() const { return first_answer(*batch_); }
+  bool succeeds() const { return batch_->success()[0] != 0; }
 
  private:
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
 };
 
 TEST_CASE("The angle at which the turned peg first rests is the answer", "[rotate][answer]") {
@@ -95,12 +95,12 @@ TEST_CASE("A clock replaces the memory of how the peg lay", "[rotate][answer]") 
     options.num_envs = 100;
     options.auto_reset = AutoReset::kOff;
     options.task_options = {{kStrictOption, 1}};
-    const auto env = make_env(id, options);
-    env->reset();
-    for (int t = 0; t < env->info().horizon; ++t) test::step(*env, Policy::kSweep);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    for (int t = 0; t < batch->info().horizon; ++t) test::step(*batch, Policy::kSweep);
     int right = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      right += *row<std::uint8_t>(env->output("first_answer_correct"), i);
+      right += *row<std::uint8_t>(batch->output("first_answer_correct"), i);
     }
     CHECK(right >= 85);
   }

@@ -31,9 +31,9 @@ TEST_CASE("The RL tasks of Rotate are those of the published list", "[rotate][rl
                                               "RotateStrictPos-v0", "RotateStrictPosNeg-v0"});
   for (const std::string& id : all_ids()) {
     test::check_rl_facts(id, 90, is_strict(id) ? "Object" : "Spatial");
-    const auto env = make_env(id);
-    CHECK(env->info().success_reward == (is_strict(id) ? 100 : 25));
-    CHECK(env->state_dim() == 33);
+    const auto batch = make_env(id);
+    CHECK(batch->info().success_reward == (is_strict(id) ? 100 : 25));
+    CHECK(batch->state_dim() == 33);
   }
 }
 
@@ -43,16 +43,16 @@ TEST_CASE("Targets of Rotate's RL tasks are those of the VLA tasks, in half prec
     INFO(id);
     BatchOptions options;
     options.num_envs = 400;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     const bool both = id.find("PosNeg") != std::string::npos;
     for (int i = 0; i < options.num_envs; ++i) {
-      const float cue = *row<float>(env->output("task_cue"), i);
+      const float cue = *row<float>(batch->output("task_cue"), i);
       CHECK(static_cast<double>(cue) == tasks::round_to_half(static_cast<double>(cue)));
       CHECK((both ? std::abs(cue) > 0.0999F && cue < 0.7855F : cue > 0.0999F && cue < 1.571F));
       if (both && cue < 0) CHECK(cue > -0.443F);
       if (both && cue > 0) CHECK(cue > 0.442F);
-      CHECK(*row<float>(env->output("oracle_info"), i) == Approx(cue).margin(1e-6));
+      CHECK(*row<float>(batch->output("oracle_info"), i) == Approx(cue).margin(1e-6));
     }
   }
 }
@@ -61,16 +61,16 @@ TEST_CASE("Info and reward terms of Rotate's RL tasks have the published names",
   using Names = std::vector<std::string>;
   for (const std::string& id : all_ids()) {
     INFO(id);
-    const auto env = make_env(id);
+    const auto batch = make_env(id);
     Names info;
-    for (std::size_t i = 0; i < env->outputs().size(); ++i) {
-      const std::string& name = env->outputs()[i].field->name;
+    for (std::size_t i = 0; i < batch->outputs().size(); ++i) {
+      const std::string& name = batch->outputs()[i].field->name;
       if (name == "relative_angle" || name.ends_with("_error")) info.push_back(name);
     }
     CHECK(info == (is_strict(id)
                        ? Names{"relative_angle", "x_pos_error", "y_angle_error", "y_pos_error"}
                        : Names{"relative_angle", "y_angle_error"}));
-    CHECK(test::names_of(env->info().reward_terms) ==
+    CHECK(test::names_of(batch->info().reward_terms) ==
           (is_strict(id)
                ? Names{"to_grip_dist", "reaching_reward", "reached_status", "y_angle_reward",
                        "correct_angle", "y_angle_diff", "agent_is_static", "success", "x_pos_error",
@@ -94,11 +94,11 @@ TEST_CASE("The reward of RotateLenient as an RL task equals its published values
 }
 
 // Turns the peg to an angle and lets a step pass.
-void turn_to(Batch& env, double angle) {
-  double* quat = env.state().prop_quat_of(0, 0);
+void turn_to(Batch& batch, double angle) {
+  double* quat = batch.state().prop_quat_of(0, 0);
   quat[0] = std::cos(angle / 2);
   quat[3] = std::sin(angle / 2);
-  test::step(env, Policy::kZero);
+  test::step(batch, Policy::kZero);
 }
 
 TEST_CASE("In the first five steps nothing is a success, whatever rewards are asked for",
@@ -112,21 +112,21 @@ TEST_CASE("In the first five steps nothing is a success, whatever rewards are as
         options.auto_reset = AutoReset::kOff;
         if (!ends) options.terminate_on_success = false;
         options.pins = {{"target_angle", {0.5}}, {"initial_yaw", {0.0}}};
-        const auto env = make_env(id, options);
-        env->reset();
+        const auto batch = make_env(id, options);
+        batch->reset();
         INFO(id);
         for (int t = 1; t <= 5; ++t) {
-          turn_to(*env, 0.5);
-          CHECK(env->success()[0] == 0);
-          CHECK(env->terminated()[0] == 0);
+          turn_to(*batch, 0.5);
+          CHECK(batch->success()[0] == 0);
+          CHECK(batch->terminated()[0] == 0);
         }
-        turn_to(*env, 0.5);
-        CHECK(env->success()[0] == 1);
-        CHECK(env->terminated()[0] == (ends ? 1 : 0));
+        turn_to(*batch, 0.5);
+        CHECK(batch->success()[0] == 1);
+        CHECK(batch->terminated()[0] == (ends ? 1 : 0));
         const bool strict = is_strict(id);
-        CHECK(env->reward()[0] == (mode == RewardMode::kSparse  ? 1.0F
-                                   : mode == RewardMode::kDense ? (strict ? 100.0F : 25.0F)
-                                                                : 0.0F));
+        CHECK(batch->reward()[0] == (mode == RewardMode::kSparse  ? 1.0F
+                                     : mode == RewardMode::kDense ? (strict ? 100.0F : 25.0F)
+                                                                  : 0.0F));
       }
     }
   }
@@ -136,17 +136,17 @@ TEST_CASE("In the first five steps nothing is a success, whatever rewards are as
 class Published {
  public:
   // Notes how the peg lies, before the first step.
-  void begin(const Batch& env, int i) {
-    pos_ = Eigen::Map<const Eigen::Vector3d>(env.state().prop_pos_of(i, 0));
-    yaw_ = yaw(env, i);
+  void begin(const Batch& batch, int i) {
+    pos_ = Eigen::Map<const Eigen::Vector3d>(batch.state().prop_pos_of(i, 0));
+    yaw_ = yaw(batch, i);
   }
 
-  double reward(const Batch& env, int i, bool strict) const {
-    const State& state = env.state();
+  double reward(const Batch& batch, int i, bool strict) const {
+    const State& state = batch.state();
     const Eigen::Vector3d pos = Eigen::Map<const Eigen::Vector3d>(state.prop_pos_of(i, 0));
     const Eigen::Vector3d tcp = Eigen::Map<const Eigen::Vector3d>(state.tcp_pos.row(i));
-    const auto target = static_cast<double>(*row<float>(env.output("task_cue"), i));
-    const double e = std::abs(std::remainder(target - (yaw(env, i) - yaw_), 2 * kPi));
+    const auto target = static_cast<double>(*row<float>(batch.output("task_cue"), i));
+    const double e = std::abs(std::remainder(target - (yaw(batch, i) - yaw_), 2 * kPi));
     const double distance = (pos - tcp).norm();
     const Eigen::Vector3d shift = (pos - pos_).cwiseAbs();
     const bool placed = shift.x() < 0.05 && shift.y() < 0.05;
@@ -168,8 +168,8 @@ class Published {
   }
 
  private:
-  static double yaw(const Batch& env, int i) {
-    return tasks::peg_angle(env.state().prop_quat_of(i, 0));
+  static double yaw(const Batch& batch, int i) {
+    return tasks::peg_angle(batch.state().prop_quat_of(i, 0));
   }
 
   Eigen::Vector3d pos_ = Eigen::Vector3d::Zero();
@@ -183,13 +183,13 @@ TEST_CASE("Rewards of Rotate's RL tasks are those of the published formula over 
     std::vector<Published> published(20);
     const auto [steps, successes] = test::play_rl(
         id,
-        [&](const Batch& env, int i) {
+        [&](const Batch& batch, int i) {
           const double expected =
-              published[static_cast<std::size_t>(i)].reward(env, i, is_strict(id));
-          CHECK(static_cast<double>(env.reward()[static_cast<std::size_t>(i)]) ==
+              published[static_cast<std::size_t>(i)].reward(batch, i, is_strict(id));
+          CHECK(static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]) ==
                 Approx(expected).margin(2e-5));
         },
-        [&](const Batch& env, int i) { published[static_cast<std::size_t>(i)].begin(env, i); });
+        [&](const Batch& batch, int i) { published[static_cast<std::size_t>(i)].begin(batch, i); });
     CHECK(steps >= 5000);
     CHECK(successes > 100);
   }

@@ -63,31 +63,31 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
   for (const std::string& id : kIds) {
     BatchOptions options;
     options.num_envs = 3000;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     const bool both = id.find("PosNeg") != std::string::npos;
     int positive = 0;
     double least = 10;
     double most = -10;
-    double most_yaw = 0;
+    double max_yaw = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      const double target = *row<double>(env->memory().find("target_angle"), i);
-      CHECK(*row<float>(env->output("task_cue"), i) == static_cast<float>(target));
-      CHECK(*row<float>(env->output("oracle_info"), i) == Approx(target).margin(1e-6));
+      const double target = *row<double>(batch->memory().find("target_angle"), i);
+      CHECK(*row<float>(batch->output("task_cue"), i) == static_cast<float>(target));
+      CHECK(*row<float>(batch->output("oracle_info"), i) == Approx(target).margin(1e-6));
       positive += target > 0 ? 1 : 0;
       if (both) {
         CHECK((target > 0 ? target > 0.442 : target > -0.443));
       }
       least = std::min(least, target);
       most = std::max(most, target);
-      most_yaw = std::max(most_yaw, *row<double>(env->memory().find("initial_yaw"), i));
-      const double* pos = env->state().prop_pos_of(i, 0);
+      max_yaw = std::max(max_yaw, *row<double>(batch->memory().find("initial_yaw"), i));
+      const double* pos = batch->state().prop_pos_of(i, 0);
       CHECK(std::max(std::abs(pos[0]), std::abs(pos[1])) <= 0.1);
       CHECK(pos[2] == 0.025);
-      CHECK(env->success()[static_cast<std::size_t>(i)] == 0);
+      CHECK(batch->success()[static_cast<std::size_t>(i)] == 0);
     }
     INFO(id);
-    CHECK(most_yaw > 6.2);
+    CHECK(max_yaw > 6.2);
     CHECK(std::abs(least) < (both ? 0.443 : 0.102));
     CHECK(most > (both ? 0.784 : 1.565));
     if (both) CHECK(std::abs(positive - 1500) < 150);
@@ -98,22 +98,22 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
 TEST_CASE("Every environment is given its own angle", "[rotate]") {
   BatchOptions options;
   options.num_envs = 2;
-  const auto env = make_env("RotateStrictPosNeg-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("RotateStrictPosNeg-VLA-v0", options);
+  batch->reset();
   const std::vector<std::uint8_t> second = {0, 1};
   const std::vector<Pin> pins = {{"target_angle", {-0.2712}}};
-  const std::string before = Queries(*env).instruction(0);
-  env->reset({.mask = second, .seeds = {}, .pins = &pins});
-  CHECK(Queries(*env).instruction(0) == before);
-  CHECK(Queries(*env).instruction(1) ==
+  const std::string before = Queries(*batch).instruction(0);
+  batch->reset({.mask = second, .seeds = {}, .pins = &pins});
+  CHECK(Queries(*batch).instruction(0) == before);
+  CHECK(Queries(*batch).instruction(1) ==
         "Rotate the peg by -16 degrees to match the target angle while keeping the center of the "
         "peg in place.");
-  CHECK(env->info().instruction.find("{angle_deg}") != std::string::npos);
+  CHECK(batch->info().instruction.find("{angle_deg}") != std::string::npos);
 }
 
 // Puts the peg somewhere and lets one step pass without physics.
-bool succeeds(Batch& env, double x, double y, double yaw, double joint_speed) {
-  const State& state = env.state();
+bool succeeds(Batch& batch, double x, double y, double yaw, double joint_speed) {
+  const State& state = batch.state();
   double* pos = state.prop_pos_of(0, 0);
   pos[0] = x;
   pos[1] = y;
@@ -121,8 +121,8 @@ bool succeeds(Batch& env, double x, double y, double yaw, double joint_speed) {
   quat[0] = std::cos(yaw / 2);
   quat[3] = std::sin(yaw / 2);
   state.qvel.row(0)[2] = joint_speed;
-  test::step(env, Policy::kZero);
-  return env.success()[0] != 0;
+  test::step(batch, Policy::kZero);
+  return batch.success()[0] != 0;
 }
 
 TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]") {
@@ -131,26 +131,26 @@ TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]")
     options.substeps = 0;
     options.pins = {
         {"target_angle", {0.5}}, {"initial_yaw", {6.0}}, {"peg_x", {0.02}}, {"peg_y", {-0.03}}};
-    const auto env =
+    const auto batch =
         make_env(strict ? "RotateStrictPos-VLA-v0" : "RotateLenientPos-VLA-v0", options);
-    env->reset();
+    batch->reset();
     INFO("strict " << strict);
-    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.0, 0));
-    CHECK(*row<float>(env->output("y_angle_error"), 0) == Approx(0.5));
-    CHECK(succeeds(*env, 0.02, -0.03, 6.5, 0));
-    CHECK(*row<float>(env->output("relative_angle"), 0) == Approx(0.5));
-    CHECK(succeeds(*env, 0.02, -0.03, 6.5 - 2 * kPi, 0.2));
-    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.5, 0.201));
-    CHECK(succeeds(*env, 0.02, -0.03, 6.5 + 0.099, 0));
-    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.5 + 0.1001, 0));
-    CHECK_FALSE(succeeds(*env, 0.02, -0.03, 6.5 - 0.1001, 0));
-    CHECK(succeeds(*env, 0.02 + 0.0499, -0.03 - 0.0499, 6.5, 0));  // a square, not a circle
-    CHECK(succeeds(*env, 0.02 + 0.0501, -0.03, 6.5, 0) == !strict);
-    CHECK(succeeds(*env, 0.02, -0.03 - 0.0501, 6.5, 0) == !strict);
-    if (strict) CHECK(*row<float>(env->output("y_pos_error"), 0) == Approx(-0.0501).margin(1e-6));
-    CHECK(env->terminated()[0] == 0);
-    CHECK(env->state_dim() == 33);
-    CHECK(env->observation()[25] == *row<float>(env->output("oracle_info"), 0));
+    CHECK_FALSE(succeeds(*batch, 0.02, -0.03, 6.0, 0));
+    CHECK(*row<float>(batch->output("y_angle_error"), 0) == Approx(0.5));
+    CHECK(succeeds(*batch, 0.02, -0.03, 6.5, 0));
+    CHECK(*row<float>(batch->output("relative_angle"), 0) == Approx(0.5));
+    CHECK(succeeds(*batch, 0.02, -0.03, 6.5 - 2 * kPi, 0.2));
+    CHECK_FALSE(succeeds(*batch, 0.02, -0.03, 6.5, 0.201));
+    CHECK(succeeds(*batch, 0.02, -0.03, 6.5 + 0.099, 0));
+    CHECK_FALSE(succeeds(*batch, 0.02, -0.03, 6.5 + 0.1001, 0));
+    CHECK_FALSE(succeeds(*batch, 0.02, -0.03, 6.5 - 0.1001, 0));
+    CHECK(succeeds(*batch, 0.02 + 0.0499, -0.03 - 0.0499, 6.5, 0));  // a square, not a circle
+    CHECK(succeeds(*batch, 0.02 + 0.0501, -0.03, 6.5, 0) == !strict);
+    CHECK(succeeds(*batch, 0.02, -0.03 - 0.0501, 6.5, 0) == !strict);
+    if (strict) CHECK(*row<float>(batch->output("y_pos_error"), 0) == Approx(-0.0501).margin(1e-6));
+    CHECK(batch->terminated()[0] == 0);
+    CHECK(batch->state_dim() == 33);
+    CHECK(batch->observation()[25] == *row<float>(batch->output("oracle_info"), 0));
   }
 }
 
@@ -158,14 +158,14 @@ TEST_CASE("A peg that lies still does not creep", "[rotate]") {
   for (const bool sleep : {true, false}) {
     BatchOptions options;
     options.sleep = sleep;
-    const auto env = make_env("RotateStrictPos-VLA-v0", options);
-    env->reset();
-    const Eigen::Vector3d start = Eigen::Map<Eigen::Vector3d>(env->state().prop_pos_of(0, 0));
-    for (int i = 0; i < 80; ++i) test::step(*env, Policy::kZero);
-    const Eigen::Vector3d end = Eigen::Map<Eigen::Vector3d>(env->state().prop_pos_of(0, 0));
+    const auto batch = make_env("RotateStrictPos-VLA-v0", options);
+    batch->reset();
+    const Eigen::Vector3d start = Eigen::Map<Eigen::Vector3d>(batch->state().prop_pos_of(0, 0));
+    for (int i = 0; i < 80; ++i) test::step(*batch, Policy::kZero);
+    const Eigen::Vector3d end = Eigen::Map<Eigen::Vector3d>(batch->state().prop_pos_of(0, 0));
     CHECK((end - start).head<2>().norm() < 1e-5);
     CHECK(std::abs((end - start).z()) < 2e-4);
-    CHECK(std::abs(*row<float>(env->output("relative_angle"), 0)) < 1e-5F);
+    CHECK(std::abs(*row<float>(batch->output("relative_angle"), 0)) < 1e-5F);
   }
 }
 
@@ -176,22 +176,22 @@ TEST_CASE("A grasped peg turns with the hand", "[rotate]") {
                   {"peg_x", {0}},
                   {"peg_y", {0}},
                   {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}};
-  const auto env = make_env("RotateStrictPos-VLA-v0", options);
-  env->reset();
-  const State& state = env->state();
-  const auto hand_yaw = [&] { return static_cast<double>(env->proprio()[5]); };
+  const auto batch = make_env("RotateStrictPos-VLA-v0", options);
+  batch->reset();
+  const State& state = batch->state();
+  const auto hand_yaw = [&] { return static_cast<double>(batch->proprio()[5]); };
   int turned = 0;
   double lag = 0;
   double offset = 0;
   for (int i = 0; i < 85; ++i) {
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
     if (!is_grasping(state, 0, 0)) continue;
     const double between = hand_yaw() - tasks::peg_angle(state.prop_quat_of(0, 0));
     if (++turned == 3) offset = between;
     if (turned > 3) lag = std::max(lag, std::abs(tasks::wrap_angle(between - offset)));
   }
   CHECK(turned > 25);
-  CHECK(std::abs(*row<float>(env->output("y_angle_error"), 0)) < 0.1F);
+  CHECK(std::abs(*row<float>(batch->output("y_angle_error"), 0)) < 0.1F);
   CHECK(lag < 0.03);
   CHECK(state.prop_pos_of(0, 0)[2] == Approx(0.025).margin(0.004));
 }

@@ -20,30 +20,30 @@ const std::array<std::string, 3> kPlaces = {"left", "middle", "right"};
 const std::array<std::string, 3> kInPlaces = {"on the left", "in the middle", "on the right"};
 
 int remembered(const AnnotatedEpisode& episode, const char* name) {
-  return *row<std::int32_t>(episode.env->memory().find(name), 0);
+  return *row<std::int32_t>(episode.batch->memory().find(name), 0);
 }
 
 // The answer, by the slot that the game reports.
 int answer(const AnnotatedEpisode& episode) {
-  return *row<std::int32_t>(episode.env->output("oracle_info"), 0);
+  return *row<std::int32_t>(episode.batch->output("oracle_info"), 0);
 }
 
 // Frames in which no subtask of the hand is episode, and those in which one is.
-void check_phases(const AnnotatedEpisode& episode, int first_deed) {
+void check_phases(const AnnotatedEpisode& episode, int first_skill) {
   const int acts = remembered(episode, "manipulation_start");
   const int cue = remembered(episode, "cue_steps");
   for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
     INFO("frame " << t);
     const int subtask = episode.frames[static_cast<std::size_t>(t)].subtask;
     CHECK((subtask == 0) == (t < cue));
-    CHECK((subtask >= first_deed) == (t >= acts));
+    CHECK((subtask >= first_skill) == (t >= acts));
   }
 }
 
 TEST_CASE("Words of the games with a ball", "[labels][shell_game]") {
   struct Game {
     const char* id;
-    Texts deeds;  // CUP stands for the cup
+    Texts skill_subtasks;  // CUP stands for the cup
   };
   const std::vector<Game> games = {
       {"ShellGameTouch-VLA-v0", {"move to CUP", "touch CUP"}},
@@ -59,11 +59,11 @@ TEST_CASE("Words of the games with a ball", "[labels][shell_game]") {
       REQUIRE(episode.success);
       CHECK(episode.memories() == Texts{"the ball was " + kInPlaces[index]});
       Texts expected = {"remember where the ball is"};
-      for (std::string deed : game.deeds) {
-        expected.push_back(deed.replace(deed.find("CUP"), 3, "the " + kPlaces[index] + " cup"));
+      for (std::string skill : game.skill_subtasks) {
+        expected.push_back(skill.replace(skill.find("CUP"), 3, "the " + kPlaces[index] + " cup"));
       }
       CHECK(episode.subtasks() == expected);
-      const auto props = episode.env->physics_model().props();
+      const auto props = episode.batch->physics_model().props();
       CHECK(props[static_cast<std::size_t>(episode.frames.front().object)].name == "red_ball");
       CHECK(episode.frames.back().object == slot);
       check_phases(episode, 1);
@@ -96,7 +96,7 @@ TEST_CASE("Words of a lamp: its color is named when it shines", "[labels][shell_
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       INFO(id << ", seed " << seed);
       const AnnotatedEpisode episode = play_annotated(id, seed);
-      const auto* slots = row<std::uint8_t>(episode.env->memory().find("slot_of_color"), 0);
+      const auto* slots = row<std::uint8_t>(episode.batch->memory().find("slot_of_color"), 0);
       const std::string cup = "the " + kPlaces[static_cast<std::size_t>(answer(episode))] + " cup";
       const Texts memories = episode.memories();
       CHECK(memories.front() == "the red ball was " + kInPlaces[slots[0]] +

@@ -40,54 +40,54 @@ std::unique_ptr<Batch> make(const char* id, std::vector<Pin> pins, bool strict =
                             Rules rules = Rules::kReference) {
   BatchOptions options = still(std::move(pins), strict);
   options.rules = rules;
-  auto env = make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
 Vector3d slot(int place) { return {0, 0.2 * (place - 1), 0.0529462}; }
-void move(const Batch& env, int cup, const Vector3d& way) {
+void move(const Batch& batch, int cup, const Vector3d& way) {
   const Vector3d there = slot(cup) + way;
-  std::copy_n(there.data(), 3, env.state().prop_pos_of(0, cup));
+  std::copy_n(there.data(), 3, batch.state().prop_pos_of(0, cup));
 }
 // Goes on until the robot may act.
-void wait(Batch& env) {
-  const int start = *row<std::int32_t>(env.memory().find("manipulation_start"), 0);
-  while (env.state().elapsed[0] < start) step_at(env, kAway);
+void wait(Batch& batch) {
+  const int start = *row<std::int32_t>(batch.memory().find("manipulation_start"), 0);
+  while (batch.state().elapsed[0] < start) step_at(batch, kAway);
 }
-bool succeeds(const Batch& env) { return env.success()[0] != 0; }
-bool failed(const Batch& env) { return *row<std::uint8_t>(env.output("failed"), 0) != 0; }
+bool succeeds(const Batch& batch) { return batch.success()[0] != 0; }
+bool failed(const Batch& batch) { return *row<std::uint8_t>(batch.output("failed"), 0) != 0; }
 
 TEST_CASE("The cup at which the robot first rests is its answer", "[shell][answer]") {
   for (const bool strict : {false, true}) {
-    const auto env = make(kTouch, {{"cup_with_ball_number", {1}}}, strict);
-    step_at(*env, slot(1) + kOver);  // still the cue
-    CHECK(first_answer(*env) == FirstAnswer{});
-    step_at(*env, kAway);
-    test::pose_tool(*env, slot(0) + kOver);
-    env->state().qvel.row(0)[0] = 0.21;  // in passing
-    test::step(*env, Policy::kZero);
-    CHECK(first_answer(*env) == FirstAnswer{});
-    step_at(*env, slot(2) + kOver + Vector3d(0.05, 0, 0));
-    CHECK(first_answer(*env) == FirstAnswer{});
-    step_at(*env, slot(2) + kOver);
-    CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
-    CHECK(failed(*env) == strict);
-    step_at(*env, slot(1) + kOver);
-    CHECK(first_answer(*env) == FirstAnswer{true, 2, false});
-    CHECK(succeeds(*env) == !strict);
+    const auto batch = make(kTouch, {{"cup_with_ball_number", {1}}}, strict);
+    step_at(*batch, slot(1) + kOver);  // still the cue
+    CHECK(first_answer(*batch) == FirstAnswer{});
+    step_at(*batch, kAway);
+    test::pose_tool(*batch, slot(0) + kOver);
+    batch->state().qvel.row(0)[0] = 0.21;  // in passing
+    test::step(*batch, Policy::kZero);
+    CHECK(first_answer(*batch) == FirstAnswer{});
+    step_at(*batch, slot(2) + kOver + Vector3d(0.05, 0, 0));
+    CHECK(first_answer(*batch) == FirstAnswer{});
+    step_at(*batch, slot(2) + kOver);
+    CHECK(first_answer(*batch) == FirstAnswer{true, 2, false});
+    CHECK(failed(*batch) == strict);
+    step_at(*batch, slot(1) + kOver);
+    CHECK(first_answer(*batch) == FirstAnswer{true, 2, false});
+    CHECK(succeeds(*batch) == !strict);
   }
 }
 
 TEST_CASE("A right cup is a right answer, whatever follows", "[shell][answer]") {
-  const auto env = make(kTouch, {{"cup_with_ball_number", {0}}}, true);
-  wait(*env);
-  step_at(*env, slot(0) + kOver);
-  CHECK(first_answer(*env) == FirstAnswer{true, 0, true});
-  CHECK(succeeds(*env));
-  step_at(*env, slot(1) + kOver);
-  CHECK(first_answer(*env) == FirstAnswer{true, 0, true});
-  CHECK_FALSE(failed(*env));
+  const auto batch = make(kTouch, {{"cup_with_ball_number", {0}}}, true);
+  wait(*batch);
+  step_at(*batch, slot(0) + kOver);
+  CHECK(first_answer(*batch) == FirstAnswer{true, 0, true});
+  CHECK(succeeds(*batch));
+  step_at(*batch, slot(1) + kOver);
+  CHECK(first_answer(*batch) == FirstAnswer{true, 0, true});
+  CHECK_FALSE(failed(*batch));
 }
 
 TEST_CASE("A cup that is moved is an answer", "[shell][answer]") {
@@ -104,24 +104,24 @@ TEST_CASE("A cup that is moved is an answer", "[shell][answer]") {
                                          {kPick, 0.006027, Rules::kOriginal}}) {
     for (const Vector3d& way : {Vector3d(1, 0, 0), Vector3d(0, -1, 0), Vector3d(0, 0, 1)}) {
       INFO(id << ", " << way.transpose());
-      const auto env = make(id, {{"cup_with_ball_number", {2}}}, false, rules);
-      wait(*env);
-      move(*env, 0, (least - 2e-5) * way);
-      step_at(*env, kAway);
-      CHECK(first_answer(*env) == FirstAnswer{});
-      move(*env, 0, (least + 2e-5) * way);
-      step_at(*env, kAway);
-      CHECK(first_answer(*env) == FirstAnswer{true, 0, false});
-      move(*env, 2, 0.04 * way);
-      step_at(*env, kAway);
-      CHECK(first_answer(*env) == FirstAnswer{true, 0, false});
+      const auto batch = make(id, {{"cup_with_ball_number", {2}}}, false, rules);
+      wait(*batch);
+      move(*batch, 0, (least - 2e-5) * way);
+      step_at(*batch, kAway);
+      CHECK(first_answer(*batch) == FirstAnswer{});
+      move(*batch, 0, (least + 2e-5) * way);
+      step_at(*batch, kAway);
+      CHECK(first_answer(*batch) == FirstAnswer{true, 0, false});
+      move(*batch, 2, 0.04 * way);
+      step_at(*batch, kAway);
+      CHECK(first_answer(*batch) == FirstAnswer{true, 0, false});
     }
-    const auto env = make(id, {{"cup_with_ball_number", {2}}}, false, rules);
-    wait(*env);
-    move(*env, 0, {0.012, 0, 0});
-    move(*env, 2, {0.013, 0, 0});  // the farther of two
-    step_at(*env, kAway);
-    CHECK(first_answer(*env) == FirstAnswer{true, 2, true});
+    const auto batch = make(id, {{"cup_with_ball_number", {2}}}, false, rules);
+    wait(*batch);
+    move(*batch, 0, {0.012, 0, 0});
+    move(*batch, 2, {0.013, 0, 0});  // the farther of two
+    step_at(*batch, kAway);
+    CHECK(first_answer(*batch) == FirstAnswer{true, 2, true});
   }
 }
 
@@ -134,12 +134,12 @@ TEST_CASE("After a shuffle answers are slots", "[shell][answer]") {
     pins.push_back({lamp ? "target_color" : "cup_with_ball_number", {0}});
     if (lamp) pins.push_back({"mapping", {0}});
     for (int place = 0; place < 3; ++place) {
-      const auto env = make(lamp ? kShuffleLamp : kShuffle, pins);
-      while (env->state().elapsed[0] < 21) step_at(*env, slot(place) + kOver);
-      CHECK(first_answer(*env) == FirstAnswer{});
-      step_at(*env, slot(place) + kOver);
-      CHECK(first_answer(*env) == FirstAnswer{true, place, place == 2});
-      CHECK(succeeds(*env) == (place == 2));
+      const auto batch = make(lamp ? kShuffleLamp : kShuffle, pins);
+      while (batch->state().elapsed[0] < 21) step_at(*batch, slot(place) + kOver);
+      CHECK(first_answer(*batch) == FirstAnswer{});
+      step_at(*batch, slot(place) + kOver);
+      CHECK(first_answer(*batch) == FirstAnswer{true, place, place == 2});
+      CHECK(succeeds(*batch) == (place == 2));
     }
   }
 }
@@ -150,18 +150,18 @@ TEST_CASE("A pinned mapping is obeyed under fixed_mapping, too", "[shell][lamp]"
       BatchOptions options;
       options.pins = {{"mapping", {3}}};
       options.task_options = {{"fixed_mapping", fixed ? 1.0 : 0.0}};
-      const auto env = make_env(id, options);
+      const auto batch = make_env(id, options);
       const auto slots = [&] {
-        const std::uint8_t* drawn = row<std::uint8_t>(env->memory().find("slot_of_color"), 0);
+        const std::uint8_t* drawn = row<std::uint8_t>(batch->memory().find("slot_of_color"), 0);
         return std::vector<int>(drawn, drawn + 3);
       };
       INFO(id << ", fixed " << fixed);
-      env->reset();
+      batch->reset();
       CHECK(slots() == std::vector<int>{1, 2, 0});
       const std::vector<Pin> none;
       ResetRequest unpinned;
       unpinned.pins = &none;
-      env->reset(unpinned);
+      batch->reset(unpinned);
       if (fixed) CHECK(slots() == std::vector<int>{0, 1, 2});
     }
   }
@@ -175,16 +175,16 @@ TEST_CASE("With a fixed mapping the lamp alone reveals the cup, unless cups are 
     options.num_envs = kEpisodes;
     options.auto_reset = AutoReset::kOff;
     options.task_options = {{"fixed_mapping", 1}, {kStrictOption, 1}};
-    const auto env = make_env(shuffled ? kShuffleLamp : kLamp, options);
+    const auto batch = make_env(shuffled ? kShuffleLamp : kLamp, options);
     const double chance = shuffled ? 1.0 / 3 : 1.0;
-    CHECK(env->info().chance() == Approx(chance));
-    CHECK(env->info().answer_chance() == Approx(chance));
+    CHECK(batch->info().chance() == Approx(chance));
+    CHECK(batch->info().answer_chance() == Approx(chance));
     for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
-      env->reset();
-      for (int t = 0; t < env->info().horizon; ++t) test::step(*env, policy);
+      batch->reset();
+      for (int t = 0; t < batch->info().horizon; ++t) test::step(*batch, policy);
       int successes = 0;
       for (int i = 0; i < kEpisodes; ++i) {
-        successes += *row<std::uint8_t>(env->output("success_once"), i);
+        successes += *row<std::uint8_t>(batch->output("success_once"), i);
       }
       INFO(name_of(policy) << ", shuffled " << shuffled);
       CHECK(successes / double{kEpisodes} == Approx(chance).margin(shuffled ? 0.2 : 0));

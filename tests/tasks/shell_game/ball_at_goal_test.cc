@@ -27,8 +27,8 @@ constexpr double kRest = mjcf::kMugRestingHeight;
 constexpr int kBall = 3;
 constexpr int kGoal = 4;
 
-Vector3d pos(const Batch& env, int prop, int index = 0) {
-  return Eigen::Map<Vector3d>(env.state().prop_pos_of(index, prop));
+Vector3d pos(const Batch& batch, int prop, int index = 0) {
+  return Eigen::Map<Vector3d>(batch.state().prop_pos_of(index, prop));
 }
 
 MakeOptions at_cup(int cup, ConstantTable constants = {}) {
@@ -44,42 +44,42 @@ MakeOptions at_cup(int cup, ConstantTable constants = {}) {
 
 // One environment in which the robot may act, and nothing moves but what a test moves.
 struct Still {
-  std::unique_ptr<Batch> env;
+  std::unique_ptr<Batch> batch;
   Vector3d home;  // of mug 1
 
   Still(const char* id, ConstantTable constants = {}) {
     MakeOptions options = at_cup(1, std::move(constants));
     options.substeps = 0;
-    env = make(id, options);
-    env->reset();
-    test::step(*env, Policy::kZero);
-    home = pos(*env, 1);
+    batch = make(id, options);
+    batch->reset();
+    test::step(*batch, Policy::kZero);
+    home = pos(*batch, 1);
   }
 
   // After a step with a mug so far from where it stood.
   bool succeeds(const Vector3d& moved, int mug = 1, double speed = 0) const {
     const Vector3d there = home + Vector3d(0, 0.2 * (mug - 1), 0) + moved;
-    std::copy_n(there.data(), 3, env->state().prop_pos_of(0, mug));
-    env->state().qvel.row(0)[0] = speed;
-    test::step(*env, Policy::kZero);
-    return env->success()[0] != 0;
+    std::copy_n(there.data(), 3, batch->state().prop_pos_of(0, mug));
+    batch->state().qvel.row(0)[0] = speed;
+    test::step(*batch, Policy::kZero);
+    return batch->success()[0] != 0;
   }
   void turn(const Quaterniond& by) const {
-    double* q = env->state().prop_quat_of(0, 1);
+    double* q = batch->state().prop_quat_of(0, 1);
     const Quaterniond turned = by * Quaterniond(q[0], q[1], q[2], q[3]);
     q[0] = turned.w();
     q[1] = turned.x();
     q[2] = turned.y();
     q[3] = turned.z();
   }
-  Vector3d ball() const { return pos(*env, kBall); }
-  bool covered() const { return (env->state().covered[0] >> kBall & 1U) != 0; }
+  Vector3d ball() const { return pos(*batch, kBall); }
+  bool covered() const { return (batch->state().covered[0] >> kBall & 1U) != 0; }
   double term(const char* name) const {
-    test::step(*env, Policy::kZero);  // reward_dict lags a step behind
-    const std::vector<Field>& terms = env->info().reward_terms;
+    test::step(*batch, Policy::kZero);  // reward_dict lags a step behind
+    const std::vector<Field>& terms = batch->info().reward_terms;
     const auto found = std::ranges::find(terms, name, &Field::name);
     REQUIRE(found != terms.end());
-    return static_cast<double>(row<float>(env->output("reward_dict"), 0)[found - terms.begin()]);
+    return static_cast<double>(row<float>(batch->output("reward_dict"), 0)[found - terms.begin()]);
   }
 };
 
@@ -91,10 +91,10 @@ TEST_CASE("The ball's centre has to finish inside Push's goal region", "[shell][
   CHECK_FALSE(push.succeeds({0, 0, 0}));
   CHECK_FALSE(push.succeeds({0.0042, 0, 0}));  // the mug is within 1.6 GOAL_THRESH
   CHECK_FALSE(push.succeeds({0.1 - half - 1e-6, 0, 0}));
-  CHECK(*row<std::uint8_t>(push.env->output("is_obj_placed"), 0) == 0);
+  CHECK(*row<std::uint8_t>(push.batch->output("is_obj_placed"), 0) == 0);
   CHECK(push.succeeds({0.1 - half + 1e-6, 0, 0}));
   CHECK((push.ball() - Vector3d(0.1 - half + 1e-6, 0, 0.02)).norm() < 1e-12);
-  CHECK(push.env->reward()[0] == 4);
+  CHECK(push.batch->reward()[0] == 4);
   CHECK(push.succeeds({0.1, half - 1e-6, 0}));
   CHECK_FALSE(push.succeeds({0.1, half + 1e-6, 0}));
   CHECK(push.succeeds({0.1 + half - 1e-6, 0, 0}));
@@ -114,7 +114,7 @@ TEST_CASE("The ball has to be lifted in its cup into Pick's goal region", "[shel
   CHECK_FALSE(pick.succeeds({0, 0, 0.075 - 1e-6}));
   CHECK(pick.succeeds({0, 0, 0.075 + 1e-6}));
   CHECK((pick.ball() - Vector3d(0, 0, 0.095 + 1e-6)).norm() < 1e-12);
-  CHECK(pick.env->reward()[0] == 75);
+  CHECK(pick.batch->reward()[0] == 75);
   CHECK(pick.succeeds({0.03, -0.03, 0.125}));
   CHECK_FALSE(pick.succeeds({0.04, -0.04, 0.125}));  // not above its site
   CHECK_FALSE(pick.succeeds({0, 0, 0.1751}));
@@ -127,10 +127,10 @@ TEST_CASE("Infos and rewards measure the ball's way to the goal", "[shell][rules
   for (const char* id : {kPush, kPick}) {
     INFO(id);
     const Still game(id);
-    const Vector3d goal = pos(*game.env, kGoal);
+    const Vector3d goal = pos(*game.batch, kGoal);
     for (const Vector3d& moved : {Vector3d(0, 0, 0), Vector3d(0.03, 0.01, 0)}) {
       CHECK_FALSE(game.succeeds(moved));
-      const float* offset = row<float>(game.env->output("obj_to_goal_pos"), 0);
+      const float* offset = row<float>(game.batch->output("obj_to_goal_pos"), 0);
       const Vector3d way = goal - (Vector3d(0, 0, 0.02) + moved);
       for (int i = 0; i < 3; ++i) CHECK(offset[i] == Approx(way[i]).margin(1e-6));
       CHECK(game.term("obj_to_goal_dist") == Approx(way.norm()).margin(1e-6));
@@ -187,7 +187,7 @@ TEST_CASE("A ball stays inside its cup, wherever that goes", "[shell][rules]") {
   };
   pick.turn(tilt(0.3));
   pick.succeeds({0, 0, 0.06});
-  const auto inside = [&pick]() -> Vector3d { return pick.ball() - pos(*pick.env, 1); };
+  const auto inside = [&pick]() -> Vector3d { return pick.ball() - pos(*pick.batch, 1); };
   CHECK((inside() - tilt(0.3) * Vector3d(0, 0, 0.02 - kRest)).norm() < 1e-9);
   CHECK(pick.covered());
   // In a cup that lies it rolls onto the wall, in one with its mouth up onto the foot.
@@ -210,19 +210,19 @@ TEST_CASE("A cup that is moved so far that the ball may show is an answer", "[sh
     INFO(id);
     const Still game(id);
     game.succeeds({0, 0, 0.0039}, 0);
-    CHECK(first_answer(*game.env) == FirstAnswer{});
+    CHECK(first_answer(*game.batch) == FirstAnswer{});
     CHECK(game.covered());
     game.succeeds({0, 0, 0.0041}, 0);
-    CHECK(first_answer(*game.env) == FirstAnswer{true, 0, false});
+    CHECK(first_answer(*game.batch) == FirstAnswer{true, 0, false});
   }
 }
 
-// --- pictures ---
+// --- images ---
 
-int red_pixels(Batch& env, int index, const char* camera) {
+int red_pixels(Batch& batch, int index, const char* camera) {
   constexpr int kSize = 128;
   std::vector<std::uint8_t> rgb(std::size_t{kSize} * kSize * 3);
-  SceneRenderer(env).render(index, camera, kSize, kSize, rgb);
+  SceneRenderer(batch).render(index, camera, kSize, kSize, rgb);
   int count = 0;
   for (std::size_t i = 0; i < rgb.size(); i += 3) {
     count += rgb[i] > 150 && rgb[i + 1] < 40 && rgb[i + 2] < 40 ? 1 : 0;
@@ -230,23 +230,22 @@ int red_pixels(Batch& env, int index, const char* camera) {
   return count;
 }
 
-TEST_CASE("Pictures show the ball in the cue, and not in the cup that is lifted",
-          "[render][shell]") {
+TEST_CASE("Images show the ball in the cue, and not in the cup that is lifted", "[render][shell]") {
   MakeOptions options = at_cup(1);
   options.num_envs = 8;
   options.pins.pop_back();  // any cup
-  const auto env = make(kPick, options);
-  env->reset();
-  for (int i = 0; i < options.num_envs; ++i) CHECK(red_pixels(*env, i, "base_camera") > 8);
+  const auto batch = make(kPick, options);
+  batch->reset();
+  for (int i = 0; i < options.num_envs; ++i) CHECK(red_pixels(*batch, i, "base_camera") > 8);
   int lifted = 0;
   for (int t = 1; t <= 30; ++t) {
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
     for (int i = 0; i < options.num_envs; ++i) {
       INFO("environment " << i << ", step " << t);
       for (const char* camera : {"base_camera", "hand_camera", "render_camera"}) {
-        CHECK(red_pixels(*env, i, camera) == 0);
+        CHECK(red_pixels(*batch, i, camera) == 0);
       }
-      lifted += pos(*env, kBall, i).z() > 0.095 ? 1 : 0;
+      lifted += pos(*batch, kBall, i).z() > 0.095 ? 1 : 0;
     }
   }
   CHECK(lifted > 10);
@@ -254,10 +253,10 @@ TEST_CASE("Pictures show the ball in the cue, and not in the cup that is lifted"
   const Still tipped(kPick);
   tipped.turn(Quaterniond(Eigen::AngleAxisd(-1.5, Vector3d::UnitY())));
   tipped.succeeds({0.1, 0.05, 0.01});
-  CHECK(red_pixels(*tipped.env, 0, "base_camera") > 4);
+  CHECK(red_pixels(*tipped.batch, 0, "base_camera") > 4);
 }
 
-// Pictures of two episodes that differ in where the ball is, while the middle cup is lifted.
+// Images of two episodes that differ in where the ball is, while the middle cup is lifted.
 int pixels_that_tell(Rules rules) {
   MakeOptions options = at_cup(1, {{"GOAL_THRESH", 0.02}, {"max_episode_steps", 40}});
   options.rules = rules;
@@ -266,7 +265,7 @@ int pixels_that_tell(Rules rules) {
   const auto other = make(kPick, options);
   one->reset();
   other->reset();
-  test::PicturePair pictures(*one, *other);
+  test::ImagePair images(*one, *other);
   int telling = 0;
   double lifted = 0;
   for (int t = 1; t <= 40; ++t) {
@@ -274,7 +273,7 @@ int pixels_that_tell(Rules rules) {
     one->step(actions);
     other->step(actions);
     for (const char* camera : {"base_camera", "hand_camera"}) {
-      telling += pictures.differing_pixels(camera);
+      telling += images.differing_pixels(camera);
     }
     lifted = std::max(lifted, pos(*other, 1).z() - kRest);
   }
@@ -290,12 +289,12 @@ TEST_CASE("A cup that is lifted does not show whether the ball is in it", "[rend
 // --- by the oracle ---
 
 double success_rate(const char* id, const MakeOptions& options, Policy policy) {
-  const auto env = make(id, options);
-  env->reset();
-  for (int t = 0; t < env->info().horizon; ++t) test::step(*env, policy);
+  const auto batch = make(id, options);
+  batch->reset();
+  for (int t = 0; t < batch->info().horizon; ++t) test::step(*batch, policy);
   int successes = 0;
   for (int i = 0; i < options.num_envs; ++i) {
-    successes += *row<std::uint8_t>(env->output("success_once"), i);
+    successes += *row<std::uint8_t>(batch->output("success_once"), i);
   }
   return static_cast<double>(successes) / options.num_envs;
 }

@@ -32,7 +32,7 @@ constexpr int kCue = 5;
 constexpr int kBall = 3;
 constexpr int kGoal = 4;
 
-Point pos(const Batch& env, int prop, int index = 0) { return Spectator(env, index).pos(prop); }
+Point pos(const Batch& batch, int prop, int index = 0) { return Spectator(batch, index).pos(prop); }
 
 // --- scene, phases ---
 
@@ -41,21 +41,21 @@ TEST_CASE("RL shell games show the ball for five steps, then mugs of the scan's 
   for (const char* id : kIds) {
     BatchOptions options;
     options.pins = {{"base", {0.05, -0.03}}, {"cup_with_ball_number", {2}}};
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     for (int t = 0; t <= 8; ++t) {
       INFO(id << ", t " << t);
       for (int mug = 0; mug < 3; ++mug) {
         const Point slot(0.05, -0.03 + (mug - 1) * 0.2, kRest);
-        CHECK((pos(*env, mug) - slot - Point(0, 0, t < kCue ? 1000 : 0)).norm() < 1e-6);
-        CHECK(Spectator(*env, 0).hidden(mug) == (t < kCue));
+        CHECK((pos(*batch, mug) - slot - Point(0, 0, t < kCue ? 1000 : 0)).norm() < 1e-6);
+        CHECK(Spectator(*batch, 0).hidden(mug) == (t < kCue));
       }
-      CHECK((pos(*env, kBall) - Point(0.05, 0.17, 0.02)).norm() < 1e-12);
-      CHECK_FALSE(Spectator(*env, 0).hidden(kBall));
-      CHECK(*row<std::int32_t>(env->output("oracle_info"), 0) == 2);
-      test::step(*env, Policy::kZero);
+      CHECK((pos(*batch, kBall) - Point(0.05, 0.17, 0.02)).norm() < 1e-12);
+      CHECK_FALSE(Spectator(*batch, 0).hidden(kBall));
+      CHECK(*row<std::int32_t>(batch->output("oracle_info"), 0) == 2);
+      test::step(*batch, Policy::kZero);
     }
-    const PropModel& mug = env->physics_model().props()[0];
+    const PropModel& mug = batch->physics_model().props()[0];
     CHECK(mug.mass == Approx(0.3 / 2.197).epsilon(1e-3));
   }
 }
@@ -64,21 +64,21 @@ TEST_CASE("RL shell games let the arm move from the first action on, by its join
           "[shell][rl]") {
   for (const char* id : kIds) {
     INFO(id);
-    const auto env = make_env(id);
-    CHECK(env->control_mode() == ControlMode::kPdJointDeltaPos);
-    CHECK(env->action_dim() == 8);
-    CHECK(env->info().horizon == 90);
-    CHECK(env->info().memory_type == "Object");
-    CHECK(env->info().split == "rl");
-    CHECK_FALSE(env->info().canonical);
-    CHECK_FALSE(env->info().frozen_cue);
-    CHECK(env->info().termination == Termination::kSuccess);
-    env->reset();
-    const double before = env->state().qpos.row(0)[0];
-    std::vector<float> action = test::zeros(*env);
+    const auto batch = make_env(id);
+    CHECK(batch->control_mode() == ControlMode::kPdJointDeltaPos);
+    CHECK(batch->action_dim() == 8);
+    CHECK(batch->info().horizon == 90);
+    CHECK(batch->info().memory_type == "Object");
+    CHECK(batch->info().split == "rl");
+    CHECK_FALSE(batch->info().canonical);
+    CHECK_FALSE(batch->info().frozen_cue);
+    CHECK(batch->info().termination == Termination::kSuccess);
+    batch->reset();
+    const double before = batch->state().qpos.row(0)[0];
+    std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
-    env->step(action);
-    CHECK(env->state().qpos.row(0)[0] - before > 0.01);
+    batch->step(action);
+    CHECK(batch->state().qpos.row(0)[0] - before > 0.01);
   }
 }
 
@@ -86,17 +86,17 @@ TEST_CASE("The goal regions of the RL shell games", "[shell][rl]") {
   for (const char* id : {kPushRl, kPickRl}) {
     BatchOptions options;
     options.pins = {{"base", {0.05, -0.03}}, {"cup_with_ball_number", {0}}};
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     const Point goal =
         id == kPushRl ? Point(0.15, -0.23, 0.0442722) : Point(0.05, -0.23, 0.1442722);
-    CHECK((pos(*env, kGoal) - goal).norm() < 1e-9);
+    CHECK((pos(*batch, kGoal) - goal).norm() < 1e-9);
   }
 }
 
 // Direction of a mug's handle in the world, degrees.
-double handle_direction(const Batch& env, int mug, int index = 0) {
-  const double* q = env.state().prop_quat_of(index, mug);
+double handle_direction(const Batch& batch, int mug, int index = 0) {
+  const double* q = batch.state().prop_quat_of(index, mug);
   const Eigen::Quaterniond turned(q[0], q[1], q[2], q[3]);
   CHECK(turned.norm() == Approx(1).margin(1e-12));
   const double yaw = -34.1 * std::numbers::pi / 180;
@@ -107,23 +107,23 @@ double handle_direction(const Batch& env, int mug, int index = 0) {
 TEST_CASE("Handles of RL mugs point to the right, those of ShellGamePick to the robot",
           "[shell][rl]") {
   for (const char* id : {kTouchRl, kPushRl}) {
-    const auto env = make_env(id);
-    env->reset();
+    const auto batch = make_env(id);
+    batch->reset();
     for (int mug = 0; mug < 3; ++mug) {
-      CHECK(handle_direction(*env, mug) == Approx(87.2).margin(0.1));
+      CHECK(handle_direction(*batch, mug) == Approx(87.2).margin(0.1));
     }
   }
   const double directions[] = {167.1, 170.5, 173.5};
   for (int handle = 0; handle < 3; ++handle) {
     BatchOptions options;
     options.pins = {{"handle", {1.0 * handle}}};
-    const auto env = make_env(kPickRl, options);
-    env->reset();
+    const auto batch = make_env(kPickRl, options);
+    batch->reset();
     for (int t = 0; t < 7; ++t) {
       for (int mug = 0; mug < 3; ++mug) {
-        CHECK(handle_direction(*env, mug) == Approx(directions[handle]).margin(0.1));
+        CHECK(handle_direction(*batch, mug) == Approx(directions[handle]).margin(0.1));
       }
-      test::step(*env, Policy::kZero);
+      test::step(*batch, Policy::kZero);
     }
   }
 }
@@ -134,39 +134,39 @@ TEST_CASE("The handles of ShellGamePick tell nothing of the ball, but by upstrea
     BatchOptions options;
     options.num_envs = 1800;
     options.task_options = {{"upstream_handle", upstream ? 1.0 : 0.0}};
-    const auto env = make_env(kPickRl, options);
-    env->reset();
+    const auto batch = make_env(kPickRl, options);
+    batch->reset();
     std::map<std::pair<int, int>, int> counts;
     for (int i = 0; i < options.num_envs; ++i) {
-      const int slot = *row<std::int32_t>(env->output("oracle_info"), i);
-      ++counts[{slot, static_cast<int>(std::lround(handle_direction(*env, 0, i)))}];
+      const int slot = *row<std::int32_t>(batch->output("oracle_info"), i);
+      ++counts[{slot, static_cast<int>(std::lround(handle_direction(*batch, 0, i)))}];
     }
     if (upstream) {
       CHECK(counts.size() == 3);
       for (const auto& [slot, direction] : {std::pair{0, 167}, {1, 173}, {2, 170}}) {
         CHECK(counts.contains({slot, direction}));
       }
-      CHECK(env->info().chance() == 1);
+      CHECK(batch->info().chance() == 1);
     } else {
       CHECK(counts.size() == 9);
       for (const auto& [kind, count] : counts) CHECK(std::abs(count - 200) < 67);
-      CHECK(env->info().chance() == Approx(1.0 / 3));
+      CHECK(batch->info().chance() == Approx(1.0 / 3));
     }
   }
   // A pinned handle is obeyed under the option, too.
   BatchOptions options;
   options.task_options = {{"upstream_handle", 1}};
   options.pins = {{"handle", {1}}, {"cup_with_ball_number", {0}}};
-  const auto env = make_env(kPickRl, options);
-  env->reset();
-  CHECK(handle_direction(*env, 0) == Approx(170.5).margin(0.1));
+  const auto batch = make_env(kPickRl, options);
+  batch->reset();
+  CHECK(handle_direction(*batch, 0) == Approx(170.5).margin(0.1));
 }
 
 // --- success ---
 
 // One environment without physics, whose mug 1 hides the ball.
 struct Still {
-  std::unique_ptr<Batch> env;
+  std::unique_ptr<Batch> batch;
 
   explicit Still(const char* id, bool terminates = false) {
     BatchOptions options;
@@ -175,27 +175,27 @@ struct Still {
     options.auto_reset = AutoReset::kOff;
     options.reward_mode = RewardMode::kSparse;
     options.pins = {{"base", {0, 0}}, {"cup_with_ball_number", {1}}};
-    env = make_env(id, options);
-    env->reset();
+    batch = make_env(id, options);
+    batch->reset();
   }
   void wait(int until) const {
-    while (env->state().elapsed[0] < until) test::step(*env, Policy::kZero);
+    while (batch->state().elapsed[0] < until) test::step(*batch, Policy::kZero);
   }
   bool step(double speed) const {
-    env->state().qvel.row(0)[3] = speed;
-    test::step(*env, Policy::kZero);
-    CHECK(env->reward()[0] == static_cast<float>(env->success()[0]));
-    return env->success()[0] != 0;
+    batch->state().qvel.row(0)[3] = speed;
+    test::step(*batch, Policy::kZero);
+    CHECK(batch->reward()[0] == static_cast<float>(batch->success()[0]));
+    return batch->success()[0] != 0;
   }
   // After a step with the mug so far from its slot.
   bool moved(const Point& way, double speed = 0, int mug = 1) const {
     const Point there = Point(0, 0.2 * (mug - 1), kRest) + way;
-    std::copy_n(there.data(), 3, env->state().prop_pos_of(0, mug));
+    std::copy_n(there.data(), 3, batch->state().prop_pos_of(0, mug));
     return step(speed);
   }
   // After a step with the tool so far above the mug's origin.
   bool above(double height, double speed = 0) const {
-    test::pose_tool(*env, Point(0, 0, kRest + height));
+    test::pose_tool(*batch, Point(0, 0, kRest + height));
     return step(speed);
   }
 };
@@ -204,13 +204,13 @@ TEST_CASE("RL Touch asks for phase, distance and stillness, not for mugs in thei
           "[shell][rl]") {
   const Still game(kTouchRl);
   game.wait(kCue - 2);
-  test::pose_tool(*game.env, Point(0, 0, kRest + 0.07));
+  test::pose_tool(*game.batch, Point(0, 0, kRest + 0.07));
   CHECK_FALSE(game.step(0));  // step 4: the cue
   CHECK(game.step(0));        // step 5: the mugs are there
   CHECK(game.above(0.08 - 1e-6, 0.2));
   CHECK_FALSE(game.above(0.08 + 1e-6));
   CHECK_FALSE(game.above(0.07, 0.2001));
-  game.env->state().prop_pos_of(0, 0)[0] += 0.3;
+  game.batch->state().prop_pos_of(0, 0)[0] += 0.3;
   CHECK(game.above(0.07));
 }
 
@@ -231,11 +231,11 @@ TEST_CASE("RL Push and Pick ask for the mug at the goal, after the first step wi
   pick.wait(kCue);
   CHECK_FALSE(pick.moved({0, 0, 0.0235}));
   CHECK(pick.moved({0, 0, 0.0236}));
-  CHECK(*row<std::uint8_t>(pick.env->output("is_grasped"), 0) == 0);
+  CHECK(*row<std::uint8_t>(pick.batch->output("is_grasped"), 0) == 0);
   CHECK_FALSE(pick.moved({0, 0, 0.1}, 0.2001));
   // The ball stays behind.
   CHECK(pick.moved({0.01, 0, 0.1}));
-  CHECK(pos(*pick.env, kBall).z() == Approx(0.02));
+  CHECK(pos(*pick.batch, kBall).z() == Approx(0.02));
 }
 
 TEST_CASE("Success ends RL shell games, unless that is switched off", "[shell][rl]") {
@@ -244,13 +244,13 @@ TEST_CASE("Success ends RL shell games, unless that is switched off", "[shell][r
       const Still game(id, ends);
       game.wait(kCue);
       REQUIRE(game.moved(id == kPushRl ? Point(0.1, 0, 0) : Point(0, 0, 0.1)));
-      CHECK((game.env->terminated()[0] != 0) == ends);
-      CHECK(game.env->truncated()[0] == 0);
+      CHECK((game.batch->terminated()[0] != 0) == ends);
+      CHECK(game.batch->truncated()[0] == 0);
     }
     const Still touch(kTouchRl, ends);
     touch.wait(kCue);
     REQUIRE(touch.above(0.07));
-    CHECK((touch.env->terminated()[0] != 0) == ends);
+    CHECK((touch.batch->terminated()[0] != 0) == ends);
   }
 }
 
@@ -264,14 +264,14 @@ TEST_CASE("State observations of RL shell games have the published fields", "[sh
       {kPickRl, {44, {"goal_pos", "obj_pose", "ball_pose", "oracle_info", "is_grasped"}}}};
   for (const auto& [id, row] : table) {
     INFO(id);
-    const auto env = make_env(id);
-    CHECK(env->state_dim() == row.first);
+    const auto batch = make_env(id);
+    CHECK(batch->state_dim() == row.first);
     Fields names;
-    for (const Field& field : env->info().state_fields) names.push_back(field.name);
+    for (const Field& field : batch->info().state_fields) names.push_back(field.name);
     CHECK(names == row.second);
     const Fields lacking = {"mug_max_displacement", "is_mug_displacement_ok"};
-    for (const std::string& name : lacking) CHECK(env->outputs().find(name).field == nullptr);
-    CHECK((env->outputs().find("is_grasped").field != nullptr) == (id == kPickRl));
+    for (const std::string& name : lacking) CHECK(batch->outputs().find(name).field == nullptr);
+    CHECK((batch->outputs().find("is_grasped").field != nullptr) == (id == kPickRl));
   }
 }
 
@@ -314,11 +314,11 @@ TEST_CASE("The cue of RL shell games is a range that users may change", "[shell]
     MakeOptions options;
     options.constants = {{"CUE_PHASE_STEPS", ConstantList{7, 12}}};
     options.num_envs = 60;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     std::map<int, int> lengths;
     for (int i = 0; i < options.num_envs; ++i) {
-      ++lengths[*row<std::int32_t>(env->memory().find("cue_steps"), i)];
+      ++lengths[*row<std::int32_t>(batch->memory().find("cue_steps"), i)];
     }
     CHECK(lengths.begin()->first == 7);
     CHECK(lengths.rbegin()->first == 12);
@@ -401,20 +401,20 @@ TEST_CASE("Rewards of RL shell games equal their formulas in 5,000 steps", "[she
     options.reward_mode = RewardMode::kDense;
     options.terminate_on_success = false;
     options.auto_reset = AutoReset::kOff;
-    const auto env = make_env(id, options);
+    const auto batch = make_env(id, options);
     const RewardAgain formula{id};
     int compared = 0;
     int successes = 0;
     for (const Policy policy : {Policy::kOracle, Policy::kBlind, Policy::kRandom}) {
-      env->reset();
-      for (int t = 1; t <= env->info().horizon; ++t) {
-        test::step(*env, policy);
+      batch->reset();
+      for (int t = 1; t <= batch->info().horizon; ++t) {
+        test::step(*batch, policy);
         for (int i = 0; i < kEnvs; ++i) {
-          const double given = static_cast<double>(env->reward()[static_cast<std::size_t>(i)]);
-          const double expected = formula(Spectator(*env, i));
+          const double given = static_cast<double>(batch->reward()[static_cast<std::size_t>(i)]);
+          const double expected = formula(Spectator(*batch, i));
           INFO(id << ", " << name_of(policy) << ", environment " << i << ", step " << t);
           CHECK(given == Approx(expected).margin(1e-5));
-          successes += env->success()[static_cast<std::size_t>(i)];
+          successes += batch->success()[static_cast<std::size_t>(i)];
           ++compared;
         }
       }
@@ -434,12 +434,12 @@ double success_rate(const char* id, Policy policy, ControlMode mode, int episode
   options.threads = 2;
   options.control_mode = mode;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_env(id, options);
-  env->reset();
-  for (int t = 0; t < env->info().horizon; ++t) test::step(*env, policy);
+  const auto batch = make_env(id, options);
+  batch->reset();
+  for (int t = 0; t < batch->info().horizon; ++t) test::step(*batch, policy);
   int successes = 0;
   for (int i = 0; i < episodes; ++i) {
-    successes += *row<std::uint8_t>(env->output("success_once"), i);
+    successes += *row<std::uint8_t>(batch->output("success_once"), i);
   }
   return successes / static_cast<double>(episodes);
 }

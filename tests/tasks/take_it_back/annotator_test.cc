@@ -20,7 +20,7 @@ TEST_CASE("Words of TakeItBack: where the cube was first", "[labels][take_it_bac
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     const AnnotatedEpisode episode = play_annotated("TakeItBack-VLA-v0", seed);
     REQUIRE(episode.success);
-    const double* initial = row<double>(episode.env->memory().find("initial"), 0);
+    const double* initial = row<double>(episode.batch->memory().find("initial"), 0);
     CHECK(episode.memories() ==
           Texts{"the cube was first at x = " + std::to_string(std::lround(100 * initial[0])) +
                 " cm, y = " + std::to_string(std::lround(100 * initial[1])) + " cm"});
@@ -35,14 +35,14 @@ TEST_CASE("Words of TakeItBack: the way back begins on the target", "[labels][ta
   options.seed = 2;
   options.threads = 1;
   options.auto_reset = AutoReset::kOff;
-  const auto env = test::make_env("TakeItBack-VLA-v0", options);
-  env->reset();
+  const auto batch = test::make_env("TakeItBack-VLA-v0", options);
+  batch->reset();
   int back = 0;
-  while ((env->terminated()[0] | env->truncated()[0] | env->success()[0]) == 0) {
-    const bool reached = *row<std::uint8_t>(env->output("goal_reached_status"), 0) != 0;
-    CHECK((test::annotate(*env).subtask == 2) == reached);
+  while ((batch->terminated()[0] | batch->truncated()[0] | batch->success()[0]) == 0) {
+    const bool reached = *row<std::uint8_t>(batch->output("goal_reached_status"), 0) != 0;
+    CHECK((test::annotate(*batch).subtask == 2) == reached);
     back += reached ? 1 : 0;
-    test::step(*env, Policy::kOracle);
+    test::step(*batch, Policy::kOracle);
   }
   CHECK(back > 0);
 }

@@ -26,27 +26,27 @@ class Cube {
                     {"goal_x", {kGoalX}},
                     {"goal_y", {0}}};
     options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-    env_ = test::make_env("TakeItBack-VLA-v0", options);
-    env_->reset();
+    batch_ = test::make_env("TakeItBack-VLA-v0", options);
+    batch_->reset();
   }
 
   // pace: m/s.
   void put(double x, double y, double pace = 0.2) {
-    double* pos = env_->state().prop_pos_of(0, 0);
+    double* pos = batch_->state().prop_pos_of(0, 0);
     pos[0] = x;
     pos[1] = y;
-    env_->state().prop_qvel_of(0, 0)[0] = pace;
-    test::step(*env_, Policy::kZero);
+    batch_->state().prop_qvel_of(0, 0)[0] = pace;
+    test::step(*batch_, Policy::kZero);
   }
   // The same place in a slot.
   void put_into(int slot) { put(kStartX, 0.1 * slot + kShift); }
 
-  FirstAnswer answer() const { return first_answer(*env_); }
-  bool succeeds() const { return env_->success()[0] != 0; }
-  bool fails() const { return *test::row<std::uint8_t>(env_->output("failed"), 0) != 0; }
+  FirstAnswer answer() const { return first_answer(*batch_); }
+  bool succeeds() const { return batch_->success()[0] != 0; }
+  bool fails() const { return *test::row<std::uint8_t>(batch_->output("failed"), 0) != 0; }
 
  private:
-  std::unique_ptr<Batch> env_;
+  std::unique_ptr<Batch> batch_;
 };
 
 TEST_CASE("The slot into which the cube comes after the target is the answer",

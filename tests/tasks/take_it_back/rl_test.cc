@@ -21,15 +21,15 @@ constexpr tasks::TakeItBackShaping kShaping = {
 TEST_CASE("TakeItBack as an RL task has the published facts", "[take_it_back][rl]") {
   CHECK(test::rl_ids("TakeItBack") == std::vector<std::string>{kId});
   test::check_rl_facts(kId, 180, "Spatial");
-  const auto env = make_env(kId);
-  CHECK(env->info().success_reward == 30);
-  CHECK(env->state_dim() == 39);
-  CHECK(test::names_of(env->info().reward_terms) ==
+  const auto batch = make_env(kId);
+  CHECK(batch->info().success_reward == 30);
+  CHECK(batch->state_dim() == 39);
+  CHECK(test::names_of(batch->info().reward_terms) ==
         std::vector<std::string>{"reached_push", "reached_pull", "tcp_push_dist", "tcp_pull_dist",
                                  "reaching_reward_push", "reaching_reward_pull", "goal_achieved",
                                  "goal_reached_status", "place_in_goal_reward",
                                  "place_back_reward"});
-  for (const TaskConstant& constant : env->info().constants) {
+  for (const TaskConstant& constant : batch->info().constants) {
     CHECK(constant.name.find("_COEF") == std::string::npos);
   }
 }
@@ -66,32 +66,32 @@ TEST_CASE("The cube back in its place ends an RL episode, unless the user wants 
                     {"initial_shift", {0.02}},
                     {"goal_x", {0.22}},
                     {"goal_y", {0.0}}};
-    const auto env = make_env(kId, options);
-    env->reset();
+    const auto batch = make_env(kId, options);
+    batch->reset();
     const auto step = [&](double x, double y) {
-      double* pos = env->state().prop_pos_of(0, 0);
+      double* pos = batch->state().prop_pos_of(0, 0);
       pos[0] = x;
       pos[1] = y;
-      test::step(*env, Policy::kZero);
+      test::step(*batch, Policy::kZero);
     };
     step(0, 0.02);
-    CHECK(env->success()[0] == 0);
+    CHECK(batch->success()[0] == 0);
     step(0.22, 0);
-    CHECK(env->terminated()[0] == 0);
-    CHECK(*row<std::uint8_t>(env->output("goal_reached_status"), 0) == 1);
+    CHECK(batch->terminated()[0] == 0);
+    CHECK(*row<std::uint8_t>(batch->output("goal_reached_status"), 0) == 1);
     step(0, 0.02 + 0.0801);
-    CHECK(env->terminated()[0] == 0);
+    CHECK(batch->terminated()[0] == 0);
     step(0, 0.02 + 0.0799);
-    CHECK(env->success()[0] == 1);
-    CHECK(env->reward()[0] == 30);
-    CHECK(env->terminated()[0] == (ends ? 1 : 0));
-    CHECK(env->truncated()[0] == 0);
+    CHECK(batch->success()[0] == 1);
+    CHECK(batch->reward()[0] == 30);
+    CHECK(batch->terminated()[0] == (ends ? 1 : 0));
+    CHECK(batch->truncated()[0] == 0);
   }
 }
 
 // The published formula, from the state alone; reached: the latch of the environment's episode.
-double published_reward(const Batch& env, int i, bool& reached) {
-  const State& state = env.state();
+double published_reward(const Batch& batch, int i, bool& reached) {
+  const State& state = batch.state();
   const auto pos = [&](int prop) -> Vector {
     return Eigen::Map<const Vector>(state.prop_pos_of(i, prop));
   };
@@ -113,11 +113,11 @@ TEST_CASE("Rewards of TakeItBack as an RL task are those of the published formul
           "[take_it_back][rl]") {
   std::vector<std::uint8_t> reached(20);
   int returning = 0;
-  const auto look = [&](const Batch& env, int i) {
+  const auto look = [&](const Batch& batch, int i) {
     const auto at = static_cast<std::size_t>(i);
-    bool latch = env.state().elapsed[i] > 1 && reached[at] != 0;
-    const auto reward = static_cast<double>(env.reward()[at]);
-    CHECK(reward == Approx(published_reward(env, i, latch)).margin(1e-5));
+    bool latch = batch.state().elapsed[i] > 1 && reached[at] != 0;
+    const auto reward = static_cast<double>(batch.reward()[at]);
+    CHECK(reward == Approx(published_reward(batch, i, latch)).margin(1e-5));
     reached[at] = latch ? 1 : 0;
     returning += latch && reward < 30 ? 1 : 0;
   };
@@ -134,17 +134,17 @@ TEST_CASE("A hand behind the cube, or before it, earns the published bonus", "[t
   options.reward_mode = RewardMode::kDense;
   options.control_mode = ControlMode::kPdEeDeltaPose;
   for (const double dx : {-0.025, 0.03}) {
-    const auto env = make_env(kId, options);
-    env->reset();
+    const auto batch = make_env(kId, options);
+    batch->reset();
     int bonuses = 0;
     for (int t = 1; t < 60; ++t) {
-      env->step(test::move_to(*env, [&](int i) -> Vector {
-        return Eigen::Map<const Vector>(env->state().prop_pos_of(i, 0)) + Vector(dx, 0, 0);
+      batch->step(test::move_to(*batch, [&](int i) -> Vector {
+        return Eigen::Map<const Vector>(batch->state().prop_pos_of(i, 0)) + Vector(dx, 0, 0);
       }));
       for (int i = 0; i < options.num_envs; ++i) {
-        bool reached = *row<std::uint8_t>(env->output("goal_reached_status"), i) != 0;
-        const auto reward = static_cast<double>(env->reward()[static_cast<std::size_t>(i)]);
-        CHECK(reward == Approx(published_reward(*env, i, reached)).margin(1e-5));
+        bool reached = *row<std::uint8_t>(batch->output("goal_reached_status"), i) != 0;
+        const auto reward = static_cast<double>(batch->reward()[static_cast<std::size_t>(i)]);
+        CHECK(reward == Approx(published_reward(*batch, i, reached)).margin(1e-5));
         bonuses += reward > 2 ? 1 : 0;
       }
     }

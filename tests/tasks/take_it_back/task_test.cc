@@ -12,8 +12,8 @@
 namespace {
 
 using namespace engram;
+using test::ImagePair;
 using test::make_env;
-using test::PicturePair;
 using test::row;
 
 constexpr const char* kId = "TakeItBack-VLA-v0";
@@ -30,14 +30,14 @@ std::vector<Pin> pins(double slot = 0, double x = 0) {
           {"goal_y", {0}}};
 }
 
-void put_cube(const Batch& env, double x, double y) {
-  double* pos = env.state().prop_pos_of(0, kCube);
+void put_cube(const Batch& batch, double x, double y) {
+  double* pos = batch.state().prop_pos_of(0, kCube);
   pos[0] = x;
   pos[1] = y;
 }
 
-bool visible(const Batch& env, int prop) {
-  return env.state().status_of(0, prop) != PropStatus::kHidden;
+bool visible(const Batch& batch, int prop) {
+  return batch.state().status_of(0, prop) != PropStatus::kHidden;
 }
 
 TEST_CASE("The reward of TakeItBack equals the worked examples", "[take_it_back]") {
@@ -65,25 +65,25 @@ TEST_CASE("The target changes colour one step after the cube was there, for good
   BatchOptions options;
   options.substeps = 0;
   options.pins = pins();
-  const auto env = make_env(kId, options);
-  env->reset();
+  const auto batch = make_env(kId, options);
+  batch->reset();
   const auto check = [&](bool achieved, bool reached, bool changed, bool success) {
-    CHECK(*row<std::uint8_t>(env->output("goal_achieved"), 0) == (achieved ? 1 : 0));
-    CHECK(*row<std::uint8_t>(env->output("goal_reached_status"), 0) == (reached ? 1 : 0));
-    CHECK(visible(*env, kGoalRegion) == !changed);
-    CHECK(visible(*env, kChangedRegion) == changed);
-    CHECK(env->state().prop_pos_of(0, kGoalRegion)[2] == (changed ? 1000 : 0.001));
-    CHECK(env->state().prop_pos_of(0, kChangedRegion)[2] == (changed ? 0.001 : 1000));
-    CHECK(env->success()[0] == (success ? 1 : 0));
-    const auto observation = env->observation();
+    CHECK(*row<std::uint8_t>(batch->output("goal_achieved"), 0) == (achieved ? 1 : 0));
+    CHECK(*row<std::uint8_t>(batch->output("goal_reached_status"), 0) == (reached ? 1 : 0));
+    CHECK(visible(*batch, kGoalRegion) == !changed);
+    CHECK(visible(*batch, kChangedRegion) == changed);
+    CHECK(batch->state().prop_pos_of(0, kGoalRegion)[2] == (changed ? 1000 : 0.001));
+    CHECK(batch->state().prop_pos_of(0, kChangedRegion)[2] == (changed ? 0.001 : 1000));
+    CHECK(batch->success()[0] == (success ? 1 : 0));
+    const auto observation = batch->observation();
     CHECK(observation[25] == 0.22F);  // the target's place, whichever disc shows it
     CHECK(observation[27] == 0.001F);
     CHECK(observation[38] == (reached ? 1.0F : 0.0F));
-    CHECK(env->terminated()[0] == 0);
+    CHECK(batch->terminated()[0] == 0);
   };
   const auto step = [&](double x, double y) {
-    put_cube(*env, x, y);
-    test::step(*env, Policy::kZero);
+    put_cube(*batch, x, y);
+    test::step(*batch, Policy::kZero);
   };
   check(false, false, false, false);
   step(0.1, 0.0);
@@ -104,37 +104,37 @@ TEST_CASE("The target changes colour one step after the cube was there, for good
   check(false, true, true, true);
   step(0.1, 0.05);
   check(false, true, true, false);
-  CHECK(*row<std::uint8_t>(env->output("success_once"), 0) == 1);
-  env->reset();
+  CHECK(*row<std::uint8_t>(batch->output("success_once"), 0) == 1);
+  batch->reset();
   check(false, false, false, false);
-  CHECK(env->state_dim() == 39);
+  CHECK(batch->state_dim() == 39);
 }
 
 TEST_CASE("A cube that passes the target in one step changes it in the next", "[take_it_back]") {
   BatchOptions options;
   options.substeps = 0;
   options.pins = pins();
-  const auto env = make_env(kId, options);
-  env->reset();
-  put_cube(*env, 0.2, 0);
-  test::step(*env, Policy::kZero);
-  CHECK(visible(*env, kGoalRegion));
-  put_cube(*env, 0, 0.02);
-  test::step(*env, Policy::kZero);
-  CHECK(visible(*env, kChangedRegion));
-  CHECK(env->success()[0] == 1);
+  const auto batch = make_env(kId, options);
+  batch->reset();
+  put_cube(*batch, 0.2, 0);
+  test::step(*batch, Policy::kZero);
+  CHECK(visible(*batch, kGoalRegion));
+  put_cube(*batch, 0, 0.02);
+  test::step(*batch, Policy::kZero);
+  CHECK(visible(*batch, kChangedRegion));
+  CHECK(batch->success()[0] == 1);
 }
 
 TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_back]") {
   BatchOptions options;
   options.num_envs = 6000;
-  const auto env = make_env(kId, options);
-  env->reset();
+  const auto batch = make_env(kId, options);
+  batch->reset();
   double nearest = 1;
   std::vector<int> slots(3);
   for (int i = 0; i < options.num_envs; ++i) {
-    const double* start = env->state().prop_pos_of(i, kInitialRegion);
-    const double* goal = env->state().prop_pos_of(i, kGoalRegion);
+    const double* start = batch->state().prop_pos_of(i, kInitialRegion);
+    const double* goal = batch->state().prop_pos_of(i, kGoalRegion);
     nearest = std::min(nearest, std::hypot(start[0] - goal[0], start[1] - goal[1]));
     const int slot = static_cast<int>(std::floor((start[1] + 0.1) / 0.1));
     REQUIRE(slot >= 0);
@@ -144,9 +144,9 @@ TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_bac
     REQUIRE(std::abs(start[0]) <= 0.05);
     REQUIRE(std::abs(goal[0] - 0.225) <= 0.025);
     REQUIRE(std::abs(goal[1]) <= 0.025);
-    const double* cube = env->state().prop_pos_of(i, kCube);
+    const double* cube = batch->state().prop_pos_of(i, kCube);
     REQUIRE(std::equal(cube, cube + 2, start));
-    REQUIRE(row<float>(env->output("oracle_info"), i)[1] == static_cast<float>(start[1]));
+    REQUIRE(row<float>(batch->output("oracle_info"), i)[1] == static_cast<float>(start[1]));
   }
   CHECK(nearest >= 0.16);
   CHECK(nearest < 0.165);
@@ -171,13 +171,13 @@ TEST_CASE("With may_overlap, start and target are drawn once and overlap now and
   options.num_envs = 6000;
   const auto guarded = make_env(kId, options);
   options.task_options = {{"may_overlap", 1}};
-  const auto env = make_env(kId, options);
+  const auto batch = make_env(kId, options);
   guarded->reset();
-  env->reset();
+  batch->reset();
   int overlaps = 0;
   for (int i = 0; i < options.num_envs; ++i) {
-    const double* start = env->state().prop_pos_of(i, kInitialRegion);
-    const double* goal = env->state().prop_pos_of(i, kGoalRegion);
+    const double* start = batch->state().prop_pos_of(i, kInitialRegion);
+    const double* goal = batch->state().prop_pos_of(i, kGoalRegion);
     const bool overlap = std::hypot(start[0] - goal[0], start[1] - goal[1]) < 0.16;
     overlaps += overlap ? 1 : 0;
     const double* usual = guarded->state().prop_pos_of(i, kGoalRegion);
@@ -191,37 +191,37 @@ TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
   const auto start_at = [](double slot, double x) {
     BatchOptions options;
     options.substeps = 0;
-    auto env = make(kId, options);
+    auto batch = make(kId, options);
     const std::vector<Pin> where = pins(slot, x);
-    env->reset({.mask = {}, .seeds = {}, .pins = &where});
-    return env;
+    batch->reset({.mask = {}, .seeds = {}, .pins = &where});
+    return batch;
   };
   const auto one = start_at(-1, -0.05);
   const auto other = start_at(1, 0.03);
-  PicturePair pictures(*one, *other);
-  CHECK(pictures.differing_pixels("base_camera") > 10);  // the cube itself
+  ImagePair images(*one, *other);
+  CHECK(images.differing_pixels("base_camera") > 10);  // the cube itself
   for (const auto* env : {&one, &other}) put_cube(**env, 0.12, 0.01);
-  CHECK(pictures.differing_pixels("base_camera") == 0);
-  CHECK(pictures.differing_pixels("hand_camera") == 0);
-  CHECK(pictures.differing_pixels("render_camera") > 100);  // people see the blue disc
+  CHECK(images.differing_pixels("base_camera") == 0);
+  CHECK(images.differing_pixels("hand_camera") == 0);
+  CHECK(images.differing_pixels("render_camera") > 100);  // people see the blue disc
 
   BatchOptions options;
   options.obs_mode = ObsMode::kRgb;
   options.substeps = 0;
   const auto rgb = [&](double slot) {
-    auto env = make(kId, options);
+    auto batch = make(kId, options);
     const std::vector<Pin> where = pins(slot);
-    env->reset({.mask = {}, .seeds = {}, .pins = &where});
-    put_cube(*env, 0.12, 0.01);
-    test::step(*env, Policy::kZero);
-    return std::vector<std::uint8_t>(env->images().rgb.begin(), env->images().rgb.end());
+    batch->reset({.mask = {}, .seeds = {}, .pins = &where});
+    put_cube(*batch, 0.12, 0.01);
+    test::step(*batch, Policy::kZero);
+    return std::vector<std::uint8_t>(batch->images().rgb.begin(), batch->images().rgb.end());
   };
   CHECK((rgb(-1) == rgb(1)));
 }
 
 TEST_CASE("Regions cost nothing in physics and are in nobody's way", "[take_it_back]") {
-  const auto env = make_env(kId);
-  const PhysicsModel& model = env->physics_model();
+  const auto batch = make_env(kId);
+  const PhysicsModel& model = batch->physics_model();
   int regions = 0;
   for (std::size_t prop = 0; prop < model.props().size(); ++prop) {
     const bool is_region = model.props()[prop].name.ends_with("region");

@@ -21,7 +21,7 @@ TEST_CASE("Words of TimedTransfer: the step of the signal", "[labels][timed_tran
         play_annotated("TimedTransferEasy-VLA-v0", 4, {{"signal_step", {1.0 * signal}}});
     REQUIRE(episode.success);
     const tasks::TimeWindow window = tasks::time_window(signal, 100);
-    const auto props = episode.env->physics_model().props();
+    const auto props = episode.batch->physics_model().props();
     for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
       INFO("frame " << t);
       const AnnotatedFrame& frame = episode.frames[static_cast<std::size_t>(t)];

@@ -19,8 +19,8 @@ constexpr int kCube = 2;
 constexpr int kBulb = 4;
 
 template <class T>
-T info(const Batch& env, const char* name, int index = 0) {
-  return *row<T>(env.output(name), index);
+T info(const Batch& batch, const char* name, int index = 0) {
+  return *row<T>(batch.output(name), index);
 }
 
 BatchOptions signal_at(double step) {
@@ -32,68 +32,68 @@ BatchOptions signal_at(double step) {
 }
 
 TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[timed]") {
-  const auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(2));
-  env->reset();
-  CHECK(env->state_dim() == 50);
-  CHECK(Queries(*env).instruction(0).find("step 100 of") != std::string::npos);
-  const std::vector<float> rest = test::zeros(*env);
+  const auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(2));
+  batch->reset();
+  CHECK(batch->state_dim() == 50);
+  CHECK(Queries(*batch).instruction(0).find("step 100 of") != std::string::npos);
+  const std::vector<float> rest = test::zeros(*batch);
   for (int elapsed = 0; elapsed <= 108; ++elapsed) {
     INFO(elapsed);
-    CHECK(env->state().elapsed[0] == elapsed);
-    CHECK(info<std::uint8_t>(*env, "signal_on") == (elapsed >= 2 ? 1 : 0));
-    CHECK(env->state().prop_rgba.row(0)[4 * kBulb + 1] == (elapsed >= 2 ? 1 : 220 / 255.0F));
-    CHECK(info<std::uint8_t>(*env, "in_window") == (elapsed >= 97 && elapsed <= 107 ? 1 : 0));
-    CHECK(info<std::uint8_t>(*env, "failed") == (elapsed >= 108 ? 1 : 0));
-    CHECK(env->terminated()[0] == (elapsed >= 108 ? 1 : 0));
-    CHECK(info<float>(*env, "oracle_info") == 100);
-    if (elapsed == 1) CHECK(env->reward()[0] == 0);
-    if (elapsed < 108) env->step(rest);
+    CHECK(batch->state().elapsed[0] == elapsed);
+    CHECK(info<std::uint8_t>(*batch, "signal_on") == (elapsed >= 2 ? 1 : 0));
+    CHECK(batch->state().prop_rgba.row(0)[4 * kBulb + 1] == (elapsed >= 2 ? 1 : 220 / 255.0F));
+    CHECK(info<std::uint8_t>(*batch, "in_window") == (elapsed >= 97 && elapsed <= 107 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*batch, "failed") == (elapsed >= 108 ? 1 : 0));
+    CHECK(batch->terminated()[0] == (elapsed >= 108 ? 1 : 0));
+    CHECK(info<float>(*batch, "oracle_info") == 100);
+    if (elapsed == 1) CHECK(batch->reward()[0] == 0);
+    if (elapsed < 108) batch->step(rest);
   }
-  CHECK(env->reward()[0] == -25);
-  CHECK(info<std::uint8_t>(*env, "too_early") == 0);
-  CHECK(info<std::uint8_t>(*env, "answered") == 0);
-  CHECK(env->state().prop_pos_of(0, kCube)[2] == Approx(0.026).margin(2e-4));
+  CHECK(batch->reward()[0] == -25);
+  CHECK(info<std::uint8_t>(*batch, "too_early") == 0);
+  CHECK(info<std::uint8_t>(*batch, "answered") == 0);
+  CHECK(batch->state().prop_pos_of(0, kCube)[2] == Approx(0.026).margin(2e-4));
 }
 
 TEST_CASE("The cube arrives in the window and ends the episode", "[timed]") {
-  const auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(1));
-  env->reset();
-  while (env->state().finished[0] == 0) {
-    const bool before = info<std::uint8_t>(*env, "before_window") != 0;
-    test::step(*env, Policy::kOracle);
-    if (before) CHECK(info<std::uint8_t>(*env, "cube_on_red") == 0);
+  const auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(1));
+  batch->reset();
+  while (batch->state().finished[0] == 0) {
+    const bool before = info<std::uint8_t>(*batch, "before_window") != 0;
+    test::step(*batch, Policy::kOracle);
+    if (before) CHECK(info<std::uint8_t>(*batch, "cube_on_red") == 0);
   }
-  CHECK(info<std::uint8_t>(*env, "success") == 1);
-  CHECK(info<std::uint8_t>(*env, "in_window") == 1);
-  CHECK(info<std::uint8_t>(*env, "is_grasped") == 1);
-  CHECK(env->terminated()[0] == 1);
-  CHECK(env->reward()[0] == 30);
-  CHECK(info<std::uint8_t>(*env, "first_answer_correct") == 1);
-  CHECK(info<std::int32_t>(*env, "first_answer") == env->state().elapsed[0] - 1);
+  CHECK(info<std::uint8_t>(*batch, "success") == 1);
+  CHECK(info<std::uint8_t>(*batch, "in_window") == 1);
+  CHECK(info<std::uint8_t>(*batch, "is_grasped") == 1);
+  CHECK(batch->terminated()[0] == 1);
+  CHECK(batch->reward()[0] == 30);
+  CHECK(info<std::uint8_t>(*batch, "first_answer_correct") == 1);
+  CHECK(info<std::int32_t>(*batch, "first_answer") == batch->state().elapsed[0] - 1);
 }
 
 // Puts the cube on the red disc before step `elapsed`, and goes on to there.
 std::unique_ptr<Batch> put_on_red(int elapsed, double signal) {
   constexpr int kRedDisc = 1;
-  auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
-  env->reset();
-  while (env->state().elapsed[0] < elapsed - 1) env->step(test::zeros(*env));
+  auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
+  batch->reset();
+  while (batch->state().elapsed[0] < elapsed - 1) batch->step(test::zeros(*batch));
   const double upright[4] = {1, 0, 0, 0};
-  const double* red = env->state().prop_pos_of(0, kRedDisc);
-  const double place[3] = {red[0], red[1], env->state().prop_pos_of(0, kCube)[2]};
-  env->state().place_prop(0, kCube, place, upright);
-  env->step(test::zeros(*env));
-  return env;
+  const double* red = batch->state().prop_pos_of(0, kRedDisc);
+  const double place[3] = {red[0], red[1], batch->state().prop_pos_of(0, kCube)[2]};
+  batch->state().place_prop(0, kCube, place, upright);
+  batch->step(test::zeros(*batch));
+  return batch;
 }
 
 TEST_CASE("The answer is the step in which the cube comes to red", "[timed][answer]") {
   for (const int step : {0, 1, 50, 94, 95, 100, 105}) {
     INFO(step);
-    const auto env = put_on_red(2 + step, 2);
-    CHECK(info<std::uint8_t>(*env, "answered") == 1);
-    CHECK(info<std::int32_t>(*env, "first_answer") == step);
-    CHECK(info<std::uint8_t>(*env, "first_answer_correct") == (step >= 95 ? 1 : 0));
-    CHECK(info<std::uint8_t>(*env, "success") == (step >= 95 ? 1 : 0));
+    const auto batch = put_on_red(2 + step, 2);
+    CHECK(info<std::uint8_t>(*batch, "answered") == 1);
+    CHECK(info<std::int32_t>(*batch, "first_answer") == step);
+    CHECK(info<std::uint8_t>(*batch, "first_answer_correct") == (step >= 95 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*batch, "success") == (step >= 95 ? 1 : 0));
   }
   // Before the signal there is no count.
   const auto early = put_on_red(1, 3);
@@ -103,10 +103,10 @@ TEST_CASE("The answer is the step in which the cube comes to red", "[timed][answ
 
 TEST_CASE("Who has the step count need not remember the signal", "[timed]") {
   for (const double signal : {1, 2, 3}) {
-    const auto env = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
-    env->reset();
-    while (env->state().finished[0] == 0) test::step(*env, Policy::kSweep);
-    CHECK(info<std::uint8_t>(*env, "success") == 1);
+    const auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
+    batch->reset();
+    while (batch->state().finished[0] == 0) test::step(*batch, Policy::kSweep);
+    CHECK(info<std::uint8_t>(*batch, "success") == 1);
   }
 }
 
@@ -114,13 +114,13 @@ TEST_CASE("Who has the step count need not remember the signal", "[timed]") {
 std::pair<int, int> window(const char* id, Rules rules) {
   BatchOptions options = signal_at(2);
   options.rules = rules;
-  const auto env = make_env(id, options);
-  env->reset();
+  const auto batch = make_env(id, options);
+  batch->reset();
   std::pair<int, int> steps = {0, 0};
-  while (info<std::uint8_t>(*env, "past_window") == 0) {
-    env->step(test::zeros(*env));
-    if (info<std::uint8_t>(*env, "in_window") == 0) continue;
-    const int count = env->state().elapsed[0] - 2;
+  while (info<std::uint8_t>(*batch, "past_window") == 0) {
+    batch->step(test::zeros(*batch));
+    if (info<std::uint8_t>(*batch, "in_window") == 0) continue;
+    const int count = batch->state().elapsed[0] - 2;
     if (steps.first == 0) steps.first = count;
     steps.second = count;
   }
@@ -137,11 +137,11 @@ TEST_CASE("Chance and phases are those of the window", "[timed]") {
   for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
     BatchOptions options;
     options.rules = rules;
-    const auto env = make_env("TimedTransferMedium-VLA-v0", options);
+    const auto batch = make_env("TimedTransferMedium-VLA-v0", options);
     const bool original = rules == Rules::kOriginal;
-    CHECK(env->info().chance() == Approx((original ? 16.0 : 15.0) / 301));
-    CHECK(env->info().answer_chance() == env->info().chance());
-    CHECK(env->info().phases.back().second ==
+    CHECK(batch->info().chance() == Approx((original ? 16.0 : 15.0) / 301));
+    CHECK(batch->info().answer_chance() == batch->info().chance());
+    CHECK(batch->info().phases.back().second ==
           (original ? "s + 142 <= elapsed <= s + 157" : "s + 143 <= elapsed <= s + 157"));
   }
 }
@@ -151,10 +151,10 @@ TEST_CASE("Oracle and sweep bring the cube in the window of either rules", "[tim
     for (const Policy policy : {Policy::kOracle, Policy::kSweep}) {
       BatchOptions options = signal_at(3);
       options.rules = rules;
-      const auto env = make_env("TimedTransferMedium-VLA-v0", options);
-      env->reset();
-      while (env->state().finished[0] == 0) test::step(*env, policy);
-      CHECK(info<std::uint8_t>(*env, "success") == 1);
+      const auto batch = make_env("TimedTransferMedium-VLA-v0", options);
+      batch->reset();
+      while (batch->state().finished[0] == 0) test::step(*batch, policy);
+      CHECK(info<std::uint8_t>(*batch, "success") == 1);
     }
   }
 }
@@ -162,28 +162,28 @@ TEST_CASE("Oracle and sweep bring the cube in the window of either rules", "[tim
 TEST_CASE("A cube that arrives early fails at once", "[timed]") {
   BatchOptions options = signal_at(3);
   options.num_envs = 20;
-  const auto env = make_env("TimedTransferMedium-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("TimedTransferMedium-VLA-v0", options);
+  batch->reset();
   int early = 0;
   for (int i = 0; i < 120; ++i) {
-    test::step(*env, Policy::kBlind);
+    test::step(*batch, Policy::kBlind);
     for (int k = 0; k < options.num_envs; ++k) {
-      if (info<std::uint8_t>(*env, "too_early", k) == 0) continue;
+      if (info<std::uint8_t>(*batch, "too_early", k) == 0) continue;
       ++early;
-      REQUIRE(info<std::uint8_t>(*env, "failed", k) == 1);
-      REQUIRE(info<std::uint8_t>(*env, "success", k) == 0);
-      REQUIRE(env->terminated()[static_cast<std::size_t>(k)] == 1);
+      REQUIRE(info<std::uint8_t>(*batch, "failed", k) == 1);
+      REQUIRE(info<std::uint8_t>(*batch, "success", k) == 0);
+      REQUIRE(batch->terminated()[static_cast<std::size_t>(k)] == 1);
     }
   }
   CHECK(early > 0);
 }
 
 // What one environment shows and remembers over the next steps.
-std::vector<Bytes> future(Batch& env, int index, int steps) {
+std::vector<Bytes> future(Batch& batch, int index, int steps) {
   std::vector<Bytes> history;
   for (int i = 0; i < steps; ++i) {
-    test::step(env, Policy::kOracle);
-    history.push_back(test::env_bytes(env, index));
+    test::step(batch, Policy::kOracle);
+    history.push_back(test::env_bytes(batch, index));
   }
   return history;
 }
@@ -197,21 +197,21 @@ TEST_CASE("Snapshots in a demonstration and in a grasp go on bit for bit", "[sna
     if (std::string(id).find("Seq") != std::string::npos) {
       options.pins = {{"sequence_length", {2}}};
     }
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     bool held = false;
     for (int round = 0; round < 12; ++round) {
-      for (int i = 0; i < 16; ++i) test::step(*env, Policy::kOracle);
+      for (int i = 0; i < 16; ++i) test::step(*batch, Policy::kOracle);
       const int cube = std::string(id)[1] == 'i' ? kCube : 1;
-      held |= is_grasping(env->state(), 0, cube);
-      const std::vector<std::byte> saved = Snapshotter(*env).save(0);
-      const std::vector<Bytes> expected = future(*env, 0, 8);
+      held |= is_grasping(batch->state(), 0, cube);
+      const std::vector<std::byte> saved = Snapshotter(*batch).save(0);
+      const std::vector<Bytes> expected = future(*batch, 0, 8);
       INFO(id << ", round " << round);
       const auto other = make_env(id, options);
       other->reset();
       Snapshotter(*other).restore(1, saved);
       CHECK((future(*other, 1, 8) == expected));
-      Snapshotter(*env).restore(0, saved);
+      Snapshotter(*batch).restore(0, saved);
     }
     CHECK(held);
   }

@@ -49,7 +49,7 @@ TEST_CASE("Words of TraceShapeSeq: number and order of the shapes", "[labels][tr
   CHECK(episode.subtasks() == Texts{"watch the red cube", "pick up the green cube",
                                     "trace the triangle", "trace the circle", "trace the square",
                                     "press the button"});
-  const auto props = episode.env->physics_model().props();
+  const auto props = episode.batch->physics_model().props();
   CHECK(props[static_cast<std::size_t>(episode.frames.back().object)].name ==
         "trace_shape_seq_button_cap");
 }

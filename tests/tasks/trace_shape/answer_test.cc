@@ -46,49 +46,49 @@ BatchOptions still(std::vector<Pin> pins, bool strict) {
 }
 
 std::unique_ptr<Batch> show(int shape, double radius, bool strict = false) {
-  auto env = make_env(
+  auto batch = make_env(
       kHard,
       still({{"shape", {static_cast<double>(shape)}}, {"radius", {radius}}, {"rotation", {0.3}}},
             strict));
-  env->reset();
-  return env;
+  batch->reset();
+  return batch;
 }
 
 // Of radius 0.1, unturned.
 std::unique_ptr<Batch> show_sequence(std::array<double, 5> shapes, int length) {
-  auto env = make_env(kSeq, still({{"shapes", {shapes.begin(), shapes.end()}},
-                                   {"radii", std::vector<double>(5, 0.1)},
-                                   {"rotations", std::vector<double>(5, 0.0)},
-                                   {"sequence_length", {static_cast<double>(length)}}},
-                                  false));
-  env->reset();
-  return env;
+  auto batch = make_env(kSeq, still({{"shapes", {shapes.begin(), shapes.end()}},
+                                     {"radii", std::vector<double>(5, 0.1)},
+                                     {"rotations", std::vector<double>(5, 0.0)},
+                                     {"sequence_length", {static_cast<double>(length)}}},
+                                    false));
+  batch->reset();
+  return batch;
 }
 
-void wait(Batch& env) {
-  while (env.state().elapsed[0] < Queries(env).cue_end(0)) test::step(env, Policy::kZero);
+void wait(Batch& batch) {
+  while (batch.state().elapsed[0] < Queries(batch).cue_end(0)) test::step(batch, Policy::kZero);
 }
 
-void put_cube(Batch& env, const Vec2& at) {
-  double* pos = env.state().prop_pos_of(0, kGreen);
+void put_cube(Batch& batch, const Vec2& at) {
+  double* pos = batch.state().prop_pos_of(0, kGreen);
   pos[0] = at.x();
   pos[1] = at.y();
-  test::step(env, Policy::kZero);
+  test::step(batch, Policy::kZero);
 }
 
 // Once around, until success if that comes first.
-void trace(Batch& env, int shape, double radius, double rotation) {
+void trace(Batch& batch, int shape, double radius, double rotation) {
   const Contour contour(kShapes, shape, radius, rotation, kCenter);
   for (int i = 0; i <= kShapes.waypoints(); ++i) {
-    put_cube(env, contour.waypoint(i % kShapes.waypoints()));
-    if (env.success()[0] != 0) return;
+    put_cube(batch, contour.waypoint(i % kShapes.waypoints()));
+    if (batch.success()[0] != 0) return;
   }
 }
 
 // Presses the button of a sequence.
-void submit(Batch& env) {
-  const double* button = row<double>(env.memory().find("trace_shape_seq_button_xy"), 0);
-  test::step_at(env, {button[0], button[1], 0.07});
+void submit(Batch& batch) {
+  const double* button = row<double>(batch.memory().find("trace_shape_seq_button_xy"), 0);
+  test::step_at(batch, {button[0], button[1], 0.07});
 }
 
 TEST_CASE("The place of the green cube does not reveal what was traced", "[trace][answer]") {
@@ -97,17 +97,17 @@ TEST_CASE("The place of the green cube does not reveal what was traced", "[trace
     BatchOptions options;
     options.num_envs = 300;
     options.auto_reset = AutoReset::kOff;
-    const auto env = make_env(id, options);
-    env->reset();
+    const auto batch = make_env(id, options);
+    batch->reset();
     for (int t = 0; t < 330; ++t) {
-      test::step(*env, Policy::kZero);
+      test::step(*batch, Policy::kZero);
       for (int i = 0; i < options.num_envs; ++i) {
-        const double* center = row<double>(env->memory().find("center"), i);
-        const double* pos = env->state().prop_pos_of(i, kGreen);
-        const double* quat = env->state().prop_quat_of(i, kGreen);
+        const double* center = row<double>(batch->memory().find("center"), i);
+        const double* pos = batch->state().prop_pos_of(i, kGreen);
+        const double* quat = batch->state().prop_quat_of(i, kGreen);
         const bool as_placed = pos[0] == center[0] - 0.16 && pos[1] == center[1] &&
                                pos[2] == 0.02 && quat[0] == 1 &&
-                               env->state().status_of(i, kGreen) == PropStatus::kAsleep;
+                               batch->state().status_of(i, kGreen) == PropStatus::kAsleep;
         if (!as_placed) FAIL("environment " << i << ", step " << t);
       }
     }
@@ -119,15 +119,16 @@ TEST_CASE("A green cube that the red one pushes reveals the shape", "[trace][ans
   options.num_envs = 400;
   options.auto_reset = AutoReset::kOff;
   options.task_options = {{"red_pushes_green", 1}};
-  const auto env = make_env(kMedium, options);
-  env->reset();
-  for (int t = 0; t < 75; ++t) test::step(*env, Policy::kZero);
+  const auto batch = make_env(kMedium, options);
+  batch->reset();
+  for (int t = 0; t < 75; ++t) test::step(*batch, Policy::kZero);
   std::array<double, 2> shown{};
   std::array<double, 2> pushed{};
   for (int i = 0; i < options.num_envs; ++i) {
-    const auto shape = static_cast<std::size_t>(*row<std::int32_t>(env->output("oracle_info"), i));
-    const double* center = row<double>(env->memory().find("center"), i);
-    const double* pos = env->state().prop_pos_of(i, kGreen);
+    const auto shape =
+        static_cast<std::size_t>(*row<std::int32_t>(batch->output("oracle_info"), i));
+    const double* center = row<double>(batch->memory().find("center"), i);
+    const double* pos = batch->state().prop_pos_of(i, kGreen);
     shown[shape] += 1;
     pushed[shape] += std::hypot(pos[0] - center[0] + 0.16, pos[1] - center[1]) > 0.001 ? 1 : 0;
   }
@@ -139,12 +140,12 @@ TEST_CASE("A trail commits to the shape that it comes nearest to", "[trace][answ
   for (const int shape : {SHAPE_CIRCLE, SHAPE_SQUARE, SHAPE_TRIANGLE}) {
     for (const double radius : {0.08, 0.13}) {
       INFO(shape << ", " << radius);
-      const auto env = show(shape, radius);
-      wait(*env);
-      CHECK_FALSE(first_answer(*env).given);
-      trace(*env, shape, radius, 0.3);
-      CHECK(env->success()[0] == 1);
-      CHECK(first_answer(*env) == FirstAnswer{true, shape, true});
+      const auto batch = show(shape, radius);
+      wait(*batch);
+      CHECK_FALSE(first_answer(*batch).given);
+      trace(*batch, shape, radius, 0.3);
+      CHECK(batch->success()[0] == 1);
+      CHECK(first_answer(*batch) == FirstAnswer{true, shape, true});
     }
   }
 }
@@ -152,39 +153,39 @@ TEST_CASE("A trail commits to the shape that it comes nearest to", "[trace][answ
 TEST_CASE("What passes for a shape is not that shape", "[trace][answer]") {
   // A circle that is near enough to every checkpoint of the square.
   for (const bool strict : {false, true}) {
-    const auto env = show(SHAPE_SQUARE, 0.08, strict);
-    wait(*env);
-    trace(*env, SHAPE_CIRCLE, 0.08, 0.3);
-    trace(*env, SHAPE_CIRCLE, 0.08, 0.3);
-    CHECK(first_answer(*env) == FirstAnswer{true, SHAPE_CIRCLE, false});
-    CHECK((env->success()[0] != 0) == !strict);
+    const auto batch = show(SHAPE_SQUARE, 0.08, strict);
+    wait(*batch);
+    trace(*batch, SHAPE_CIRCLE, 0.08, 0.3);
+    trace(*batch, SHAPE_CIRCLE, 0.08, 0.3);
+    CHECK(first_answer(*batch) == FirstAnswer{true, SHAPE_CIRCLE, false});
+    CHECK((batch->success()[0] != 0) == !strict);
     // The first answer stays.
-    trace(*env, SHAPE_SQUARE, 0.08, 0.3);
-    CHECK(first_answer(*env) == FirstAnswer{true, SHAPE_CIRCLE, false});
-    CHECK((env->success()[0] != 0) == !strict);
+    trace(*batch, SHAPE_SQUARE, 0.08, 0.3);
+    CHECK(first_answer(*batch) == FirstAnswer{true, SHAPE_CIRCLE, false});
+    CHECK((batch->success()[0] != 0) == !strict);
   }
 }
 
 TEST_CASE("Trails count from the action phase on, once they are closed", "[trace][answer]") {
-  const auto env = show(SHAPE_TRIANGLE, 0.1);
+  const auto batch = show(SHAPE_TRIANGLE, 0.1);
   const Contour contour(kShapes, SHAPE_TRIANGLE, 0.1, 0.3, kCenter);
-  while (env->state().elapsed[0] < Queries(*env).cue_end(0) - 1) {
-    put_cube(*env, contour.waypoint(env->state().elapsed[0] % 64));
+  while (batch->state().elapsed[0] < Queries(*batch).cue_end(0) - 1) {
+    put_cube(*batch, contour.waypoint(batch->state().elapsed[0] % 64));
   }
-  put_cube(*env, kCenter + Vec2(0.3, 0.3));
-  for (int i = 0; i < 50; ++i) put_cube(*env, contour.waypoint(i));
-  CHECK_FALSE(first_answer(*env).given);
+  put_cube(*batch, kCenter + Vec2(0.3, 0.3));
+  for (int i = 0; i < 50; ++i) put_cube(*batch, contour.waypoint(i));
+  CHECK_FALSE(first_answer(*batch).given);
 }
 
 TEST_CASE("A sequence is answered by its submission", "[trace][answer]") {
-  const auto env = show_sequence({1, 2, 0, 0, 0}, 2);
-  wait(*env);
-  trace(*env, SHAPE_SQUARE, 0.1, 0);
-  trace(*env, SHAPE_TRIANGLE, 0.1, 0);
-  CHECK_FALSE(first_answer(*env).given);
-  submit(*env);
-  CHECK(env->success()[0] == 1);
-  CHECK(first_answer(*env) == FirstAnswer{true, 23, true});
+  const auto batch = show_sequence({1, 2, 0, 0, 0}, 2);
+  wait(*batch);
+  trace(*batch, SHAPE_SQUARE, 0.1, 0);
+  trace(*batch, SHAPE_TRIANGLE, 0.1, 0);
+  CHECK_FALSE(first_answer(*batch).given);
+  submit(*batch);
+  CHECK(batch->success()[0] == 1);
+  CHECK(first_answer(*batch) == FirstAnswer{true, 23, true});
 }
 
 TEST_CASE("A sequence is wrong from its first wrong contour on", "[trace][answer]") {

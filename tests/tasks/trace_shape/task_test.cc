@@ -25,18 +25,18 @@ constexpr int kGreen = 1;
 constexpr int kBulb = 3;
 
 template <class T>
-T info(const Batch& env, const char* name, int index = 0) {
-  return *row<T>(env.output(name), index);
+T info(const Batch& batch, const char* name, int index = 0) {
+  return *row<T>(batch.output(name), index);
 }
 
-Vec2 place(const Batch& env, int prop, int index = 0) {
-  const double* pos = env.state().prop_pos_of(index, prop);
+Vec2 place(const Batch& batch, int prop, int index = 0) {
+  const double* pos = batch.state().prop_pos_of(index, prop);
   return {pos[0], pos[1]};
 }
 
-std::string lamp(const Batch& env, int index = 0) {
-  const float* rgba = env.state().prop_rgba.row(index) + 4 * kBulb;
-  const float glow = env.state().prop_emission.row(index)[kBulb];
+std::string lamp(const Batch& batch, int index = 0) {
+  const float* rgba = batch.state().prop_rgba.row(index) + 4 * kBulb;
+  const float glow = batch.state().prop_emission.row(index)[kBulb];
   if (glow == 0) return rgba[0] == rgba[1] ? "white" : "?";
   return rgba[0] == 1 && rgba[1] == 0 ? "red" : rgba[1] == 1 && rgba[0] == 0 ? "green" : "?";
 }
@@ -50,38 +50,38 @@ BatchOptions pinned(std::vector<Pin> pins) {
 }
 
 // Steps without action to that step count.
-void wait_until(Batch& env, int elapsed) {
-  const std::vector<float> rest = test::zeros(env);
-  while (env.state().elapsed[0] < elapsed) env.step(rest);
+void wait_until(Batch& batch, int elapsed) {
+  const std::vector<float> rest = test::zeros(batch);
+  while (batch.state().elapsed[0] < elapsed) batch.step(rest);
 }
 
 TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[trace]") {
-  const auto env = make_env("TraceShapeHard-VLA-v0", pinned({{"shape", {2}},
-                                                             {"radius", {0.1}},
-                                                             {"rotation", {0.3}},
-                                                             {"center_x", {-0.10}},
-                                                             {"center_y", {0.05}},
-                                                             {"pre_demo_steps", {5}}}));
-  env->reset();
+  const auto batch = make_env("TraceShapeHard-VLA-v0", pinned({{"shape", {2}},
+                                                               {"radius", {0.1}},
+                                                               {"rotation", {0.3}},
+                                                               {"center_x", {-0.10}},
+                                                               {"center_y", {0.05}},
+                                                               {"pre_demo_steps", {5}}}));
+  batch->reset();
   const Contour contour(kShapes, 2, 0.1, 0.3, {-0.10, 0.05});
-  CHECK(Queries(*env).cue_end(0) == 69);
-  CHECK((place(*env, kGreen) - Vec2(-0.26, 0.05)).norm() < 1e-12);
+  CHECK(Queries(*batch).cue_end(0) == 69);
+  CHECK((place(*batch, kGreen) - Vec2(-0.26, 0.05)).norm() < 1e-12);
   for (int elapsed = 0; elapsed < 75; ++elapsed) {
-    wait_until(*env, elapsed);
+    wait_until(*batch, elapsed);
     INFO(elapsed);
-    CHECK(lamp(*env) == (elapsed < 5 ? "white" : elapsed < 69 ? "red" : "green"));
-    CHECK(info<std::uint8_t>(*env, "pre_demo_mask") == (elapsed < 5 ? 1 : 0));
-    CHECK(info<std::uint8_t>(*env, "demo_mask") == (elapsed >= 5 && elapsed < 69 ? 1 : 0));
-    CHECK(info<std::uint8_t>(*env, "action_mask") == (elapsed >= 69 ? 1 : 0));
+    CHECK(lamp(*batch) == (elapsed < 5 ? "white" : elapsed < 69 ? "red" : "green"));
+    CHECK(info<std::uint8_t>(*batch, "pre_demo_mask") == (elapsed < 5 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*batch, "demo_mask") == (elapsed >= 5 && elapsed < 69 ? 1 : 0));
+    CHECK(info<std::uint8_t>(*batch, "action_mask") == (elapsed >= 69 ? 1 : 0));
     const int waypoint = std::clamp(elapsed - 5, 0, 63);
-    CHECK((place(*env, kRed) - contour.waypoint(waypoint)).norm() < 1e-12);
-    const double height = env->state().prop_pos_of(0, kRed)[2];
+    CHECK((place(*batch, kRed) - contour.waypoint(waypoint)).norm() < 1e-12);
+    const double height = batch->state().prop_pos_of(0, kRed)[2];
     CHECK(height == Approx(elapsed < 69 ? 0.02 : 1000.02));
-    CHECK((env->state().status_of(0, kRed) == PropStatus::kHidden) == (elapsed >= 69));
-    CHECK(info<std::int32_t>(*env, "oracle_info") == 2);
-    CHECK(info<std::uint8_t>(*env, "success") == 0);
+    CHECK((batch->state().status_of(0, kRed) == PropStatus::kHidden) == (elapsed >= 69));
+    CHECK(info<std::int32_t>(*batch, "oracle_info") == 2);
+    CHECK(info<std::uint8_t>(*batch, "success") == 0);
   }
-  CHECK(env->state_dim() == 42);
+  CHECK(batch->state_dim() == 42);
 }
 
 // As in the original.
@@ -93,31 +93,31 @@ TEST_CASE("The demonstration pushes the green cube gently out of its way", "[tra
   BatchOptions options = pinned({{"shape", {0}}, {"radius", {0.13}}, {"rotation", {0}}});
   options.sleep = sleep;
   options.task_options = kPushing;
-  const auto env = make_env("TraceShapeHard-VLA-v0", options);
-  env->reset();
-  const Vec2 before = place(*env, kGreen);
+  const auto batch = make_env("TraceShapeHard-VLA-v0", options);
+  batch->reset();
+  const Vec2 before = place(*batch, kGreen);
   double fastest = 0;
-  const std::vector<float> rest = test::zeros(*env);
-  while (env->state().elapsed[0] < 90) {
-    env->step(rest);
-    const Eigen::Map<const Eigen::Vector3d> velocity(env->state().prop_qvel_of(0, kGreen));
+  const std::vector<float> rest = test::zeros(*batch);
+  while (batch->state().elapsed[0] < 90) {
+    batch->step(rest);
+    const Eigen::Map<const Eigen::Vector3d> velocity(batch->state().prop_qvel_of(0, kGreen));
     fastest = std::max(fastest, velocity.norm());
-    REQUIRE(std::abs(env->state().prop_pos_of(0, kGreen)[2] - 0.02) < 0.006);
+    REQUIRE(std::abs(batch->state().prop_pos_of(0, kGreen)[2] - 0.02) < 0.006);
   }
-  const double pushed = (place(*env, kGreen) - before).norm();
+  const double pushed = (place(*batch, kGreen) - before).norm();
   CHECK(pushed > 0.005);
   CHECK(pushed < 0.10);
   CHECK(fastest < 0.6);
 }
 
 // How deep the green cube, turned about the vertical, is inside the red one, m.
-double overlap(const Batch& env, int index) {
+double overlap(const Batch& batch, int index) {
   constexpr double kHalf = 0.02;
-  const double* q = env.state().prop_quat_of(index, kGreen);
+  const double* q = batch.state().prop_quat_of(index, kGreen);
   const double yaw = 2 * std::atan2(q[3], q[0]);
   const Vec2 along(std::cos(yaw), std::sin(yaw));
   const Vec2 across(-along.y(), along.x());
-  const Vec2 offset = place(env, kGreen, index) - place(env, kRed, index);
+  const Vec2 offset = place(batch, kGreen, index) - place(batch, kRed, index);
   double least = 1;
   for (const Vec2& axis : {Vec2(1, 0), Vec2(0, 1), along, across}) {
     const double reach =
@@ -134,28 +134,28 @@ TEST_CASE("The red cube pushes the green one as something that moves", "[trace][
     BatchOptions options;
     options.num_envs = 256;
     options.task_options = kPushing;
-    const auto env = make_env(id, options);
-    env->reset();
-    double most_ahead = 0;  // m/s, of the green cube
-    double deepest = 0;     // m
+    const auto batch = make_env(id, options);
+    batch->reset();
+    double max_ahead = 0;  // m/s, of the green cube
+    double deepest = 0;    // m
     std::vector<bool> pushed(256);
     for (int step = 0; step < 90; ++step) {
       std::vector<Vec2> before;
-      for (int i = 0; i < options.num_envs; ++i) before.push_back(place(*env, kRed, i));
-      test::step(*env, Policy::kZero);
+      for (int i = 0; i < options.num_envs; ++i) before.push_back(place(*batch, kRed, i));
+      test::step(*batch, Policy::kZero);
       for (int i = 0; i < options.num_envs; ++i) {
-        if (env->state().status_of(i, kRed) == PropStatus::kHidden) continue;
+        if (batch->state().status_of(i, kRed) == PropStatus::kHidden) continue;
         const auto index = static_cast<std::size_t>(i);
-        const double pace = (place(*env, kRed, i) - before[index]).norm() / kControlStep;
-        const Eigen::Map<const Eigen::Vector3d> green(env->state().prop_qvel_of(i, kGreen));
-        most_ahead = std::max(most_ahead, green.norm() - pace);
-        deepest = std::max(deepest, overlap(*env, i));
+        const double pace = (place(*batch, kRed, i) - before[index]).norm() / kControlStep;
+        const Eigen::Map<const Eigen::Vector3d> green(batch->state().prop_qvel_of(i, kGreen));
+        max_ahead = std::max(max_ahead, green.norm() - pace);
+        deepest = std::max(deepest, overlap(*batch, i));
         if (green.norm() > 0.01) pushed[index] = true;
       }
     }
     INFO(id);
     CHECK(std::count(pushed.begin(), pushed.end(), true) > 20);
-    CHECK(most_ahead < 0.1);
+    CHECK(max_ahead < 0.1);
     CHECK(deepest < 0.002);
   }
 }
@@ -171,14 +171,14 @@ TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
   BatchOptions options;
   options.num_envs = 2000;
   options.task_options = kPushing;
-  const auto env = make_env("TraceShapeHard-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("TraceShapeHard-VLA-v0", options);
+  batch->reset();
   int shifted = 0;
   for (int i = 0; i < options.num_envs; ++i) {
-    const Vec2 offset = place(*env, kGreen, i) - place(*env, kRed, i);
+    const Vec2 offset = place(*batch, kGreen, i) - place(*batch, kRed, i);
     REQUIRE((std::abs(offset.x()) >= 0.04 || std::abs(offset.y()) >= 0.04));
-    const double* center = row<double>(env->memory().find("center"), i);
-    shifted += place(*env, kGreen, i) == Vec2(center[0] - 0.16, center[1]) ? 0 : 1;
+    const double* center = row<double>(batch->memory().find("center"), i);
+    shifted += place(*batch, kGreen, i) == Vec2(center[0] - 0.16, center[1]) ? 0 : 1;
   }
   CHECK(shifted > 0.015 * options.num_envs);
   CHECK(shifted < 0.055 * options.num_envs);
@@ -188,107 +188,108 @@ TEST_CASE("TraceShape ends with the contour closed", "[trace]") {
   BatchOptions options;
   options.num_envs = 4;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make_env("TraceShapeHard-VLA-v0", options);
-  env->reset();
-  for (int i = 0; i < 200; ++i) test::step(*env, Policy::kOracle);
+  const auto batch = make_env("TraceShapeHard-VLA-v0", options);
+  batch->reset();
+  for (int i = 0; i < 200; ++i) test::step(*batch, Policy::kOracle);
   for (int i = 0; i < options.num_envs; ++i) {
-    CHECK(env->terminated()[static_cast<std::size_t>(i)] == 1);
-    CHECK(info<std::uint8_t>(*env, "success", i) == 1);
-    CHECK(info<std::uint8_t>(*env, "all_visited", i) == 1);
-    CHECK(info<float>(*env, "visit_fraction", i) == 1);
-    CHECK(info<float>(*env, "start_checkpoint_dist", i) < 0.035F);
-    for (int k = 0; k < 12; ++k) CHECK(row<std::uint8_t>(env->output("checkpoint_visited"), i)[k]);
+    CHECK(batch->terminated()[static_cast<std::size_t>(i)] == 1);
+    CHECK(info<std::uint8_t>(*batch, "success", i) == 1);
+    CHECK(info<std::uint8_t>(*batch, "all_visited", i) == 1);
+    CHECK(info<float>(*batch, "visit_fraction", i) == 1);
+    CHECK(info<float>(*batch, "start_checkpoint_dist", i) < 0.035F);
+    for (int k = 0; k < 12; ++k)
+      CHECK(row<std::uint8_t>(batch->output("checkpoint_visited"), i)[k]);
   }
 }
 
 TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C = 132", "[trace]") {
-  const auto env = make_env(
+  const auto batch = make_env(
       "TraceShapeSeqHard-VLA-v0",
       pinned({{"sequence_length", {2}}, {"shapes", {1, 2, 0, 0, 0}}, {"pre_demo_steps", {4}}}));
-  env->reset();
-  const double* radii = row<double>(env->memory().find("radii"), 0);
-  const double* turns = row<double>(env->memory().find("rotations"), 0);
-  const double* center = row<double>(env->memory().find("center"), 0);
+  batch->reset();
+  const double* radii = row<double>(batch->memory().find("radii"), 0);
+  const double* turns = row<double>(batch->memory().find("rotations"), 0);
+  const double* center = row<double>(batch->memory().find("center"), 0);
   const auto contour = [&](int element) {
     return Contour(kShapes, element == 0 ? 1 : 2, radii[element], turns[element],
                    {center[0], center[1]});
   };
-  CHECK(Queries(*env).cue_end(0) == 132);
-  CHECK(env->state_dim() == 52);
+  CHECK(Queries(*batch).cue_end(0) == 132);
+  CHECK(batch->state_dim() == 52);
   const std::int32_t expected[] = {1, 2, -1, -1, -1};
-  CHECK(std::equal(expected, expected + 5, row<std::int32_t>(env->output("oracle_info"), 0)));
-  CHECK(std::equal(expected, expected + 5, row<std::int32_t>(env->output("task_cue"), 0)));
+  CHECK(std::equal(expected, expected + 5, row<std::int32_t>(batch->output("oracle_info"), 0)));
+  CHECK(std::equal(expected, expected + 5, row<std::int32_t>(batch->output("task_cue"), 0)));
   const auto red_is_at = [&](int elapsed, int element, int waypoint) {
-    wait_until(*env, elapsed);
+    wait_until(*batch, elapsed);
     INFO(elapsed);
-    CHECK((place(*env, kRed) - contour(element).waypoint(waypoint)).norm() < 1e-12);
+    CHECK((place(*batch, kRed) - contour(element).waypoint(waypoint)).norm() < 1e-12);
   };
   red_is_at(4, 0, 0);
   red_is_at(5, 0, 1);
   red_is_at(67, 0, 63);
   red_is_at(68, 1, 0);
   red_is_at(131, 1, 63);
-  CHECK(lamp(*env) == "red");
-  wait_until(*env, 132);
-  CHECK(lamp(*env) == "green");
-  CHECK(env->state().status_of(0, kRed) == PropStatus::kHidden);
+  CHECK(lamp(*batch) == "red");
+  wait_until(*batch, 132);
+  CHECK(lamp(*batch) == "green");
+  CHECK(batch->state().status_of(0, kRed) == PropStatus::kHidden);
 }
 
 // Moves the tool to `height` over the button, 50 mm nearer to the robot than its centre.
-void press_button(Batch& env, double height) {
-  const double* center = row<double>(env.memory().find("trace_shape_seq_button_xy"), 0);
+void press_button(Batch& batch, double height) {
+  const double* center = row<double>(batch.memory().find("trace_shape_seq_button_xy"), 0);
   const Vec2 base(tasks::kRobotBaseX, 0);
   const Vec2 outward = Vec2(center[0], center[1]) - base;
   const Vec2 at = base + outward * (1 - 0.05 / outward.norm());
-  std::vector<float> action = test::zeros(env);
+  std::vector<float> action = test::zeros(batch);
   const Eigen::Vector3d goal(at.x(), at.y(), height);
-  tasks::servo_tcp(env.state(), 0, goal, tasks::tilt_outwards(tasks::kToolDown, goal), 1,
+  tasks::servo_tcp(batch.state(), 0, goal, tasks::tilt_outwards(tasks::kToolDown, goal), 1,
                    action.data());
-  env.step(action);
+  batch.step(action);
 }
 
 TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure", "[trace]") {
   BatchOptions options = pinned({{"sequence_length", {2}}, {"center_x", {-0.15}}});
   options.reward_mode = RewardMode::kDense;
-  const auto env = make_env("TraceShapeSeqEasy-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("TraceShapeSeqEasy-VLA-v0", options);
+  batch->reset();
   // During the demonstration the button does not react.
-  while (env->state().elapsed[0] < 60) press_button(*env, 0.07);
-  CHECK(env->state().tcp_pos.row(0)[2] < 0.08);
-  CHECK(info<float>(*env, "button_press_depth") == 0);
-  CHECK(env->terminated()[0] == 0);
-  while (env->state().elapsed[0] < Queries(*env).cue_end(0)) press_button(*env, 0.20);
-  for (int i = 0; i < 40 && env->terminated()[0] == 0; ++i) press_button(*env, 0.07);
-  CHECK(env->terminated()[0] == 1);
-  CHECK(info<std::uint8_t>(*env, "submitted") == 1);
-  CHECK(info<std::uint8_t>(*env, "failed_submit") == 1);
-  CHECK(info<std::uint8_t>(*env, "success") == 0);
-  CHECK(info<std::uint8_t>(*env, "button_pressed") == 1);
-  CHECK(env->reward()[0] == -2);
+  while (batch->state().elapsed[0] < 60) press_button(*batch, 0.07);
+  CHECK(batch->state().tcp_pos.row(0)[2] < 0.08);
+  CHECK(info<float>(*batch, "button_press_depth") == 0);
+  CHECK(batch->terminated()[0] == 0);
+  while (batch->state().elapsed[0] < Queries(*batch).cue_end(0)) press_button(*batch, 0.20);
+  for (int i = 0; i < 40 && batch->terminated()[0] == 0; ++i) press_button(*batch, 0.07);
+  CHECK(batch->terminated()[0] == 1);
+  CHECK(info<std::uint8_t>(*batch, "submitted") == 1);
+  CHECK(info<std::uint8_t>(*batch, "failed_submit") == 1);
+  CHECK(info<std::uint8_t>(*batch, "success") == 0);
+  CHECK(info<std::uint8_t>(*batch, "button_pressed") == 1);
+  CHECK(batch->reward()[0] == -2);
 }
 
 TEST_CASE("Contours count one after the other, and the submission ends the episode", "[trace]") {
   BatchOptions options = pinned({{"sequence_length", {3}}});
   options.reward_mode = RewardMode::kDense;
-  const auto env = make_env("TraceShapeSeqHard-VLA-v0", options);
-  env->reset();
+  const auto batch = make_env("TraceShapeSeqHard-VLA-v0", options);
+  batch->reset();
   int active = 0;
   float progress = 0;
-  while (env->state().finished[0] == 0) {
-    test::step(*env, Policy::kOracle);
-    const std::int32_t now = info<std::int32_t>(*env, "active_shape_idx");
+  while (batch->state().finished[0] == 0) {
+    test::step(*batch, Policy::kOracle);
+    const std::int32_t now = info<std::int32_t>(*batch, "active_shape_idx");
     REQUIRE((now == active || now == active + 1));
-    if (now == active + 1) CHECK(info<float>(*env, "active_visit_fraction") == 0);
+    if (now == active + 1) CHECK(info<float>(*batch, "active_visit_fraction") == 0);
     active = now;
-    REQUIRE(info<float>(*env, "sequence_progress") >= progress);
-    progress = info<float>(*env, "sequence_progress");
-    CHECK(info<std::uint8_t>(*env, "button_pressable") == (progress == 1 ? 1 : 0));
+    REQUIRE(info<float>(*batch, "sequence_progress") >= progress);
+    progress = info<float>(*batch, "sequence_progress");
+    CHECK(info<std::uint8_t>(*batch, "button_pressable") == (progress == 1 ? 1 : 0));
   }
   CHECK(active == 2);
-  CHECK(env->terminated()[0] == 1);
-  CHECK(info<std::uint8_t>(*env, "successful_submit_event") == 1);
-  CHECK(info<std::uint8_t>(*env, "success") == 1);
-  CHECK(env->reward()[0] == 40);
+  CHECK(batch->terminated()[0] == 1);
+  CHECK(info<std::uint8_t>(*batch, "successful_submit_event") == 1);
+  CHECK(info<std::uint8_t>(*batch, "success") == 1);
+  CHECK(batch->reward()[0] == 40);
 }
 
 }  // namespace

@@ -37,36 +37,39 @@ std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants = {},
   options.constants = constants;
   options.task_options = {{"check_all", check_all ? 1.0 : 0.0}};
   options.pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}};
-  auto env = test::make_env(id, options);
-  env->reset();
-  test::step_at(*env, kFarAway);
-  return env;
+  auto batch = test::make_env(id, options);
+  batch->reset();
+  test::step_at(*batch, kFarAway);
+  return batch;
 }
 
-void put(Batch& env, int battery, const Vector3d& where) {
-  env.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data(), PropStatus::kAsleep);
-  test::step_at(env, kFarAway);
+void put(Batch& batch, int battery, const Vector3d& where) {
+  batch.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data(),
+                           PropStatus::kAsleep);
+  test::step_at(batch, kFarAway);
 }
-bool flag(const Batch& env, const char* name) {
-  return *row<std::uint8_t>(env.output(name), 0) != 0;
+bool flag(const Batch& batch, const char* name) {
+  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
-int number(const Batch& env, const char* name) { return *row<std::int32_t>(env.output(name), 0); }
-void press(Batch& env) {
-  test::step_at(env, kButton + Vector3d(0, 0, 0.07));
-  test::step_at(env, kFarAway);
+int number(const Batch& batch, const char* name) {
+  return *row<std::int32_t>(batch.output(name), 0);
+}
+void press(Batch& batch) {
+  test::step_at(batch, kButton + Vector3d(0, 0, 0.07));
+  test::step_at(batch, kFarAway);
 }
 // Whether battery 0 counts as inserted there.
 bool inserts(const ConstantTable& constants, const Vector3d& offset) {
-  const auto env = make(kHard, constants);
-  put(*env, 0, kSocket + offset);
-  return flag(*env, "new_insert_event");
+  const auto batch = make(kHard, constants);
+  put(*batch, 0, kSocket + offset);
+  return flag(*batch, "new_insert_event");
 }
 // Whether battery 0 counts as returned there.
 bool returns(const ConstantTable& constants, const Vector3d& offset) {
-  const auto env = make(kHard, constants);
-  put(*env, 0, kSocket);
-  put(*env, 0, kSlot + offset);
-  return flag(*env, "new_return_event");
+  const auto batch = make(kHard, constants);
+  put(*batch, 0, kSocket);
+  put(*batch, 0, kSlot + offset);
+  return flag(*batch, "new_return_event");
 }
 
 TEST_CASE("Numbers of batteries change scene, answers and success", "[variants][battery]") {
@@ -86,25 +89,25 @@ TEST_CASE("Numbers of batteries change scene, answers and success", "[variants][
     CHECK_THAT(task->document(), Contains("battery_4") && !Contains("battery_5"));
     MakeOptions options;
     options.constants = constants;
-    const auto env = test::make_env(id, options);
-    env->reset();
-    test::step(*env, Policy::kZero);
-    CHECK(env->state_dim() == 189 + 2);
-    CHECK(number(*env, "active_battery_count") == 5);
-    CHECK(number(*env, "target_working_count") == 2);
+    const auto batch = test::make_env(id, options);
+    batch->reset();
+    test::step(*batch, Policy::kZero);
+    CHECK(batch->state_dim() == 189 + 2);
+    CHECK(number(*batch, "active_battery_count") == 5);
+    CHECK(number(*batch, "target_working_count") == 2);
   }
 }
 
 TEST_CASE("With check_all all batteries that take part have to be checked", "[variants][battery]") {
   for (const int batteries : {1, 2}) {
-    const auto env = make(kEasy, {{"ACTIVE_BATTERY_COUNT", batteries}}, true);
+    const auto batch = make(kEasy, {{"ACTIVE_BATTERY_COUNT", batteries}}, true);
     for (int battery = 0; battery < batteries; ++battery) {
-      CHECK_FALSE(flag(*env, "success"));
-      put(*env, battery, kSocket);
-      press(*env);
+      CHECK_FALSE(flag(*batch, "success"));
+      put(*batch, battery, kSocket);
+      press(*batch);
     }
-    CHECK(number(*env, "checked_count") == batteries);
-    CHECK(flag(*env, "success"));
+    CHECK(number(*batch, "checked_count") == batteries);
+    CHECK(flag(*batch, "success"));
   }
 }
 
@@ -145,13 +148,13 @@ TEST_CASE("With check_all success goes by the slots' tolerance, too", "[variants
   for (const double tolerance : {0.005, 0.023}) {
     for (const bool near : {true, false}) {
       INFO(tolerance << " " << near);
-      const auto env =
+      const auto batch =
           make(kEasy, {{"ACTIVE_BATTERY_COUNT", 1}, {"SLOT_RETURN_XY_TOL", tolerance}}, true);
-      put(*env, 0, kSocket);
-      put(*env, 0, kSlot + Vector3d(3 * tolerance + (near ? -1e-6 : 1e-6), 0, 0));
-      press(*env);
-      CHECK(number(*env, "checked_count") == 1);
-      CHECK(flag(*env, "success") == near);
+      put(*batch, 0, kSocket);
+      put(*batch, 0, kSlot + Vector3d(3 * tolerance + (near ? -1e-6 : 1e-6), 0, 0));
+      press(*batch);
+      CHECK(number(*batch, "checked_count") == 1);
+      CHECK(flag(*batch, "success") == near);
     }
   }
 }
@@ -159,12 +162,12 @@ TEST_CASE("With check_all success goes by the slots' tolerance, too", "[variants
 TEST_CASE("The lamp stays on for LAMP_AFTERGLOW_STEPS", "[variants][battery]") {
   for (const int steps : {0, 1, 7, 30}) {
     INFO(steps);
-    const auto env = make(kEasy, {{"LAMP_AFTERGLOW_STEPS", steps}});
-    put(*env, 0, kSocket);  // and it is home again in the same step
+    const auto batch = make(kEasy, {{"LAMP_AFTERGLOW_STEPS", steps}});
+    put(*batch, 0, kSocket);  // and it is home again in the same step
     int lit = 0;
     for (int i = 0; i < 40; ++i) {
-      lit += *row<std::uint8_t>(env->memory().find("lit"), 0);
-      test::step_at(*env, kFarAway);
+      lit += *row<std::uint8_t>(batch->memory().find("lit"), 0);
+      test::step_at(*batch, kFarAway);
     }
     CHECK(lit == std::max(1, steps));
   }
@@ -181,9 +184,9 @@ TEST_CASE("The button has the size of its constants", "[variants][battery]") {
 
 TEST_CASE("The button is pressed within its radius, and at its height", "[variants][battery]") {
   const auto pressed = [](const ConstantTable& constants, double aside, double height) {
-    const auto env = make(kEasy, constants);
-    test::step_at(*env, kButton + Vector3d(aside, 0, height));
-    return flag(*env, "new_button_press_event");
+    const auto batch = make(kEasy, constants);
+    test::step_at(*batch, kButton + Vector3d(aside, 0, height));
+    return flag(*batch, "new_button_press_event");
   };
   for (const double radius : {0.02, 0.075, 0.13}) {
     INFO(radius);
@@ -203,12 +206,12 @@ TEST_CASE("The button is pressed within its radius, and at its height", "[varian
 TEST_CASE("Penalties of BatteriesChecker have the weights of their constants",
           "[variants][battery]") {
   const auto reward = [](const ConstantTable& constants) {
-    const auto env = make(kEasy, constants);
-    std::vector<float> action = test::zeros(*env);
+    const auto batch = make(kEasy, constants);
+    std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
-    test::pose_tool(*env, kFarAway);
-    env->step(action);
-    return env->reward()[0];
+    test::pose_tool(*batch, kFarAway);
+    batch->step(action);
+    return batch->reward()[0];
   };
   CHECK(reward({}) - reward({{"ACTION_DELTA_L2_COEF", 1}}) ==
         Approx(0.98 * std::tanh(5.0)).margin(1e-5));

@@ -37,26 +37,28 @@ std::unique_ptr<Batch> make(const ConstantTable& constants, std::vector<Pin> pin
   options.pins = std::move(pins);
   options.pins.push_back({"button_x", {-0.1}});
   options.pins.push_back({"button_y", {0}});
-  auto env = test::make_env(kEasy, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(kEasy, options);
+  batch->reset();
+  return batch;
 }
 
 // The same after the cue; `blinks` are to be counted.
 std::unique_ptr<Batch> after_cue(const ConstantTable& constants, double blinks = 2) {
-  auto env = make(constants, {{"target_blinks", {blinks}}});
-  while (env->state().elapsed[0] < Queries(*env).cue_end(0)) test::step_at(*env, kFarAway);
-  return env;
+  auto batch = make(constants, {{"target_blinks", {blinks}}});
+  while (batch->state().elapsed[0] < Queries(*batch).cue_end(0)) test::step_at(*batch, kFarAway);
+  return batch;
 }
 
-void tool_at(Batch& env, double height, double aside = 0) {
-  test::step_at(env, {-0.1 + aside, 0, height});
+void tool_at(Batch& batch, double height, double aside = 0) {
+  test::step_at(batch, {-0.1 + aside, 0, height});
 }
-bool flag(const Batch& env, const char* name) {
-  return *row<std::uint8_t>(env.output(name), 0) != 0;
+bool flag(const Batch& batch, const char* name) {
+  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
-int count(const Batch& env, const char* name) { return *row<std::int32_t>(env.output(name), 0); }
-double prop_height(const Batch& env, int prop) { return env.state().prop_pos_of(0, prop)[2]; }
+int count(const Batch& batch, const char* name) {
+  return *row<std::int32_t>(batch.output(name), 0);
+}
+double prop_height(const Batch& batch, int prop) { return batch.state().prop_pos_of(0, prop)[2]; }
 
 TEST_CASE("BLINK_COUNT_RANGE is what is counted, guessed and drawn", "[variants][blink_count]") {
   const ConstantTable constants = {{"BLINK_COUNT_RANGE", ConstantList{2, 5}},
@@ -72,22 +74,23 @@ TEST_CASE("BLINK_COUNT_RANGE is what is counted, guessed and drawn", "[variants]
   MakeOptions options;
   options.num_envs = 60;
   options.constants = constants;
-  const auto env = test::make_env(kEasy, options);
-  env->reset();
+  const auto batch = test::make_env(kEasy, options);
+  batch->reset();
   std::set<int> seen;
-  for (int i = 0; i < 60; ++i) seen.insert(*row<std::int32_t>(env->output("target_blinks"), i));
+  for (int i = 0; i < 60; ++i) seen.insert(*row<std::int32_t>(batch->output("target_blinks"), i));
   CHECK(seen == std::set<int>{2, 3, 4, 5});
 }
 
 TEST_CASE("Times of blinks make up the cue", "[variants][blink_count]") {
-  const auto env = make({{"PRE_BLINK_OFF_STEPS", 4}, {"BLINK_ON_STEPS", 2}, {"BLINK_OFF_STEPS", 6}},
-                        {{"target_blinks", {3}}});
-  CHECK(Queries(*env).cue_end(0) == 4 + 3 * (2 + 6));
+  const auto batch =
+      make({{"PRE_BLINK_OFF_STEPS", 4}, {"BLINK_ON_STEPS", 2}, {"BLINK_OFF_STEPS", 6}},
+           {{"target_blinks", {3}}});
+  CHECK(Queries(*batch).cue_end(0) == 4 + 3 * (2 + 6));
   for (int t = 0; t < 32; ++t) {
     INFO(t);
-    CHECK(flag(*env, "light_on") == (t >= 4 && t < 28 && (t - 4) % 8 < 2));
-    CHECK(flag(*env, "action_mask") == (t >= 28));
-    test::step_at(*env, kFarAway);
+    CHECK(flag(*batch, "light_on") == (t >= 4 && t < 28 && (t - 4) % 8 < 2));
+    CHECK(flag(*batch, "action_mask") == (t >= 28));
+    test::step_at(*batch, kFarAway);
   }
 }
 
@@ -95,12 +98,12 @@ TEST_CASE("Resets narrow the ranges of blinks", "[variants][blink_count]") {
   MakeOptions options;
   options.num_envs = 30;
   options.constants = {{"BLINK_ON_STEPS", ConstantList{1, 9}}};
-  const auto env = test::make_env(kEasy, options);
+  const auto batch = test::make_env(kEasy, options);
   const ConstantTable narrow = {{"BLINK_ON_STEPS", 7}, {"BLINK_COUNT_RANGE", 2}};
-  env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
+  batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
   for (int i = 0; i < 30; ++i) {
-    CHECK(*row<std::int32_t>(env->output("target_blinks"), i) == 2);
-    const auto* lengths = row<std::int32_t>(env->memory().find("blink_length"), i);
+    CHECK(*row<std::int32_t>(batch->output("target_blinks"), i) == 2);
+    const auto* lengths = row<std::int32_t>(batch->memory().find("blink_length"), i);
     CHECK((lengths[0] == 7 && lengths[1] == 7));
   }
 }
@@ -114,10 +117,10 @@ TEST_CASE("Both buttons have the size that is asked for", "[variants][blink_coun
     CHECK(test::size_in(document, name + "_base") == 0.05);
     CHECK(test::size_in(document, name + "_cap") == 0.04);
   }
-  const auto env = make(constants);
+  const auto batch = make(constants);
   for (const int base : {kRedBase, kBlackBase}) {
-    CHECK(prop_height(*env, base) == Approx(0.02));
-    CHECK(prop_height(*env, base + 1) == Approx(0.05));  // of the cap
+    CHECK(prop_height(*batch, base) == Approx(0.02));
+    CHECK(prop_height(*batch, base + 1) == Approx(0.05));  // of the cap
   }
 }
 
@@ -125,9 +128,9 @@ TEST_CASE("Both buttons have the size that is asked for", "[variants][blink_coun
 double pressing_height(const ConstantTable& constants, double low, double high) {
   while (high - low > 1e-6) {
     const double middle = (low + high) / 2;
-    const auto env = after_cue(constants);
-    tool_at(*env, middle);
-    (flag(*env, "new_raw_press_event") ? low : high) = middle;
+    const auto batch = after_cue(constants);
+    tool_at(*batch, middle);
+    (flag(*batch, "new_raw_press_event") ? low : high) = middle;
   }
   return low;
 }
@@ -149,10 +152,10 @@ TEST_CASE("A press begins where the button's constants say", "[variants][blink_c
 
 TEST_CASE("The cap sinks as far as BUTTON_CAP_TRAVEL", "[variants][blink_count]") {
   for (const double travel : {0.007, 0.014, 0.028}) {
-    const auto env = after_cue({{"BUTTON_CAP_TRAVEL", travel}});
-    tool_at(*env, 0.03);
-    CHECK(prop_height(*env, kRedCap) == Approx(0.044 - travel));
-    CHECK(*row<float>(env->output("press_depth"), 0) == Approx(travel));
+    const auto batch = after_cue({{"BUTTON_CAP_TRAVEL", travel}});
+    tool_at(*batch, 0.03);
+    CHECK(prop_height(*batch, kRedCap) == Approx(0.044 - travel));
+    CHECK(*row<float>(batch->output("press_depth"), 0) == Approx(travel));
   }
 }
 
@@ -190,37 +193,37 @@ TEST_CASE("A press counts within BUTTON_PRESS_XY_RADIUS", "[variants][blink_coun
 TEST_CASE("A button is released at BUTTON_RELEASE_READY_RATIO", "[variants][blink_count]") {
   for (const double ratio : {0.0, 0.2, 0.3}) {
     INFO(ratio);
-    const auto env = after_cue({{"BUTTON_RELEASE_READY_RATIO", ratio}});
+    const auto batch = after_cue({{"BUTTON_RELEASE_READY_RATIO", ratio}});
     const double released = 0.088 - ratio * 0.014;
-    tool_at(*env, 0.07);
-    tool_at(*env, released - 1e-5);
-    CHECK_FALSE(flag(*env, "new_release_event"));
-    tool_at(*env, released + 1e-5);
-    CHECK(flag(*env, "new_release_event"));
+    tool_at(*batch, 0.07);
+    tool_at(*batch, released - 1e-5);
+    CHECK_FALSE(flag(*batch, "new_release_event"));
+    tool_at(*batch, released + 1e-5);
+    CHECK(flag(*batch, "new_release_event"));
   }
 }
 
 TEST_CASE("A press counts after a lift of REQUIRED_LIFT_HEIGHT", "[variants][blink_count]") {
   for (const double lift : {0.04, 0.1, 0.25}) {
     INFO(lift);
-    const auto env = after_cue({{"REQUIRED_LIFT_HEIGHT", lift}});
-    tool_at(*env, 0.08);
-    CHECK(*row<float>(env->output("lift_target_z"), 0) == Approx(0.08 + lift));
-    tool_at(*env, 0.08 + lift - 0.015 - 1e-5);
-    CHECK(count(*env, "press_count") == 0);
-    tool_at(*env, 0.08 + lift - 0.015 + 1e-5);
-    CHECK(count(*env, "press_count") == 1);
+    const auto batch = after_cue({{"REQUIRED_LIFT_HEIGHT", lift}});
+    tool_at(*batch, 0.08);
+    CHECK(*row<float>(batch->output("lift_target_z"), 0) == Approx(0.08 + lift));
+    tool_at(*batch, 0.08 + lift - 0.015 - 1e-5);
+    CHECK(count(*batch, "press_count") == 0);
+    tool_at(*batch, 0.08 + lift - 0.015 + 1e-5);
+    CHECK(count(*batch, "press_count") == 1);
   }
 }
 
 TEST_CASE("Penalties have the weights of their constants", "[variants][blink_count]") {
   const auto reward = [](const ConstantTable& constants) {
-    const auto env = after_cue(constants);
-    std::vector<float> action = test::zeros(*env);
+    const auto batch = after_cue(constants);
+    std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
-    test::pose_tool(*env, kFarAway);
-    env->step(action);
-    return env->reward()[0];
+    test::pose_tool(*batch, kFarAway);
+    batch->step(action);
+    return batch->reward()[0];
   };
   const float none =
       reward({{"ACTION_L2_COEF", 0}, {"ACTION_DELTA_L2_COEF", 0}, {"QVEL_L2_COEF", 0}});

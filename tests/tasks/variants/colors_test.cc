@@ -43,24 +43,24 @@ std::unique_ptr<Batch> acting(const char* id, const ConstantTable& constants, in
   std::vector<double> sequence;
   for (int i = 0; i < length; ++i) sequence.push_back(i);
   options.pins = {{"sequence", sequence}, {cue_draw(id), {1}}, {"empty_steps", {1}}};
-  auto env = make_reset(id, constants, options);
-  const int start = Queries(*env).cue_end(0) + 1;
-  for (int t = 0; t < start; ++t) step_at(*env, kFarAway);
-  return env;
+  auto batch = make_reset(id, constants, options);
+  const int start = Queries(*batch).cue_end(0) + 1;
+  for (int t = 0; t < start; ++t) step_at(*batch, kFarAway);
+  return batch;
 }
 
-Vector3d cube(const Batch& env, int color) {
-  return Eigen::Map<Vector3d>(env.state().prop_pos_of(0, color));
+Vector3d cube(const Batch& batch, int color) {
+  return Eigen::Map<Vector3d>(batch.state().prop_pos_of(0, color));
 }
-bool shown(const Batch& env, int color) {
-  return env.state().status_of(0, color) != PropStatus::kHidden;
+bool shown(const Batch& batch, int color) {
+  return batch.state().status_of(0, color) != PropStatus::kHidden;
 }
-bool touched(const Batch& env, int color) {
-  return row<std::uint8_t>(env.memory().find("touched"), 0)[color] != 0;
+bool touched(const Batch& batch, int color) {
+  return row<std::uint8_t>(batch.memory().find("touched"), 0)[color] != 0;
 }
-void press_button(Batch& env) {
-  const double* at = row<double>(env.memory().find("center_button_xy"), 0);
-  for (const double height : {0.1, 0.08, 0.09, 0.17}) step_at(env, {at[0], at[1], height});
+void press_button(Batch& batch) {
+  const double* at = row<double>(batch.memory().find("center_button_xy"), 0);
+  for (const double height : {0.1, 0.08, 0.09, 0.17}) step_at(batch, {at[0], at[1], height});
 }
 
 TEST_CASE("Candidates follow SEQUENCE_LENGTH and COLORS", "[variants][color_recall]") {
@@ -95,13 +95,13 @@ TEST_CASE("All colours of a smaller set are drawn, in all places", "[variants][c
   for (const char* id : kAll) {
     MakeOptions options;
     options.num_envs = 200;
-    const auto env = make_reset(id, {{"COLORS", 5}, {"SEQUENCE_LENGTH", 2}}, options);
+    const auto batch = make_reset(id, {{"COLORS", 5}, {"SEQUENCE_LENGTH", 2}}, options);
     std::set<int> seen;
     for (int i = 0; i < 200; ++i) {
-      const std::int32_t* sequence = row<std::int32_t>(env->memory().find("sequence"), i);
+      const std::int32_t* sequence = row<std::int32_t>(batch->memory().find("sequence"), i);
       CHECK(sequence[0] != sequence[1]);
       seen.insert(sequence, sequence + 2);
-      const double* places = row<double>(env->memory().find("positions"), i);
+      const double* places = row<double>(batch->memory().find("positions"), i);
       for (int a = 0; a < 5; ++a) {
         for (int b = 0; b < a; ++b) {
           const double gap = std::max(std::abs(places[2 * a] - places[2 * b]),
@@ -118,19 +118,19 @@ TEST_CASE("Success asks for so many colours, then the button", "[variants][color
   for (const char* id : kAll) {
     for (const int length : {1, 5}) {
       INFO(id << " " << length);
-      const auto env = acting(id, {{"SEQUENCE_LENGTH", length}, {"COLORS", 6}}, length);
+      const auto batch = acting(id, {{"SEQUENCE_LENGTH", length}, {"COLORS", 6}}, length);
       for (int color = 0; color < length; ++color) {
-        press_button(*env);
-        CHECK(env->success()[0] == 0);
-        step_at(*env, cube(*env, color) + Vector3d(0, 0, 0.035));
+        press_button(*batch);
+        CHECK(batch->success()[0] == 0);
+        step_at(*batch, cube(*batch, color) + Vector3d(0, 0, 0.035));
         // A right touch is worth its share of 90.
         const double share = 90.0 * (color + 1) / length;
-        CHECK(env->reward()[0] >= share);
-        CHECK(env->reward()[0] <= share + 1.5);
+        CHECK(batch->reward()[0] >= share);
+        CHECK(batch->reward()[0] <= share + 1.5);
       }
-      press_button(*env);
-      CHECK(env->success()[0] == 1);
-      CHECK(env->reward()[0] == 400);
+      press_button(*batch);
+      CHECK(batch->success()[0] == 1);
+      CHECK(batch->reward()[0] == 400);
     }
   }
 }
@@ -140,40 +140,42 @@ TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color
     INFO(id);
     MakeOptions options;
     options.num_envs = 80;
-    const auto env = make_reset(id,
-                                {{cue_constant(id), ConstantList{7, 9}},
-                                 {"EMPTY_PHASE_STEPS", ConstantList{20, 22}},
-                                 {"SEQUENCE_LENGTH", 4},
-                                 {"max_episode_steps", 200}},
-                                options);
+    const auto batch = make_reset(id,
+                                  {{cue_constant(id), ConstantList{7, 9}},
+                                   {"EMPTY_PHASE_STEPS", ConstantList{20, 22}},
+                                   {"SEQUENCE_LENGTH", 4},
+                                   {"max_episode_steps", 200}},
+                                  options);
     const int items = id == kBunch ? 1 : 4;
     std::set<int> cues, gaps;
     for (int i = 0; i < 80; ++i) {
-      cues.insert(Queries(*env).cue_end(i));
-      gaps.insert(*row<std::int32_t>(env->memory().find("empty_steps"), i));
+      cues.insert(Queries(*batch).cue_end(i));
+      gaps.insert(*row<std::int32_t>(batch->memory().find("empty_steps"), i));
     }
     CHECK(cues == std::set<int>{7 * items, 8 * items, 9 * items});
     CHECK(gaps == std::set<int>{20, 21, 22});
-    CHECK(env->info().horizon == 200);
+    CHECK(batch->info().horizon == 200);
     // Resets may narrow them.
     const ConstantTable easy = {{cue_constant(id), 7}, {"EMPTY_PHASE_STEPS", 21}};
-    env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
+    batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
     for (int i = 0; i < 80; ++i) {
-      CHECK(Queries(*env).cue_end(i) == 7 * items);
-      CHECK(*row<std::int32_t>(env->memory().find("empty_steps"), i) == 21);
+      CHECK(Queries(*batch).cue_end(i) == 7 * items);
+      CHECK(*row<std::int32_t>(batch->memory().find("empty_steps"), i) == 21);
     }
   }
   // Every item of a cue is shown for the same time.
   MakeOptions options;
   options.substeps = 0;
   options.pins = {{"sequence", {3, 1, 0, 4}}, {"cue_step_duration", {7}}};
-  const auto env = make_reset(kChain, {{"SEQUENCE_LENGTH", 4}, {"CUE_STEP_DURATION", 7}}, options);
+  const auto batch =
+      make_reset(kChain, {{"SEQUENCE_LENGTH", 4}, {"CUE_STEP_DURATION", 7}}, options);
   const int expected[] = {3, 1, 0, 4};
   for (int t = 0; t < 28; ++t) {
-    for (int color = 0; color < 9; ++color) CHECK(shown(*env, color) == (color == expected[t / 7]));
-    step_at(*env, kFarAway);
+    for (int color = 0; color < 9; ++color)
+      CHECK(shown(*batch, color) == (color == expected[t / 7]));
+    step_at(*batch, kFarAway);
   }
-  for (int color = 0; color < 9; ++color) CHECK_FALSE(shown(*env, color));
+  for (int color = 0; color < 9; ++color) CHECK_FALSE(shown(*batch, color));
 }
 
 TEST_CASE("A touch is as near as GOAL_THRESH to a point over the cube",
@@ -181,13 +183,13 @@ TEST_CASE("A touch is as near as GOAL_THRESH to a point over the cube",
   for (const char* id : kAll) {
     for (const double size : {0.015, 0.025}) {
       INFO(id << " " << size);
-      const auto env = acting(id, {{"GOAL_THRESH", 0.03}, {"CUBE_HALFSIZE", size}});
-      const Vector3d point = cube(*env, 0) + Vector3d(0, 0, size + 0.005);
-      step_at(*env, point + Vector3d(0, 0, 0.03 + 1e-6));
-      CHECK_FALSE(touched(*env, 0));
-      step_at(*env, point + Vector3d(0, 0, 0.03 - 1e-6));
-      CHECK(touched(*env, 0));
-      CHECK(test::constant_text(env->info(), "GOAL_THRESH") == "0.03");
+      const auto batch = acting(id, {{"GOAL_THRESH", 0.03}, {"CUBE_HALFSIZE", size}});
+      const Vector3d point = cube(*batch, 0) + Vector3d(0, 0, size + 0.005);
+      step_at(*batch, point + Vector3d(0, 0, 0.03 + 1e-6));
+      CHECK_FALSE(touched(*batch, 0));
+      step_at(*batch, point + Vector3d(0, 0, 0.03 - 1e-6));
+      CHECK(touched(*batch, 0));
+      CHECK(test::constant_text(batch->info(), "GOAL_THRESH") == "0.03");
     }
   }
   // The rule's option says how near, if it is given: the constant is what it is otherwise.
@@ -199,9 +201,9 @@ TEST_CASE("Cubes are as large and heavy as CUBE_HALFSIZE says", "[variants][colo
   for (const char* id : kAll) {
     for (const double size : {0.01, 0.025}) {
       INFO(id << " " << size);
-      const auto env = acting(id, {{"CUBE_HALFSIZE", size}});
-      CHECK(env->physics_model().props()[0].mass == Approx(1000 * 8 * size * size * size));
-      for (int color = 0; color < 9; ++color) CHECK(cube(*env, color).z() == size);
+      const auto batch = acting(id, {{"CUBE_HALFSIZE", size}});
+      CHECK(batch->physics_model().props()[0].mass == Approx(1000 * 8 * size * size * size));
+      for (int color = 0; color < 9; ++color) CHECK(cube(*batch, color).z() == size);
       CHECK(test::size_in(make_task(id, {{"CUBE_HALFSIZE", size}})->document(), "cube_0") == size);
     }
   }
@@ -210,9 +212,9 @@ TEST_CASE("Cubes are as large and heavy as CUBE_HALFSIZE says", "[variants][colo
 TEST_CASE("Penalties on actions lower the reward", "[variants][color_recall]") {
   const auto usual = acting(kSeq, {});
   const auto costly = acting(kSeq, {{"ACTION_L2_COEF", 2.0}});
-  for (Batch* env : {usual.get(), costly.get()}) {
-    test::pose_tool(*env, kFarAway);
-    env->step(std::vector<float>(7, 1.0F));
+  for (Batch* batch : {usual.get(), costly.get()}) {
+    test::pose_tool(*batch, kFarAway);
+    batch->step(std::vector<float>(7, 1.0F));
   }
   CHECK(usual->reward()[0] - costly->reward()[0] == Approx(2).margin(1e-3));
 }

@@ -15,9 +15,9 @@ namespace engram::test {
 // At the beginning of an episode.
 inline std::unique_ptr<Batch> make_reset(const char* id, const ConstantTable& constants,
                                          const BatchOptions& options = {}) {
-  auto env = std::make_unique<Batch>(make_task(id, constants), options);
-  env->reset();
-  return env;
+  auto batch = std::make_unique<Batch>(make_task(id, constants), options);
+  batch->reset();
+  return batch;
 }
 
 // A class constant as messages show it, or "".

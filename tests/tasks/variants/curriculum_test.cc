@@ -22,46 +22,46 @@ std::unique_ptr<Batch> make() {
   return test::make_env(kId, options);
 }
 
-int empty_steps(const Batch& env, int index) {
-  return *test::row<std::int32_t>(env.memory().find("empty_steps"), index);
+int empty_steps(const Batch& batch, int index) {
+  return *test::row<std::int32_t>(batch.memory().find("empty_steps"), index);
 }
 
-std::set<int> seen(const Batch& env, int begin, int end) {
+std::set<int> seen(const Batch& batch, int begin, int end) {
   std::set<int> values;
-  for (int i = begin; i < end; ++i) values.insert(empty_steps(env, i));
+  for (int i = begin; i < end; ++i) values.insert(empty_steps(batch, i));
   return values;
 }
 
 TEST_CASE("Ranges are narrowed at reset, for the environments that are reset", "[variants]") {
-  const auto env = make();
-  env->reset();
-  CHECK(*seen(*env, 0, kEnvs).rbegin() > 20);
+  const auto batch = make();
+  batch->reset();
+  CHECK(*seen(*batch, 0, kEnvs).rbegin() > 20);
 
   const ConstantTable easy = {{"EMPTY_PHASE_STEPS", ConstantList{2, 4}}};
   std::vector<std::uint8_t> mask(kEnvs, 0);
   std::fill_n(mask.begin(), kEnvs / 2, std::uint8_t{1});
-  env->reset({.mask = mask, .seeds = {}, .pins = nullptr, .constants = &easy});
-  CHECK(seen(*env, 0, kEnvs / 2) == std::set<int>{2, 3, 4});
-  CHECK(*seen(*env, kEnvs / 2, kEnvs).rbegin() > 20);
+  batch->reset({.mask = mask, .seeds = {}, .pins = nullptr, .constants = &easy});
+  CHECK(seen(*batch, 0, kEnvs / 2) == std::set<int>{2, 3, 4});
+  CHECK(*seen(*batch, kEnvs / 2, kEnvs).rbegin() > 20);
 
   // They stay until others replace them; pins win.
-  env->reset();
-  CHECK(seen(*env, 0, kEnvs / 2) == std::set<int>{2, 3, 4});
-  CHECK(*seen(*env, kEnvs / 2, kEnvs).rbegin() > 20);
+  batch->reset();
+  CHECK(seen(*batch, 0, kEnvs / 2) == std::set<int>{2, 3, 4});
+  CHECK(*seen(*batch, kEnvs / 2, kEnvs).rbegin() > 20);
   const std::vector<Pin> pins = {{"empty_steps", {50}}};
-  env->reset({.mask = {}, .seeds = {}, .pins = &pins, .constants = &easy});
-  CHECK(seen(*env, 0, kEnvs) == std::set<int>{50});
+  batch->reset({.mask = {}, .seeds = {}, .pins = &pins, .constants = &easy});
+  CHECK(seen(*batch, 0, kEnvs) == std::set<int>{50});
   const std::vector<Pin> none;
   const ConstantTable whole;
-  env->reset({.mask = {}, .seeds = {}, .pins = &none, .constants = &whole});
-  CHECK(*seen(*env, 0, kEnvs / 2).rbegin() > 20);
+  batch->reset({.mask = {}, .seeds = {}, .pins = &none, .constants = &whole});
+  CHECK(*seen(*batch, 0, kEnvs / 2).rbegin() > 20);
 }
 
 TEST_CASE("A snapshot keeps the ranges of its environment", "[variants][snapshot]") {
-  const auto env = make();
+  const auto batch = make();
   const ConstantTable easy = {{"EMPTY_PHASE_STEPS", 7}};
-  env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
-  const auto saved = Snapshotter(*env).save();
+  batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
+  const auto saved = Snapshotter(*batch).save();
   const auto other = make();
   other->reset();
   Snapshotter(*other).restore(saved);
@@ -70,9 +70,9 @@ TEST_CASE("A snapshot keeps the ranges of its environment", "[variants][snapshot
 }
 
 TEST_CASE("Ranges beyond the batch's are refused and change nothing", "[variants]") {
-  const auto env = make();
-  env->reset();
-  const auto before = test::batch_bytes(*env);
+  const auto batch = make();
+  batch->reset();
+  const auto before = test::batch_bytes(*batch);
   struct Case {
     ConstantTable constants;
     const char* message;
@@ -90,8 +90,8 @@ TEST_CASE("Ranges beyond the batch's are refused and change nothing", "[variants
     INFO(one.message);
     const ResetRequest request{
         .mask = {}, .seeds = {}, .pins = nullptr, .constants = &one.constants};
-    CHECK_THROWS_WITH(env->reset(request), Contains(one.message));
-    CHECK(test::batch_bytes(*env) == before);
+    CHECK_THROWS_WITH(batch->reset(request), Contains(one.message));
+    CHECK(test::batch_bytes(*batch) == before);
   }
 }
 

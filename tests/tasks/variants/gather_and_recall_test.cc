@@ -15,8 +15,8 @@ using Catch::Contains;
 constexpr const char* kOne = "GatherAndRecall1-VLA-v0";
 constexpr const char* kThree = "GatherAndRecall3-VLA-v0";
 
-bool flag(const Batch& env, const char* name) {
-  return *test::row<std::uint8_t>(env.output(name), 0) != 0;
+bool flag(const Batch& batch, const char* name) {
+  return *test::row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 
 std::vector<Pin> pins() { return {{"disc_x", {0.04}}, {"disc_y", {0.14}}}; }
@@ -31,30 +31,30 @@ TEST_CASE("Cubes are as many as their number says", "[variants][gather]") {
     CHECK(test::constant_text(info, "N_CUBES") == std::to_string(cubes));
     CHECK_THAT(task->document(), Contains("gather_cube_" + std::to_string(cubes - 1)) &&
                                      !Contains("gather_cube_" + std::to_string(cubes)));
-    const auto env = test::make_still(kThree, constants, pins());
-    CHECK(env->state_dim() == 41 + 8 * cubes);
+    const auto batch = test::make_still(kThree, constants, pins());
+    CHECK(batch->state_dim() == 41 + 8 * cubes);
     // All of them have to be on the disc, and each is worth its share of 10.
     float before = 0;
     for (int cube = 0; cube < cubes; ++cube) {
-      CHECK_FALSE(flag(*env, "all_on_disc"));
-      test::step_with(*env, cube, 0.04, 0.14, 0.026);
-      const int counted = *test::row<std::int32_t>(env->output("n_on_disc"), 0);
+      CHECK_FALSE(flag(*batch, "all_on_disc"));
+      test::step_with(*batch, cube, 0.04, 0.14, 0.026);
+      const int counted = *test::row<std::int32_t>(batch->output("n_on_disc"), 0);
       CHECK(counted == cube + 1);
-      CHECK(env->reward()[0] > before + 9.9F / static_cast<float>(cubes) - 2);
-      before = env->reward()[0];
+      CHECK(batch->reward()[0] > before + 9.9F / static_cast<float>(cubes) - 2);
+      before = batch->reward()[0];
     }
-    CHECK(flag(*env, "all_on_disc"));
+    CHECK(flag(*batch, "all_on_disc"));
   }
 }
 
 TEST_CASE("The lamp flashes as long as its range says", "[variants][gather]") {
   for (const int duration : {1, 40}) {
-    const auto env = test::make_still(kOne, {{"FLASH_DURATION_STEPS", duration}}, pins());
-    test::step_with(*env, 0, 0.04, 0.14, 0.026);
+    const auto batch = test::make_still(kOne, {{"FLASH_DURATION_STEPS", duration}}, pins());
+    test::step_with(*batch, 0, 0.04, 0.14, 0.026);
     int lit = 0;
-    for (; flag(*env, "flash_active"); ++lit) test::step(*env, Policy::kZero);
+    for (; flag(*batch, "flash_active"); ++lit) test::step(*batch, Policy::kZero);
     CHECK(lit == duration);
-    CHECK(Queries(*env).cue_end(0) == 1 + duration);
+    CHECK(Queries(*batch).cue_end(0) == 1 + duration);
   }
   const auto task = make_task(kOne, {{"FLASH_DURATION_STEPS", ConstantList{30, 50}}});
   CHECK(test::draw_of(task->info(), "flash_duration").low == 30);
@@ -72,11 +72,11 @@ TEST_CASE("The disc is as large as its radius says", "[variants][gather]") {
 
 TEST_CASE("A cube is on the disc as near as the threshold says", "[variants][gather]") {
   for (const double threshold : {0.015, 0.06, 0.2}) {
-    const auto env = test::make_still(kOne, {{"DISC_ON_THRESH", threshold}}, pins());
-    test::step_with(*env, 0, 0.04, 0.14 - threshold - 1e-6, 0.026);
-    CHECK_FALSE(flag(*env, "all_on_disc"));
-    test::step_with(*env, 0, 0.04, 0.14 - threshold + 1e-6, 0.026);
-    CHECK(flag(*env, "all_on_disc"));
+    const auto batch = test::make_still(kOne, {{"DISC_ON_THRESH", threshold}}, pins());
+    test::step_with(*batch, 0, 0.04, 0.14 - threshold - 1e-6, 0.026);
+    CHECK_FALSE(flag(*batch, "all_on_disc"));
+    test::step_with(*batch, 0, 0.04, 0.14 - threshold + 1e-6, 0.026);
+    CHECK(flag(*batch, "all_on_disc"));
   }
 }
 

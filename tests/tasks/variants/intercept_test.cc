@@ -22,23 +22,23 @@ TEST_CASE("The range of speeds is where launches are drawn", "[variants][interce
     MakeOptions options;
     options.num_envs = 200;
     options.constants = {{"VELOCITY_RANGE", ConstantList{0.6, 0.62}}};
-    const auto env = make_env(id, options);
-    CHECK(test::constant_text(env->info(), "VELOCITY_RANGE") == "[0.6, 0.62]");
-    CHECK(test::draw_of(env->info(), "velocity_y").low == 0.6);
-    CHECK(test::draw_of(env->info(), "velocity_y").high == 0.62);
-    env->reset();
+    const auto batch = make_env(id, options);
+    CHECK(test::constant_text(batch->info(), "VELOCITY_RANGE") == "[0.6, 0.62]");
+    CHECK(test::draw_of(batch->info(), "velocity_y").low == 0.6);
+    CHECK(test::draw_of(batch->info(), "velocity_y").high == 0.62);
+    batch->reset();
     double least = 9;
     double most = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      const double speed = env->state().prop_qvel_of(i, kBall)[1];
+      const double speed = batch->state().prop_qvel_of(i, kBall)[1];
       least = std::min(least, speed);
       most = std::max(most, speed);
     }
     CHECK((least >= 0.6 && least < 0.601));
     CHECK((most <= 0.62 && most > 0.619));
     const ConstantTable narrow = {{"VELOCITY_RANGE", ConstantList{0.61, 0.61}}};
-    env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
-    CHECK(env->state().prop_qvel_of(7, kBall)[1] == Approx(0.61));
+    batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
+    CHECK(batch->state().prop_qvel_of(7, kBall)[1] == Approx(0.61));
   }
 }
 
@@ -49,20 +49,20 @@ TEST_CASE("A range of speeds of 0, 0 means a ball at rest", "[variants][intercep
     MakeOptions options;
     options.num_envs = 8;
     options.constants = {{"VELOCITY_RANGE", ConstantList{0.0, 0.0}}};
-    const auto env = make_env(id, options);
-    CHECK(test::draw_of(env->info(), "velocity_x").high == 0);
-    CHECK(test::draw_of(env->info(), "velocity_y").high == 0);
-    env->reset();
+    const auto batch = make_env(id, options);
+    CHECK(test::draw_of(batch->info(), "velocity_x").high == 0);
+    CHECK(test::draw_of(batch->info(), "velocity_y").high == 0);
+    batch->reset();
     const auto ball = [&](int i) {
-      return Eigen::Map<const Eigen::Vector3d>(env->state().prop_pos_of(i, kBall));
+      return Eigen::Map<const Eigen::Vector3d>(batch->state().prop_pos_of(i, kBall));
     };
     std::vector<Eigen::Vector3d> starts;
     for (int i = 0; i < options.num_envs; ++i) {
       starts.emplace_back(ball(i));
-      CHECK(env->state().prop_qvel_of(i, kBall)[0] == 0);
-      CHECK(env->state().prop_qvel_of(i, kBall)[1] == 0);
+      CHECK(batch->state().prop_qvel_of(i, kBall)[0] == 0);
+      CHECK(batch->state().prop_qvel_of(i, kBall)[1] == 0);
     }
-    for (int step = 0; step < 50; ++step) test::step(*env, Policy::kZero);
+    for (int step = 0; step < 50; ++step) test::step(*batch, Policy::kZero);
     for (int i = 0; i < options.num_envs; ++i) {
       CHECK((ball(i) - starts[static_cast<std::size_t>(i)]).head<2>().norm() < 1e-6);
     }
@@ -74,10 +74,10 @@ TEST_CASE("A range of speeds may begin with 0", "[variants][intercept]") {
     MakeOptions options;
     options.constants = {{"VELOCITY_RANGE", ConstantList{0.0, 0.5}}};
     options.pins = {{"velocity_y", {0.0}}, {"velocity_x", {0.04}}};
-    const auto env = make_env(id, options);
-    env->reset();
-    CHECK(env->state().prop_qvel_of(0, kBall)[0] == 0.04);
-    CHECK(env->state().prop_qvel_of(0, kBall)[1] == 0);
+    const auto batch = make_env(id, options);
+    batch->reset();
+    CHECK(batch->state().prop_qvel_of(0, kBall)[0] == 0.04);
+    CHECK(batch->state().prop_qvel_of(0, kBall)[1] == 0);
   }
 }
 
@@ -89,9 +89,9 @@ TEST_CASE("The ball is as large and as heavy as its radius says", "[variants][in
       CHECK(test::size_in(document, "ball") == radius);
       CHECK(test::mass_in(document, "ball") ==
             Approx(4000.0 / 3 * std::numbers::pi * radius * radius * radius));
-      const auto env = test::make_still(id, constants);
+      const auto batch = test::make_still(id, constants);
       const bool falls = id == kIds[0];
-      CHECK(env->state().prop_pos_of(0, kBall)[2] == (falls ? 2 : 1) * radius);
+      CHECK(batch->state().prop_pos_of(0, kBall)[2] == (falls ? 2 : 1) * radius);
     }
   }
 }
@@ -120,10 +120,11 @@ TEST_CASE("The target is as forgiving as its radius says", "[variants][intercept
   for (const double radius : {0.02, 0.05, 0.2}) {
     const ConstantTable constants = {{"GOAL_RADIUS", radius}};
     CHECK(test::size_in(make_task(kIds[0], constants)->document(), "goal_region") == radius);
-    const auto env = test::make_still(kIds[0], constants, {{"ball_x", {-0.2}}, {"goal_y", {0.1}}});
-    CHECK(test::succeeds_with(*env, kBall, radius - 1e-6, 0.1, 0.02));
-    CHECK(env->reward()[0] == 30);
-    CHECK_FALSE(test::succeeds_with(*env, kBall, radius + 1e-6, 0.1, 0.02));
+    const auto batch =
+        test::make_still(kIds[0], constants, {{"ball_x", {-0.2}}, {"goal_y", {0.1}}});
+    CHECK(test::succeeds_with(*batch, kBall, radius - 1e-6, 0.1, 0.02));
+    CHECK(batch->reward()[0] == 30);
+    CHECK_FALSE(test::succeeds_with(*batch, kBall, radius + 1e-6, 0.1, 0.02));
   }
 }
 

@@ -32,23 +32,23 @@ inline std::unique_ptr<Batch> make_still(const char* id, const ConstantTable& co
   options.auto_reset = AutoReset::kOff;
   options.constants = constants;
   options.pins = std::move(pins);
-  auto env = make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
 // One step with the origin of a prop there.
-inline void step_with(Batch& env, int prop, double x, double y, double z) {
-  double* pos = env.state().prop_pos_of(0, prop);
+inline void step_with(Batch& batch, int prop, double x, double y, double z) {
+  double* pos = batch.state().prop_pos_of(0, prop);
   pos[0] = x;
   pos[1] = y;
   pos[2] = z;
-  step(env, Policy::kZero);
+  step(batch, Policy::kZero);
 }
 
-inline bool succeeds_with(Batch& env, int prop, double x, double y, double z) {
-  step_with(env, prop, x, y, z);
-  return env.success()[0] != 0;
+inline bool succeeds_with(Batch& batch, int prop, double x, double y, double z) {
+  step_with(batch, prop, x, y, z);
+  return batch.success()[0] != 0;
 }
 
 // The draw of that name.
@@ -61,11 +61,11 @@ inline RandomVariable draw_of(const TaskInfo& info, const std::string& name) {
 
 // The changed penalty costs this much in a step in which everything else is equal.
 inline float dense_reward_of(const char* id, const ConstantTable& constants) {
-  const auto env = make_still(id, constants);
-  std::vector<float> action = zeros(*env);
+  const auto batch = make_still(id, constants);
+  std::vector<float> action = zeros(*batch);
   action[0] = 1;
-  env->step(action);
-  return env->reward()[0];
+  batch->step(action);
+  return batch->reward()[0];
 }
 
 }  // namespace engram::test

@@ -31,11 +31,11 @@ TEST_CASE("A variant is a task with an id of its own", "[variants]") {
   CHECK(all_entries()[static_cast<std::size_t>(entry.index)] == &entry);
   CHECK(&entry_at(entry.index) == &entry);
 
-  const auto env = test::make_env("RememberColor7-Slow-v0");
-  CHECK(env->info().id == "RememberColor7-Slow-v0");
-  CHECK(env->info().instruction == "Touch it.");
-  CHECK(env->info().candidates == 7);
-  CHECK(env->info().horizon == 150);
+  const auto batch = test::make_env("RememberColor7-Slow-v0");
+  CHECK(batch->info().id == "RememberColor7-Slow-v0");
+  CHECK(batch->info().instruction == "Touch it.");
+  CHECK(batch->info().candidates == 7);
+  CHECK(batch->info().horizon == 150);
   // The same is no second one; a variant of it has its constants, too.
   const std::size_t count = all_entries().size();
   register_one({"RememberColor7-Slow-v0", "RememberColor9-VLA-v0", slow(7), "Touch it."});
@@ -88,7 +88,7 @@ TEST_CASE("What cannot be a variant is refused and not registered", "[variants]"
 }
 
 TEST_CASE("A file of variants is registered as a whole or not at all", "[variants]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto file = folder.path() / "variants.json";
   const std::size_t count = all_entries().size();
   const std::string first = R"({"id": "File-One-v0", "base": "RememberColor3-VLA-v0"})";
@@ -127,9 +127,9 @@ TEST_CASE("A snapshot fits tasks with the same constants alone", "[variants][sna
   MakeOptions options;
   options.num_envs = 2;
   options.constants = {{"COLORS", 5}};
-  const auto env = test::make_env("RememberColor9-VLA-v0", options);
-  env->reset();
-  const auto saved = Snapshotter(*env).save();
+  const auto batch = test::make_env("RememberColor9-VLA-v0", options);
+  batch->reset();
+  const auto saved = Snapshotter(*batch).save();
   for (const ConstantTable& other : {ConstantTable{}, ConstantTable{{"COLORS", 6}},
                                      ConstantTable{{"COLORS", 5}, {"GOAL_THRESH", 0.04}}}) {
     options.constants = other;
@@ -144,7 +144,7 @@ TEST_CASE("A snapshot fits tasks with the same constants alone", "[variants][sna
   const auto longer = test::make_env("RememberColor9-VLA-v0", options);
   longer->reset();
   Snapshotter(*longer).restore(saved);
-  CHECK(test::env_bytes(*longer, 1) == test::env_bytes(*env, 1));
+  CHECK(test::env_bytes(*longer, 1) == test::env_bytes(*batch, 1));
 }
 
 }  // namespace

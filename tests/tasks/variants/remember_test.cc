@@ -21,15 +21,15 @@ std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constant
   options.threads = 1;
   options.reward_mode = RewardMode::kDense;
   options.constants = constants;
-  auto env = test::make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
-const PropModel& first_prop(const Batch& env) { return env.physics_model().props().front(); }
+const PropModel& first_prop(const Batch& batch) { return batch.physics_model().props().front(); }
 
-const RandomVariable& draw(const Batch& env, const std::string& name) {
-  for (const RandomVariable& one : Queries(env).random_variables()) {
+const RandomVariable& draw(const Batch& batch, const std::string& name) {
+  for (const RandomVariable& one : Queries(batch).random_variables()) {
     if (one.name == name) return one;
   }
   FAIL("no draw " << name);
@@ -39,14 +39,14 @@ const RandomVariable& draw(const Batch& env, const std::string& name) {
 TEST_CASE("COLORS is the number of cubes and of answers", "[variants]") {
   for (const char* id : {"RememberColor9-VLA-v0", "FindImposterColor9-VLA-v0"}) {
     for (const int colors : {2, 6}) {
-      const auto env = make(id, {{"COLORS", colors}});
-      CHECK(env->info().candidates == colors);
-      CHECK(env->info().chance() == Approx(1.0 / colors));
-      CHECK(env->physics_model().props().size() == static_cast<std::size_t>(colors));
-      CHECK(draw(*env, env->info().hidden_variable).high == colors - 1);
-      CHECK(draw(*env, "positions").width == 2 * colors);
+      const auto batch = make(id, {{"COLORS", colors}});
+      CHECK(batch->info().candidates == colors);
+      CHECK(batch->info().chance() == Approx(1.0 / colors));
+      CHECK(batch->physics_model().props().size() == static_cast<std::size_t>(colors));
+      CHECK(draw(*batch, batch->info().hidden_variable).high == colors - 1);
+      CHECK(draw(*batch, "positions").width == 2 * colors);
       // oracle_info and a pose per object
-      CHECK(env->state_dim() == 25 + 1 + 3 * colors);
+      CHECK(batch->state_dim() == 25 + 1 + 3 * colors);
     }
   }
 }
@@ -66,7 +66,9 @@ TEST_CASE("Objects of other sizes weigh, stand and are spaced accordingly", "[va
     CHECK(first_prop(*large).bounding_radius == Approx(1.5 * first_prop(*plain).bounding_radius));
   }
   // Jitter grows with the size: the same draw, 1.5 times as far.
-  const auto at = [](const Batch& env) { return row<double>(env.memory().find("positions"), 0); };
+  const auto at = [](const Batch& batch) {
+    return row<double>(batch.memory().find("positions"), 0);
+  };
   const auto plain = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.02}});
   const auto small = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.01}});
   CHECK(at(*plain)[2] == 0.02);
@@ -81,43 +83,43 @@ TEST_CASE("Cue and delay last as long as their constants say", "[variants]") {
       {"CUE_PHASE_STEPS", 7}, {"EMPTY_PHASE_STEPS", ConstantList{9, 9}}, {"max_episode_steps", 60}};
   for (const char* id : {"RememberColor3-VLA-v0", "RememberShape3-Long-VLA-v0",
                          "FindImposterShapeAndColor3x3-VLA-v0"}) {
-    const auto env = make(id, constants);
-    CHECK(Queries(*env).cue_end(0) == 7);
+    const auto batch = make(id, constants);
+    CHECK(Queries(*batch).cue_end(0) == 7);
     const auto shown = [&] {
       int count = 0;
-      for (int prop = 0; prop < env->info().candidates; ++prop) {
-        count += env->state().status_of(0, prop) != PropStatus::kHidden ? 1 : 0;
+      for (int prop = 0; prop < batch->info().candidates; ++prop) {
+        count += batch->state().status_of(0, prop) != PropStatus::kHidden ? 1 : 0;
       }
       return count;
     };
-    const std::vector<float> rest = test::zeros(*env);
+    const std::vector<float> rest = test::zeros(*batch);
     int over = 0;
     for (int elapsed = 0; elapsed < 60; ++elapsed) {
       INFO(id << ", " << elapsed);
-      if (elapsed > 0) env->step(rest);
-      if (elapsed < 7) CHECK((shown() > 0 && shown() < env->info().candidates));
+      if (elapsed > 0) batch->step(rest);
+      if (elapsed < 7) CHECK((shown() > 0 && shown() < batch->info().candidates));
       if (elapsed >= 7 && elapsed < 16) CHECK(shown() == 0);
-      if (elapsed >= 16) CHECK(shown() == env->info().candidates);
-      over += env->truncated()[0];
+      if (elapsed >= 16) CHECK(shown() == batch->info().candidates);
+      over += batch->truncated()[0];
     }
     CHECK(over == 0);
-    env->step(rest);
-    CHECK(env->truncated()[0] == 1);
+    batch->step(rest);
+    CHECK(batch->truncated()[0] == 1);
   }
 }
 
 TEST_CASE("GOAL_THRESH decides what is reached", "[variants]") {
   for (const double thresh : {0.02, 0.05, 0.15}) {
-    const auto env =
+    const auto batch =
         make("RememberColor3-VLA-v0", {{"GOAL_THRESH", thresh}, {"max_episode_steps", 40}}, 8);
     int placed = 0;
     for (int step = 0; step < 39; ++step) {
-      test::step(*env, Policy::kOracle);
+      test::step(*batch, Policy::kOracle);
       for (int i = 0; i < 8; ++i) {
-        const float* offset = row<float>(env->output("obj_to_goal_pos"), i);
+        const float* offset = row<float>(batch->output("obj_to_goal_pos"), i);
         const double distance = Eigen::Map<const Eigen::Vector3f>(offset).cast<double>().norm();
         if (std::abs(distance - thresh) < 1e-6) continue;
-        const bool is_placed = *row<std::uint8_t>(env->output("is_obj_placed"), i) != 0;
+        const bool is_placed = *row<std::uint8_t>(batch->output("is_obj_placed"), i) != 0;
         REQUIRE(is_placed == (distance <= thresh));
         placed += is_placed ? 1 : 0;
       }
@@ -129,8 +131,8 @@ TEST_CASE("GOAL_THRESH decides what is reached", "[variants]") {
 TEST_CASE("Shapes and colours are those that are named", "[variants]") {
   const auto shapes =
       make("RememberShape3-VLA-v0", {{"SHAPE_MAPPING", ConstantList{"star", "torus", "crescent"}}});
-  const auto name = [](const Batch& env, std::size_t prop) {
-    return env.physics_model().props()[prop].name;
+  const auto name = [](const Batch& batch, std::size_t prop) {
+    return batch.physics_model().props()[prop].name;
   };
   CHECK(name(*shapes, 0) == "star_0");
   CHECK(name(*shapes, 2) == "crescent_2");
@@ -177,7 +179,7 @@ TEST_CASE("The noise of the start pose is a constant, too", "[variants]") {
 TEST_CASE("COLOR_PALETTE takes any colour", "[variants]") {
   const ConstantTable palette = {{"0", ConstantList{0.9, 0.45, 0.1, 1.0}},
                                  {"1", ConstantList{0.2, 0.2, 0.25, 1.0}}};
-  const auto env = make("FindImposterShapeAndColor3x2-VLA-v0", {{"COLOR_PALETTE", palette}});
+  const auto batch = make("FindImposterShapeAndColor3x2-VLA-v0", {{"COLOR_PALETTE", palette}});
   const std::vector<ObjectDescriptor> looks =
       make_task("FindImposterShapeAndColor3x2-VLA-v0", {{"COLOR_PALETTE", palette}})
           ->object_descriptors();
@@ -186,8 +188,8 @@ TEST_CASE("COLOR_PALETTE takes any colour", "[variants]") {
     CHECK(kObjectColorNames[static_cast<std::size_t>(looks[key].color)] ==
           (key % 2 == 1 ? "grey" : "orange"));
   }
-  CHECK(env->info().candidates == 6);
-  CHECK_FALSE(env->info().canonical);
+  CHECK(batch->info().candidates == 6);
+  CHECK_FALSE(batch->info().canonical);
   const auto usual = make("FindImposterShapeAndColor3x2-VLA-v0",
                           {{"COLOR_PALETTE", ConstantList{"red", ConstantList{0, 1, 0}, "blue"}}});
   CHECK(usual->info().canonical);
@@ -214,9 +216,9 @@ TEST_CASE("Colours of the user's own are seen, and reveal nothing after the cue"
       options.reward_mode = RewardMode::kSparse;
       options.auto_reset = AutoReset::kOff;
       options.pins = {{draw.name, test::hidden_values(draw, other)}};
-      auto env = test::make_env(id, options);
-      env->reset();
-      return env;
+      auto batch = test::make_env(id, options);
+      batch->reset();
+      return batch;
     };
     const auto one = seeing(false);
     const auto other = seeing(true);

@@ -21,9 +21,9 @@ std::unique_ptr<Batch> make_reset(const ConstantTable& constants, int num_envs =
   MakeOptions options;
   options.num_envs = num_envs;
   options.constants = constants;
-  auto env = test::make_env(kId, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(kId, options);
+  batch->reset();
+  return batch;
 }
 
 TEST_CASE("The plain Panda's hand is lighter by the camera", "[variants][robot]") {
@@ -34,7 +34,9 @@ TEST_CASE("The plain Panda's hand is lighter by the camera", "[variants][robot]"
   constexpr int kLast = kArmJoints - 1;
   for (int i = 0; i < kLast; ++i) CHECK(heavy[i].mass == light[i].mass);
   CHECK(heavy[kLast].mass - light[kLast].mass == Approx(0.564));
-  const auto shapes = [](const Batch& env) { return env.physics_model().reach_shapes().size(); };
+  const auto shapes = [](const Batch& batch) {
+    return batch.physics_model().reach_shapes().size();
+  };
   CHECK(shapes(*without) + 1 == shapes(*with));
 }
 
@@ -58,10 +60,10 @@ TEST_CASE("The plain Panda moves a little differently", "[variants][robot]") {
 }
 
 TEST_CASE("The oracle solves tasks with the plain Panda", "[variants][robot]") {
-  const auto env = make_reset(kPlain, 16);
-  for (int i = 0; i < env->info().horizon; ++i) test::step(*env, Policy::kOracle);
+  const auto batch = make_reset(kPlain, 16);
+  for (int i = 0; i < batch->info().horizon; ++i) test::step(*batch, Policy::kOracle);
   int solved = 0;
-  for (int i = 0; i < 16; ++i) solved += *test::row<std::uint8_t>(env->output("success_once"), i);
+  for (int i = 0; i < 16; ++i) solved += *test::row<std::uint8_t>(batch->output("success_once"), i);
   CHECK(solved >= 15);
 }
 
@@ -78,9 +80,9 @@ TEST_CASE("hand_camera is a point of view without a body", "[variants][robot]") 
   MakeOptions options;
   options.constants = kPlain;
   options.obs_mode = ObsMode::kRgb;
-  const auto env = make(kId, options);
-  env->reset();
-  CHECK(env->images().rgb.size() == std::size_t{128} * 128 * 6);
+  const auto batch = make(kId, options);
+  batch->reset();
+  CHECK(batch->images().rgb.size() == std::size_t{128} * 128 * 6);
 }
 
 }  // namespace

@@ -31,11 +31,11 @@ Targets targets(const char* id, const ConstantTable& constants) {
   MakeOptions options;
   options.num_envs = 1000;
   options.constants = constants;
-  const auto env = make_env(id, options);
-  env->reset();
+  const auto batch = make_env(id, options);
+  batch->reset();
   Targets seen;
   for (int i = 0; i < options.num_envs; ++i) {
-    const double target = *row<double>(env->memory().find("target_angle"), i);
+    const double target = *row<double>(batch->memory().find("target_angle"), i);
     seen.least = std::min(seen.least, target);
     seen.most = std::max(seen.most, target);
   }
@@ -67,19 +67,19 @@ TEST_CASE("The threshold bounds targets from below, decides success and how luck
     const double guessed = tasks::guess_rate(tasks::RotateMode::kPosAngle, threshold);
     CHECK(task->info().candidates == std::lround(1 / guessed));
 
-    const auto env =
+    const auto batch =
         test::make_still(kLenient, constants, {{"initial_yaw", {0.0}}, {"target_angle", {0.5}}});
     const auto turned = [&](double yaw) {
-      double* quat = env->state().prop_quat_of(0, kPeg);
+      double* quat = batch->state().prop_quat_of(0, kPeg);
       quat[0] = std::cos(yaw / 2);
       quat[3] = std::sin(yaw / 2);
-      test::step(*env, Policy::kZero);
-      return env->success()[0] != 0;
+      test::step(*batch, Policy::kZero);
+      return batch->success()[0] != 0;
     };
     CHECK(turned(0.5 - threshold + 1e-6));
-    CHECK(env->reward()[0] == 60);
+    CHECK(batch->reward()[0] == 60);
     CHECK_FALSE(turned(0.5 - threshold - 1e-6));
-    CHECK(env->reward()[0] < 60);
+    CHECK(batch->reward()[0] < 60);
     CHECK_FALSE(turned(0.5 + threshold + 1e-6));
   }
 }

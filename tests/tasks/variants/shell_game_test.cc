@@ -28,14 +28,14 @@ using namespace test::shell_game;
 constexpr const char* kAll[] = {kTouch, kPush, kPick, kLamp, kShuffle, kShuffleLamp};
 constexpr double kRest = mjcf::kMugRestingHeight;
 
-Vector3d pos(const Batch& env, int prop, int index = 0) {
-  return Eigen::Map<Vector3d>(env.state().prop_pos_of(index, prop));
+Vector3d pos(const Batch& batch, int prop, int index = 0) {
+  return Eigen::Map<Vector3d>(batch.state().prop_pos_of(index, prop));
 }
-void put(const Batch& env, int prop, const Vector3d& there) {
-  std::copy_n(there.data(), 3, env.state().prop_pos_of(0, prop));
+void put(const Batch& batch, int prop, const Vector3d& there) {
+  std::copy_n(there.data(), 3, batch.state().prop_pos_of(0, prop));
 }
-int memory_int(const Batch& env, const char* name, int index = 0) {
-  return *row<std::int32_t>(env.memory().find(name), index);
+int memory_int(const Batch& batch, const char* name, int index = 0) {
+  return *row<std::int32_t>(batch.memory().find(name), index);
 }
 
 // Nothing moves but what a test moves.
@@ -49,9 +49,9 @@ MakeOptions still(std::vector<Pin> pins) {
 }
 
 // Goes on until the robot may act.
-void wait(Batch& env) {
-  const int start = memory_int(env, "manipulation_start");
-  while (env.state().elapsed[0] < start) test::step(env, Policy::kZero);
+void wait(Batch& batch) {
+  const int start = memory_int(batch, "manipulation_start");
+  while (batch.state().elapsed[0] < start) test::step(batch, Policy::kZero);
 }
 
 TEST_CASE("Constants of shell games show in the description", "[variants][shell]") {
@@ -70,16 +70,16 @@ TEST_CASE("Cups grow with MUG_SCALE, and so does where they stand", "[variants][
     INFO(id);
     const ConstantTable twice = {{"MUG_SCALE", 2}, {"MIN_DIST", 0.3}, {"GOAL_THRESH", 0.11}};
     const ConstantTable lift = {{"MUG_SCALE", 2}, {"MIN_DIST", 0.3}, {"GOAL_THRESH", 0.03}};
-    const auto env = make_reset(id, id == kPick ? lift : twice, still({{"cue_steps", {1}}}));
+    const auto batch = make_reset(id, id == kPick ? lift : twice, still({{"cue_steps", {1}}}));
     const auto usual = make_reset(id, {});
     const double ratio = 2 / 1.3;
-    const PropModel& mug = env->physics_model().props()[0];
+    const PropModel& mug = batch->physics_model().props()[0];
     const PropModel& before = usual->physics_model().props()[0];
     CHECK(mug.mass == Approx(before.mass * ratio * ratio * ratio));
     CHECK(mug.bounding_radius == Approx(before.bounding_radius * ratio));
     CHECK((mug.body.center() - ratio * before.body.center()).norm() < 1e-9);
-    wait(*env);
-    for (int cup = 0; cup < 3; ++cup) CHECK(pos(*env, cup).z() == Approx(kRest * ratio));
+    wait(*batch);
+    for (int cup = 0; cup < 3; ++cup) CHECK(pos(*batch, cup).z() == Approx(kRest * ratio));
   }
   // Inertia about the centre of mass: density x length^5.
   const mjcf::Prop one = mjcf::mug("mug");
@@ -96,28 +96,28 @@ TEST_CASE("A large cup stands on its rim and does not creep", "[variants][shell]
     MakeOptions options;
     options.sleep = false;
     options.pins = {{"cue_steps", {1}}, {"base", {0.1, 0}}};
-    const auto env = make_reset(kPush, {{"MUG_SCALE", scale}}, options);
-    test::step(*env, Policy::kZero);
-    const Vector3d before = pos(*env, 1);
-    for (int t = 0; t < 20; ++t) test::step(*env, Policy::kZero);
-    CHECK((pos(*env, 1) - before).norm() < 5e-4);
+    const auto batch = make_reset(kPush, {{"MUG_SCALE", scale}}, options);
+    test::step(*batch, Policy::kZero);
+    const Vector3d before = pos(*batch, 1);
+    for (int t = 0; t < 20; ++t) test::step(*batch, Policy::kZero);
+    CHECK((pos(*batch, 1) - before).norm() < 5e-4);
   }
 }
 
 TEST_CASE("Balls have BALL_RADIUS, slots are MIN_DIST apart", "[variants][shell]") {
   for (const char* id : kAll) {
     INFO(id);
-    const auto env = make_reset(id, {{"BALL_RADIUS", 0.03}, {"MIN_DIST", 0.25}},
-                                still({{"cue_steps", {1}}, {"base", {0.02, -0.04}}}));
+    const auto batch = make_reset(id, {{"BALL_RADIUS", 0.03}, {"MIN_DIST", 0.25}},
+                                  still({{"cue_steps", {1}}, {"base", {0.02, -0.04}}}));
     const bool lamp = id == kLamp || id == kShuffleLamp;
     const char* const ball = lamp ? "ball_red" : "red_ball";
     CHECK(test::size_in(make_task(id, {{"BALL_RADIUS", 0.03}})->document(), ball) == 0.03);
-    CHECK(pos(*env, 3).z() == 0.03);
-    CHECK(std::remainder(pos(*env, 3).y() + 0.04, 0.25) == Approx(0).margin(1e-12));
-    wait(*env);
+    CHECK(pos(*batch, 3).z() == 0.03);
+    CHECK(std::remainder(pos(*batch, 3).y() + 0.04, 0.25) == Approx(0).margin(1e-12));
+    wait(*batch);
     std::set<int> slots;
     for (int cup = 0; cup < 3; ++cup) {
-      const double steps = (pos(*env, cup).y() + 0.04) / 0.25;
+      const double steps = (pos(*batch, cup).y() + 0.04) / 0.25;
       CHECK(steps == Approx(std::round(steps)).margin(1e-9));
       slots.insert(static_cast<int>(std::lround(steps)));
     }
@@ -142,33 +142,33 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
     for (std::size_t i = 0; i < (shuffles ? 3 : 1); ++i) {
       constants.emplace_back(ranges[i].constant, ConstantList{ranges[i].low, ranges[i].high});
     }
-    const auto env = make_reset(id, constants, options);
-    CHECK(env->info().horizon == 80);
+    const auto batch = make_reset(id, constants, options);
+    CHECK(batch->info().horizon == 80);
     for (std::size_t i = 0; i < (shuffles ? 3 : 1); ++i) {
       INFO(id << " " << ranges[i].constant);
       std::set<int> seen;
-      for (int e = 0; e < 60; ++e) seen.insert(memory_int(*env, ranges[i].column, e));
+      for (int e = 0; e < 60; ++e) seen.insert(memory_int(*batch, ranges[i].column, e));
       CHECK(*seen.begin() == ranges[i].low);
       CHECK(*seen.rbegin() == ranges[i].high);
-      const auto draw = std::ranges::find(env->info().random_variables,
+      const auto draw = std::ranges::find(batch->info().random_variables,
                                           std::string(ranges[i].column), &RandomVariable::name);
-      REQUIRE(draw != env->info().random_variables.end());
+      REQUIRE(draw != batch->info().random_variables.end());
       CHECK(draw->low == ranges[i].low);
       CHECK(draw->high == ranges[i].high);
     }
     for (int e = 0; e < 60; ++e)
-      CHECK(Queries(*env).cue_end(e) == memory_int(*env, "cue_steps", e));
+      CHECK(Queries(*batch).cue_end(e) == memory_int(*batch, "cue_steps", e));
     // Resets may narrow them.
     for (std::size_t i = 0; i < (shuffles ? 3 : 1); ++i) {
       const ConstantTable easy = {{ranges[i].constant, ranges[i].low}};
-      env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
-      for (int e = 0; e < 60; ++e) CHECK(memory_int(*env, ranges[i].column, e) == ranges[i].low);
+      batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
+      for (int e = 0; e < 60; ++e) CHECK(memory_int(*batch, ranges[i].column, e) == ranges[i].low);
     }
     if (!shuffles) continue;
     const auto pairs =
-        std::ranges::find(env->info().random_variables, "swap_pairs", &RandomVariable::name);
+        std::ranges::find(batch->info().random_variables, "swap_pairs", &RandomVariable::name);
     CHECK(pairs->width == 8);
-    CHECK(env->memory().find("slots_after_swaps").field->width == 27);
+    CHECK(batch->memory().find("slots_after_swaps").field->width == 27);
   }
 }
 
@@ -176,13 +176,13 @@ TEST_CASE("Cups that swap rise by SWAP_ARC_HEIGHT", "[variants][shell]") {
   for (const char* id : {kShuffle, kShuffleLamp}) {
     for (const double height : {0.0, 0.03, 0.12}) {
       INFO(id << " " << height);
-      const auto env =
+      const auto batch =
           make_reset(id, {{"SWAP_ARC_HEIGHT", height}},
                      still({{"cue_steps", {1}}, {"shuffle_steps", {24}}, {"num_swaps", {2}}}));
       double highest = 0;
       for (int t = 0; t < 30; ++t) {
-        test::step(*env, Policy::kZero);
-        highest = std::max(highest, pos(*env, 0).z() - kRest);
+        test::step(*batch, Policy::kZero);
+        highest = std::max(highest, pos(*batch, 0).z() - kRest);
       }
       CHECK(highest == Approx(height).margin(1e-9));  // reached in the middle of a swap
     }
@@ -191,31 +191,31 @@ TEST_CASE("Cups that swap rise by SWAP_ARC_HEIGHT", "[variants][shell]") {
 
 TEST_CASE("A touch is as near as GOAL_THRESH", "[variants][shell]") {
   for (const double thresh : {0.07, 0.12}) {
-    const auto env = make_reset(kTouch, {{"GOAL_THRESH", thresh}},
-                                still({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}}));
-    const Vector3d tcp = Eigen::Map<Vector3d>(env->state().tcp_pos.row(0));
-    wait(*env);
-    double* reference = const_cast<double*>(row<double>(env->memory().find("mug_reference"), 0));
+    const auto batch = make_reset(kTouch, {{"GOAL_THRESH", thresh}},
+                                  still({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}}));
+    const Vector3d tcp = Eigen::Map<Vector3d>(batch->state().tcp_pos.row(0));
+    wait(*batch);
+    double* reference = const_cast<double*>(row<double>(batch->memory().find("mug_reference"), 0));
     std::copy_n(tcp.data(), 2, reference + 2);
     const auto step_at = [&](double distance) {
-      put(*env, 1, tcp + Vector3d(0, 0, distance));
-      test::step(*env, Policy::kZero);
-      return env->success()[0] != 0;
+      put(*batch, 1, tcp + Vector3d(0, 0, distance));
+      test::step(*batch, Policy::kZero);
+      return batch->success()[0] != 0;
     };
     CHECK(step_at(thresh - 1e-9));
-    CHECK(env->reward()[0] == 3);
+    CHECK(batch->reward()[0] == 3);
     CHECK_FALSE(step_at(thresh + 1e-9));
-    CHECK(env->reward()[0] < 1);  // nothing for being placed
+    CHECK(batch->reward()[0] < 1);  // nothing for being placed
   }
   // The answer of the lamp game is a place, to which the tool has to come.
   for (const char* id : {kLamp, kShuffleLamp, kShuffle}) {
     INFO(id);
-    const auto env = make_reset(id, {{"GOAL_THRESH", 0.15}, {"max_episode_steps", 100}});
+    const auto batch = make_reset(id, {{"GOAL_THRESH", 0.15}, {"max_episode_steps", 100}});
     const auto near = make_reset(id, {{"GOAL_THRESH", 0.07}, {"max_episode_steps", 100}});
     int first[2] = {0, 0};
     for (int t = 1; t < 100; ++t) {
       int i = 0;
-      for (Batch* one : {env.get(), near.get()}) {
+      for (Batch* one : {batch.get(), near.get()}) {
         test::step(*one, Policy::kOracle);
         const float* offset = row<float>(one->output("obj_to_goal_pos"), 0);
         const double distance = Eigen::Map<const Eigen::Vector3f>(offset).cast<double>().norm();
@@ -241,18 +241,18 @@ TEST_CASE(
           {"GOAL_THRESH", thresh}, {"BALL_RADIUS", radius}, {"MUG_SCALE", 1.0}};
       MakeOptions options = still({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}});
       options.rules = Rules::kOriginal;
-      const auto env = make_reset(push ? kPush : kPick, constants, options);
-      wait(*env);
-      const Vector3d home = pos(*env, 0);
+      const auto batch = make_reset(push ? kPush : kPick, constants, options);
+      wait(*batch);
+      const Vector3d home = pos(*batch, 0);
       const Vector3d goal = push ? Vector3d(home.x() + 0.1, home.y(), radius + 0.03)
                                  : Vector3d(home.x(), home.y(), radius + 0.125);
-      CHECK((pos(*env, 4) - goal).norm() < 1e-12);
+      CHECK((pos(*batch, 4) - goal).norm() < 1e-12);
       CHECK(test::size_in(make_task(push ? kPush : kPick, constants)->document(), "goal_site") ==
             thresh);
       const auto result = [&](double distance) {
-        put(*env, 0, goal + Vector3d(0, distance, 0));
-        test::step(*env, Policy::kZero);
-        return env->success()[0] != 0;
+        put(*batch, 0, goal + Vector3d(0, distance, 0));
+        test::step(*batch, Policy::kZero);
+        return batch->success()[0] != 0;
       };
       CHECK(result(1.6 * thresh - 1e-9));
       CHECK_FALSE(result(1.6 * thresh + 1e-9));
@@ -310,13 +310,13 @@ TEST_CASE("Goal regions that contradict the original's rules are refused under t
 
 TEST_CASE("Penalties lower the reward of a shuffle's last phase", "[variants][shell]") {
   const auto reward = [](const ConstantTable& constants, float push) {
-    const auto env =
+    const auto batch =
         make_reset(kShuffle, constants, still({{"cue_steps", {1}}, {"shuffle_steps", {20}}}));
-    wait(*env);
-    std::vector<float> action = test::zeros(*env);
+    wait(*batch);
+    std::vector<float> action = test::zeros(*batch);
     action[2] = push;
-    env->step(action);
-    return static_cast<double>(env->reward()[0]);
+    batch->step(action);
+    return static_cast<double>(batch->reward()[0]);
   };
   const double usual = reward({}, -0.4F);
   CHECK(reward({{"ACTION_L2_COEF", 0.0}}, -0.4F) == usual);

@@ -21,22 +21,22 @@ TEST_CASE("Target and start are as forgiving as their radius says", "[variants][
     for (const char* disc : {"initial_region", "goal_region", "changed_goal_region"}) {
       CHECK(test::size_in(document, disc) == radius);
     }
-    const auto env = test::make_still(kId, constants,
-                                      {{"slot", {0}},
-                                       {"initial_x", {0.0}},
-                                       {"initial_shift", {0.02}},
-                                       {"goal_x", {0.22}},
-                                       {"goal_y", {0.02}}});
+    const auto batch = test::make_still(kId, constants,
+                                        {{"slot", {0}},
+                                         {"initial_x", {0.0}},
+                                         {"initial_shift", {0.02}},
+                                         {"goal_x", {0.22}},
+                                         {"goal_y", {0.02}}});
     const auto reached = [&] {
-      return *test::row<std::uint8_t>(env->output("goal_reached_status"), 0) != 0;
+      return *test::row<std::uint8_t>(batch->output("goal_reached_status"), 0) != 0;
     };
-    CHECK_FALSE(test::succeeds_with(*env, kCube, 0.22, 0.02 + radius + 1e-6, 0.02));
+    CHECK_FALSE(test::succeeds_with(*batch, kCube, 0.22, 0.02 + radius + 1e-6, 0.02));
     CHECK_FALSE(reached());
-    CHECK_FALSE(test::succeeds_with(*env, kCube, 0.22, 0.02 + radius - 1e-6, 0.02));
+    CHECK_FALSE(test::succeeds_with(*batch, kCube, 0.22, 0.02 + radius - 1e-6, 0.02));
     CHECK(reached());
-    CHECK_FALSE(test::succeeds_with(*env, kCube, 0, 0.02 + radius + 1e-6, 0.02));
-    CHECK(test::succeeds_with(*env, kCube, 0, 0.02 + radius - 1e-6, 0.02));
-    CHECK(env->reward()[0] == 30);
+    CHECK_FALSE(test::succeeds_with(*batch, kCube, 0, 0.02 + radius + 1e-6, 0.02));
+    CHECK(test::succeeds_with(*batch, kCube, 0, 0.02 + radius - 1e-6, 0.02));
+    CHECK(batch->reward()[0] == 30);
   }
 }
 
@@ -44,13 +44,13 @@ TEST_CASE("Start and target keep two radii apart", "[variants][take_it_back]") {
   MakeOptions options;
   options.num_envs = 1000;
   options.constants = {{"GOAL_RADIUS", 0.1}};
-  const auto env = test::make_env(kId, options);
-  env->reset();
+  const auto batch = test::make_env(kId, options);
+  batch->reset();
   double least = 9;
   for (int i = 0; i < options.num_envs; ++i) {
     using Vec2 = Eigen::Map<const Eigen::Vector2d>;
-    const Vec2 start(test::row<double>(env->memory().find("initial"), i));
-    const Vec2 target(test::row<double>(env->memory().find("goal"), i));
+    const Vec2 start(test::row<double>(batch->memory().find("initial"), i));
+    const Vec2 target(test::row<double>(batch->memory().find("goal"), i));
     least = std::min(least, (start - target).norm());
   }
   CHECK((least >= 0.2 && least < 0.205));

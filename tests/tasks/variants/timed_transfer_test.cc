@@ -16,17 +16,17 @@ constexpr const char* kId = "TimedTransferEasy-VLA-v0";
 constexpr int kRedDisc = 1;
 constexpr int kCube = 2;
 
-bool flag(const Batch& env, const char* name) {
-  return *test::row<std::uint8_t>(env.output(name), 0) != 0;
+bool flag(const Batch& batch, const char* name) {
+  return *test::row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 
 // The values of elapsed for which a cube may arrive, the signal coming in the second step.
 std::pair<int, int> window(const ConstantTable& constants) {
-  const auto env = test::make_still(kId, constants, {{"signal_step", {2}}});
+  const auto batch = test::make_still(kId, constants, {{"signal_step", {2}}});
   std::pair<int, int> steps = {0, 0};
-  for (int elapsed = 1; !flag(*env, "past_window"); ++elapsed) {
-    test::step(*env, Policy::kZero);
-    if (!flag(*env, "in_window")) continue;
+  for (int elapsed = 1; !flag(*batch, "past_window"); ++elapsed) {
+    test::step(*batch, Policy::kZero);
+    if (!flag(*batch, "in_window")) continue;
     if (steps.first == 0) steps.first = elapsed;
     steps.second = elapsed;
   }
@@ -53,8 +53,8 @@ TEST_CASE("Chance, phases, constants and instruction follow delay and tolerance"
   CHECK(test::constant_text(info, "TOLERANCE_FRAC") == "0.5");
   CHECK(info.phases.back().second == "s + 60 <= elapsed <= s + 180");
   CHECK_THAT(info.instruction, Contains("exactly on step 120 of that count."));
-  const auto env = test::make_still(kId, {{"DELAY_STEPS", 120}});
-  CHECK(*test::row<float>(env->output("oracle_info"), 0) == 120);
+  const auto batch = test::make_still(kId, {{"DELAY_STEPS", 120}});
+  CHECK(*test::row<float>(batch->output("oracle_info"), 0) == 120);
 }
 
 TEST_CASE("A variant's own instruction stays as it is", "[variants][timed]") {
@@ -70,21 +70,21 @@ TEST_CASE("The signal comes when its range says", "[variants][timed]") {
   MakeOptions options;
   options.num_envs = 300;
   options.constants = {{"PRE_SIGNAL_STEPS", ConstantList{30, 50}}};
-  const auto env = test::make_env(kId, options);
-  env->reset();
+  const auto batch = test::make_env(kId, options);
+  batch->reset();
   int least = 999;
   int most = 0;
   for (int i = 0; i < options.num_envs; ++i) {
-    const int step = *test::row<std::int32_t>(env->memory().find("signal_step"), i);
+    const int step = *test::row<std::int32_t>(batch->memory().find("signal_step"), i);
     least = std::min(least, step);
     most = std::max(most, step);
   }
   CHECK((least == 30 && most == 50));
-  CHECK(Queries(*env).cue_end(0) == 50);
-  CHECK(test::draw_of(env->info(), "signal_step").low == 30);
+  CHECK(Queries(*batch).cue_end(0) == 50);
+  CHECK(test::draw_of(batch->info(), "signal_step").low == 30);
   const ConstantTable narrow = {{"PRE_SIGNAL_STEPS", 33}};
-  env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
-  CHECK(*test::row<std::int32_t>(env->memory().find("signal_step"), 5) == 33);
+  batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
+  CHECK(*test::row<std::int32_t>(batch->memory().find("signal_step"), 5) == 33);
 }
 
 TEST_CASE("Discs are as large as their radius says", "[variants][timed]") {
@@ -99,25 +99,25 @@ TEST_CASE("Discs are as large as their radius says", "[variants][timed]") {
 
 TEST_CASE("A cube is on red as near as the threshold says", "[variants][timed]") {
   for (const double threshold : {0.01, 0.03, 0.1}) {
-    const auto env =
+    const auto batch =
         test::make_still(kId, {{"GOAL_THRESH", threshold}},
                          {{"center_x", {-0.1}}, {"center_y", {0.0}}, {"signal_step", {1}}});
-    const double* red = env->state().prop_pos_of(0, kRedDisc);
-    while (!flag(*env, "in_window")) test::step(*env, Policy::kZero);
-    test::step_with(*env, kCube, red[0] + threshold + 1e-6, red[1], 0.026);
-    CHECK_FALSE(flag(*env, "cube_on_red"));
-    CHECK(test::succeeds_with(*env, kCube, red[0] + threshold - 1e-6, red[1], 0.026));
-    CHECK(env->reward()[0] == 30);
+    const double* red = batch->state().prop_pos_of(0, kRedDisc);
+    while (!flag(*batch, "in_window")) test::step(*batch, Policy::kZero);
+    test::step_with(*batch, kCube, red[0] + threshold + 1e-6, red[1], 0.026);
+    CHECK_FALSE(flag(*batch, "cube_on_red"));
+    CHECK(test::succeeds_with(*batch, kCube, red[0] + threshold - 1e-6, red[1], 0.026));
+    CHECK(batch->reward()[0] == 30);
   }
 }
 
 TEST_CASE("Coefficients of TimedTransfer weigh the action cost", "[variants][timed]") {
   const auto reward = [](const ConstantTable& constants) {
-    const auto env = test::make_still(kId, constants, {{"signal_step", {1}}});
-    std::vector<float> action = test::zeros(*env);
+    const auto batch = test::make_still(kId, constants, {{"signal_step", {1}}});
+    std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
-    env->step(action);
-    return env->reward()[0];
+    batch->step(action);
+    return batch->reward()[0];
   };
   CHECK(reward({{"ACTION_L2_COEF", 0.11}}) ==
         Approx(reward({}) - 0.1 * std::tanh(2.0)).margin(1e-6));

@@ -46,9 +46,9 @@ std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants, std:
   options.pins.push_back({"center_x", {kCenter.x()}});
   options.pins.push_back({"center_y", {kCenter.y()}});
   options.pins.push_back({"pre_demo_steps", {4}});
-  auto env = test::make_env(id, options);
-  env->reset();
-  return env;
+  auto batch = test::make_env(id, options);
+  batch->reset();
+  return batch;
 }
 
 // A circle of 10 cm.
@@ -56,23 +56,23 @@ std::unique_ptr<Batch> make_circle(const ConstantTable& constants) {
   return make(kHard, constants, {{"shape", {0}}, {"radius", {0.1}}, {"rotation", {0}}});
 }
 
-void rest(Batch& env) { test::step(env, Policy::kZero); }
-void wait(Batch& env) {
-  while (env.state().elapsed[0] < Queries(env).cue_end(0)) rest(env);
+void rest(Batch& batch) { test::step(batch, Policy::kZero); }
+void wait(Batch& batch) {
+  while (batch.state().elapsed[0] < Queries(batch).cue_end(0)) rest(batch);
 }
-void put_green(Batch& env, const Vec2& where) {
+void put_green(Batch& batch, const Vec2& where) {
   const double pos[3] = {where.x(), where.y(), 0.02};
   const double upright[4] = {1, 0, 0, 0};
-  env.state().place_prop(0, kGreen, pos, upright, PropStatus::kAsleep);
-  rest(env);
+  batch.state().place_prop(0, kGreen, pos, upright, PropStatus::kAsleep);
+  rest(batch);
 }
-Vec2 place(const Batch& env, int prop) {
-  return {env.state().prop_pos_of(0, prop)[0], env.state().prop_pos_of(0, prop)[1]};
+Vec2 place(const Batch& batch, int prop) {
+  return {batch.state().prop_pos_of(0, prop)[0], batch.state().prop_pos_of(0, prop)[1]};
 }
-bool flag(const Batch& env, const char* name) {
-  return *row<std::uint8_t>(env.output(name), 0) != 0;
+bool flag(const Batch& batch, const char* name) {
+  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
-float number(const Batch& env, const char* name) { return *row<float>(env.output(name), 0); }
+float number(const Batch& batch, const char* name) { return *row<float>(batch.output(name), 0); }
 
 TEST_CASE("AVAILABLE_SHAPES are drawn, and pinned by their place in the list",
           "[variants][trace]") {
@@ -88,31 +88,31 @@ TEST_CASE("AVAILABLE_SHAPES are drawn, and pinned by their place in the list",
   MakeOptions options;
   options.num_envs = 30;
   options.constants = constants;
-  const auto env = test::make_env(kEasy, options);
-  env->reset();
+  const auto batch = test::make_env(kEasy, options);
+  batch->reset();
   std::set<int> seen;
-  for (int i = 0; i < 30; ++i) seen.insert(*row<std::int32_t>(env->output("oracle_info"), i));
+  for (int i = 0; i < 30; ++i) seen.insert(*row<std::int32_t>(batch->output("oracle_info"), i));
   CHECK(seen == std::set<int>{0, 2});
   const std::vector<Pin> first = {{"shape", {0}}};
-  env->reset({.mask = {}, .seeds = {}, .pins = &first});
-  CHECK(*row<std::int32_t>(env->output("oracle_info"), 0) == 2);
+  batch->reset({.mask = {}, .seeds = {}, .pins = &first});
+  CHECK(*row<std::int32_t>(batch->output("oracle_info"), 0) == 2);
 }
 
 TEST_CASE("NUM_WAYPOINTS is how long a shape is shown", "[variants][trace]") {
   for (const int waypoints : {24, 64, 150}) {
     INFO(waypoints);
-    const auto env = make(kHard, {{"NUM_WAYPOINTS", waypoints}},
-                          {{"shape", {1}}, {"radius", {0.1}}, {"rotation", {0.3}}});
-    CHECK(Queries(*env).cue_end(0) == 4 + waypoints);
+    const auto batch = make(kHard, {{"NUM_WAYPOINTS", waypoints}},
+                            {{"shape", {1}}, {"radius", {0.1}}, {"rotation", {0.3}}});
+    CHECK(Queries(*batch).cue_end(0) == 4 + waypoints);
     const ContourSet set({.NUM_WAYPOINTS = waypoints});
     const Contour contour(set, tasks::SHAPE_SQUARE, 0.1, 0.3, kCenter);
     for (int t = 0; t < 4 + waypoints; ++t) {
-      REQUIRE((place(*env, kRed) - contour.waypoint(std::max(0, t - 4))).norm() < 1e-12);
-      CHECK_FALSE(flag(*env, "action_mask"));
-      rest(*env);
+      REQUIRE((place(*batch, kRed) - contour.waypoint(std::max(0, t - 4))).norm() < 1e-12);
+      CHECK_FALSE(flag(*batch, "action_mask"));
+      rest(*batch);
     }
-    CHECK(flag(*env, "action_mask"));
-    CHECK_THAT(env->info().phases[1].second, Contains("P + " + std::to_string(waypoints)));
+    CHECK(flag(*batch, "action_mask"));
+    CHECK_THAT(batch->info().phases[1].second, Contains("P + " + std::to_string(waypoints)));
   }
 }
 
@@ -135,20 +135,20 @@ TEST_CASE("Waypoints divide shapes evenly, whatever their number", "[variants][t
 TEST_CASE("NUM_CHECKPOINTS have to be visited", "[variants][trace]") {
   for (const int checkpoints : {3, 12, 30}) {
     INFO(checkpoints);
-    const auto env = make_circle({{"NUM_CHECKPOINTS", checkpoints}, {"CHECKPOINT_THRESH", 0.01}});
-    wait(*env);
+    const auto batch = make_circle({{"NUM_CHECKPOINTS", checkpoints}, {"CHECKPOINT_THRESH", 0.01}});
+    wait(*batch);
     const ContourSet set({.NUM_CHECKPOINTS = checkpoints});
     const Contour circle(set, tasks::SHAPE_CIRCLE, 0.1, 0, kCenter);
     for (int i = 0; i < checkpoints; ++i) {
-      CHECK(number(*env, "visit_fraction") == Approx(static_cast<double>(i) / checkpoints));
-      put_green(*env, circle.checkpoint(i));
-      CHECK(row<std::uint8_t>(env->output("checkpoint_visited"), 0)[i] == 1);
+      CHECK(number(*batch, "visit_fraction") == Approx(static_cast<double>(i) / checkpoints));
+      put_green(*batch, circle.checkpoint(i));
+      CHECK(row<std::uint8_t>(batch->output("checkpoint_visited"), 0)[i] == 1);
     }
-    CHECK(flag(*env, "all_visited"));
-    CHECK_FALSE(flag(*env, "success"));
-    put_green(*env, circle.checkpoint(0));
-    CHECK(flag(*env, "success"));
-    CHECK(env->reward()[0] == 30);
+    CHECK(flag(*batch, "all_visited"));
+    CHECK_FALSE(flag(*batch, "success"));
+    put_green(*batch, circle.checkpoint(0));
+    CHECK(flag(*batch, "success"));
+    CHECK(batch->reward()[0] == 30);
   }
 }
 
@@ -157,11 +157,11 @@ TEST_CASE("A checkpoint is visited within CHECKPOINT_THRESH", "[variants][trace]
     INFO(threshold);
     for (const bool near : {true, false}) {
       // Three checkpoints 17 cm apart: no place is near two of them.
-      const auto env = make_circle({{"NUM_CHECKPOINTS", 3}, {"CHECKPOINT_THRESH", threshold}});
-      wait(*env);
+      const auto batch = make_circle({{"NUM_CHECKPOINTS", 3}, {"CHECKPOINT_THRESH", threshold}});
+      wait(*batch);
       const Vec2 out(threshold + (near ? -1e-6 : 1e-6), 0);
-      put_green(*env, kCenter + Vec2(0.1, 0) + out);
-      CHECK((row<std::uint8_t>(env->output("checkpoint_visited"), 0)[0] == 1) == near);
+      put_green(*batch, kCenter + Vec2(0.1, 0) + out);
+      CHECK((row<std::uint8_t>(batch->output("checkpoint_visited"), 0)[0] == 1) == near);
     }
   }
 }
@@ -171,18 +171,18 @@ TEST_CASE("SHAPE_RADIUS_RANGE is what radii are drawn from, and resets narrow it
   MakeOptions options;
   options.num_envs = 40;
   options.constants = {{"SHAPE_RADIUS_RANGE", ConstantList{0.05, 0.06}}};
-  const auto env = test::make_env(kHard, options);
-  const auto radii = [&env] {
+  const auto batch = test::make_env(kHard, options);
+  const auto radii = [&batch] {
     std::vector<double> values;
-    for (int i = 0; i < 40; ++i) values.push_back(*row<double>(env->memory().find("radii"), i));
+    for (int i = 0; i < 40; ++i) values.push_back(*row<double>(batch->memory().find("radii"), i));
     std::ranges::sort(values);
     return values;
   };
-  env->reset();
+  batch->reset();
   CHECK((radii().front() >= 0.05 && radii().front() < 0.052));
   CHECK((radii().back() <= 0.06 && radii().back() > 0.058));
   const ConstantTable narrow = {{"SHAPE_RADIUS_RANGE", ConstantList{0.054, 0.055}}};
-  env->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
+  batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
   CHECK((radii().front() >= 0.054 && radii().back() <= 0.055));
 }
 
@@ -194,25 +194,25 @@ TEST_CASE("Lengths of sequences change answers, columns and observation", "[vari
   MakeOptions options;
   options.num_envs = 40;
   options.constants = constants;
-  const auto env = test::make_env(kSeq, options);
-  env->reset();
-  CHECK(env->state_dim() == test::make_env(kSeq)->state_dim() - 2);
+  const auto batch = test::make_env(kSeq, options);
+  batch->reset();
+  CHECK(batch->state_dim() == test::make_env(kSeq)->state_dim() - 2);
   std::set<int> lengths;
   for (int i = 0; i < 40; ++i) {
-    const int length = *row<std::int32_t>(env->memory().find("sequence_length"), i);
+    const int length = *row<std::int32_t>(batch->memory().find("sequence_length"), i);
     lengths.insert(length);
     for (int k = 0; k < 3; ++k) {
-      CHECK((row<std::int32_t>(env->output("oracle_info"), i)[k] < 0) == (k >= length));
+      CHECK((row<std::int32_t>(batch->output("oracle_info"), i)[k] < 0) == (k >= length));
     }
   }
   CHECK(lengths == std::set<int>{1, 2, 3});
 }
 
 TEST_CASE("A sequence of one shape is shown for as long as one", "[variants][trace]") {
-  const auto env = make(kSeq, {{"MIN_SEQUENCE_LENGTH", 1}, {"MAX_SEQUENCE_LENGTH", 1}},
-                        {{"shapes", {2}}, {"sequence_length", {1}}});
-  CHECK(Queries(*env).cue_end(0) == 4 + 64);
-  CHECK(env->info().hidden_variable == "shapes");
+  const auto batch = make(kSeq, {{"MIN_SEQUENCE_LENGTH", 1}, {"MAX_SEQUENCE_LENGTH", 1}},
+                          {{"shapes", {2}}, {"sequence_length", {1}}});
+  CHECK(Queries(*batch).cue_end(0) == 4 + 64);
+  CHECK(batch->info().hidden_variable == "shapes");
 }
 
 TEST_CASE("The chance of a guess grows with what is allowed", "[variants][trace]") {
@@ -233,11 +233,11 @@ TEST_CASE("The chance of a guess grows with what is allowed", "[variants][trace]
 }
 
 TEST_CASE("The map shows the largest shape", "[variants][trace]") {
-  const auto env = make(kEasy, {{"SHAPE_RADIUS_RANGE", 0.2}}, {{"radius", {0.2}}});
-  wait(*env);
+  const auto batch = make(kEasy, {{"SHAPE_RADIUS_RANGE", 0.2}}, {{"radius", {0.2}}});
+  wait(*batch);
   // Half of the map's 160 pixels show 23 cm.
   Overlay overlay;
-  SceneRenderer(*env).overlay(0, overlay);
+  SceneRenderer(*batch).overlay(0, overlay);
   double left = 1e9;
   for (const OverlayItem& item : overlay.items) {
     if (const auto* line = std::get_if<OverlayLine>(&item)) {
@@ -254,12 +254,12 @@ TEST_CASE("Penalties of the tracing tasks have the weights of their constants",
     options.substeps = 0;
     options.reward_mode = RewardMode::kDense;
     options.constants = constants;
-    const auto env = test::make_env(id, options);
-    env->reset();
-    std::vector<float> action = test::zeros(*env);
+    const auto batch = test::make_env(id, options);
+    batch->reset();
+    std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
-    env->step(action);
-    return env->reward()[0];
+    batch->step(action);
+    return batch->reward()[0];
   };
   for (const char* id : {kHard, kSeq}) {
     CHECK(reward(id, {}) - reward(id, {{"ACTION_L2_COEF", 1}}) ==

@@ -21,13 +21,13 @@ double success(const test::TriedVariant& variant, Policy policy, int episodes) {
   options.threads = 2;
   options.auto_reset = AutoReset::kOff;
   options.constants = variant.constants();
-  const auto env = make(variant.id, options);
-  env->reset();
-  for (int step = 0; step < env->info().horizon; ++step) test::step(*env, policy);
-  CHECK(Queries(*env).unstable_count() == 0);
+  const auto batch = make(variant.id, options);
+  batch->reset();
+  for (int step = 0; step < batch->info().horizon; ++step) test::step(*batch, policy);
+  CHECK(Queries(*batch).unstable_count() == 0);
   int successes = 0;
   for (int i = 0; i < episodes; ++i) {
-    successes += *test::row<std::uint8_t>(env->output("success_once"), i);
+    successes += *test::row<std::uint8_t>(batch->output("success_once"), i);
   }
   return static_cast<double>(successes) / episodes;
 }
@@ -82,7 +82,7 @@ TEST_CASE("The ids of the example file are solved", "[variants]") {
   }
 }
 
-void check_pictures(const std::vector<test::TriedVariant>& variants) {
+void check_images(const std::vector<test::TriedVariant>& variants) {
   for (const test::TriedVariant& variant : variants) {
     INFO(variant.id << " " << variant.json);
     // Objects may be small; and there are many variants.
@@ -90,14 +90,13 @@ void check_pictures(const std::vector<test::TriedVariant>& variants) {
   }
 }
 
-TEST_CASE("No picture of some variants after the cue reveals what was shown",
-          "[variants][render]") {
-  check_pictures(sample(32, 200));
+TEST_CASE("No image of some variants after the cue reveals what was shown", "[variants][render]") {
+  check_images(sample(32, 200));
 }
 
-TEST_CASE("No picture of a variant after the cue reveals what was shown",
+TEST_CASE("No image of a variant after the cue reveals what was shown",
           "[variants][render][long]") {
-  check_pictures(sample(8, kAnyLength));  // all of them would take a quarter of an hour
+  check_images(sample(8, kAnyLength));  // all of them would take a quarter of an hour
 }
 
 }  // namespace

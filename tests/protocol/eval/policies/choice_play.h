@@ -36,9 +36,9 @@ class Chooser final : public ExternalPolicy {
 
 // The right answer of the episode in an environment, from what its annotator says: texts of items
 // in their order. Privileged.
-inline std::vector<std::string> right_answer(const Batch& env, const ChoiceQuestion& question) {
-  const Annotator& annotator = *Queries(env).annotator();
-  const std::string& id = env.info().id;
+inline std::vector<std::string> right_answer(const Batch& batch, const ChoiceQuestion& question) {
+  const Annotator& annotator = *Queries(batch).annotator();
+  const std::string& id = batch.info().id;
   const auto plan = annotator.plan(question.slot);
   const std::string memory = annotator.memory(question.slot);
   const auto holds = [](const std::string& text, const std::string& part) {
@@ -63,7 +63,7 @@ inline std::vector<std::string> right_answer(const Batch& env, const ChoiceQuest
                      : "on the right, near y 0.13 m"};
   }
   if (id.starts_with("Batteries")) {  // one after the other, by place
-    std::vector<std::string> sorted = Queries(env).choices()->choice_items(question.slot);
+    std::vector<std::string> sorted = Queries(batch).choices()->choice_items(question.slot);
     return {sorted[static_cast<std::size_t>(question.index)]};
   }
   for (const std::string& line : plan) {
@@ -115,43 +115,44 @@ inline ChoiceOutcome play_choices(
   options.auto_reset = AutoReset::kOff;
   options.obs_mode = play.obs_mode;
   options.constants = play.constants;
-  const std::unique_ptr<Batch> env = make(play.id, options);
+  const std::unique_ptr<Batch> batch = make(play.id, options);
   const std::atomic<bool> stopped = false;
   std::atomic<std::uint64_t> steps = 0;
   const WorkContext context(0, stopped, steps);
-  Chooser chooser(
-      [&](const ChoiceQuestion& question, ChoiceAnswer& reply) { answer(*env, question, reply); });
-  ChoosingPolicy policy(*env, chooser, context, {.stride = play.stride});
+  Chooser chooser([&](const ChoiceQuestion& question, ChoiceAnswer& reply) {
+    answer(*batch, question, reply);
+  });
+  ChoosingPolicy policy(*batch, chooser, context, {.stride = play.stride});
   ChoiceOutcome outcome;
   const auto count = static_cast<std::size_t>(play.episodes);
   outcome.successes.resize(count);
   outcome.correct.resize(count);
   outcome.digests.resize(count);
   struct Watcher {
-    Batch& env;
+    Batch& batch;
     ChoosingPolicy& policy;
     ChoiceOutcome& outcome;
     std::uint64_t first_seed;
 
-    void start(int slot, int episode) {
+    void start(int env, int episode) {
       const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(episode);
-      policy.start(slot, {episode, episode, seed});
+      policy.start(env, {episode, episode, seed});
     }
     void before_step(int /*slot*/, std::span<float> /*action*/) {}
     void after_step(int /*slot*/) {}
-    void finish(int slot, int episode) {
+    void finish(int env, int episode) {
       const auto i = static_cast<std::size_t>(episode);
-      outcome.successes[i] = value_of<std::uint8_t>(env.output("success_once"), slot) != 0;
-      outcome.correct[i] = value_of<std::uint8_t>(env.output("first_answer_correct"), slot) != 0;
-      outcome.digests[i] = policy.digests(slot);
-      policy.finish(slot);
+      outcome.successes[i] = value_of<std::uint8_t>(batch.output("success_once"), env) != 0;
+      outcome.correct[i] = value_of<std::uint8_t>(batch.output("first_answer_correct"), env) != 0;
+      outcome.digests[i] = policy.digests(env);
+      policy.finish(env);
     }
   };
   const auto act = [&](std::span<float> actions, std::span<std::uint8_t> commanded) {
     policy.act(actions, commanded);
   };
-  play_episodes(*env, play.first_seed, play.episodes, context, act,
-                Watcher{*env, policy, outcome, play.first_seed});
+  play_episodes(*batch, play.first_seed, play.episodes, context, act,
+                Watcher{*batch, policy, outcome, play.first_seed});
   return outcome;
 }
 
@@ -162,7 +163,7 @@ inline bool is_lengthy(const RegistryEntry& entry) {
 inline std::vector<std::string> ids_with_choices() {
   std::vector<std::string> ids;
   for (const RegistryEntry& entry : registry()) {
-    if (choices_of(*make_task(entry.id)) != nullptr) ids.emplace_back(entry.id);
+    if (answer_controller_of(*make_task(entry.id)) != nullptr) ids.emplace_back(entry.id);
   }
   return ids;
 }

@@ -25,9 +25,9 @@ int affordable(const std::string& id, int episodes) {
   return std::clamp(kSteps / require_entry(id).horizon, 10, episodes);
 }
 
-void tell_right(const Batch& env, const ChoiceQuestion& question, ChoiceAnswer& answer) {
+void tell_right(const Batch& batch, const ChoiceQuestion& question, ChoiceAnswer& answer) {
   INFO(question.env_id << ", step " << question.step);
-  const std::vector<std::string> right = test::right_answer(env, question);
+  const std::vector<std::string> right = test::right_answer(batch, question);
   REQUIRE(!right.empty());
   for (const std::string& item : right) {
     CHECK(std::ranges::find(question.choices, item) != question.choices.end());
@@ -80,7 +80,7 @@ void check_guesses(bool lengthy) {
     if (test::is_lengthy(entry) != lengthy) continue;
     const int episodes = affordable(id, 200);
     const std::unique_ptr<Task> task = make_task(id);
-    const double estimated = choices_of(*task)->choice_chance();
+    const double estimated = answer_controller_of(*task)->choice_chance();
     const auto outcome = play_choices({.id = id, .episodes = episodes}, guess);
     INFO(id);
     const auto check = [episodes](double rate, double chance, double model_error) {
@@ -117,25 +117,25 @@ FirstQuestion ask_first(const std::string& id, std::uint64_t seed, const std::ve
   options.auto_reset = AutoReset::kOff;
   options.seed = seed;
   options.pins = pins;
-  const std::unique_ptr<Batch> env = make(id, options);
-  env->reset();
+  const std::unique_ptr<Batch> batch = make(id, options);
+  batch->reset();
   const std::atomic<bool> stopped = false;
   std::atomic<std::uint64_t> steps = 0;
   const WorkContext context(0, stopped, steps);
   FirstQuestion first;
   test::Chooser chooser([&](const ChoiceQuestion& question, ChoiceAnswer& answer) {
-    first = {question.choices, test::right_answer(*env, question)};
+    first = {question.choices, test::right_answer(*batch, question)};
     std::vector<int> any(static_cast<std::size_t>(question.form.least));
     if (!question.form.repeats) std::iota(any.begin(), any.end(), 0);
     answer.set(any);
   });
-  ChoosingPolicy policy(*env, chooser, context, {});
+  ChoosingPolicy policy(*batch, chooser, context, {});
   policy.start(0, {0, 0, seed});
-  std::vector<float> actions(static_cast<std::size_t>(env->action_dim()));
+  std::vector<float> actions(static_cast<std::size_t>(batch->action_dim()));
   std::vector<std::uint8_t> commanded(1);
-  while (first.choices.empty() && (env->terminated()[0] | env->truncated()[0]) == 0) {
+  while (first.choices.empty() && (batch->terminated()[0] | batch->truncated()[0]) == 0) {
     policy.act(actions, commanded);
-    env->step(actions);
+    batch->step(actions);
   }
   REQUIRE(!first.choices.empty());
   return first;
@@ -183,8 +183,9 @@ TEST_CASE("The right answer is at every place of the list equally often", "[choi
                          "ShellGameShuffleTouch-VLA-v0", "TakeItBack-VLA-v0"}) {
     constexpr int kEpisodes = 300;
     std::vector<int> places;
-    const auto note = [&](const Batch& env, const ChoiceQuestion& question, ChoiceAnswer& answer) {
-      const std::vector<std::string> right = test::right_answer(env, question);
+    const auto note = [&](const Batch& batch, const ChoiceQuestion& question,
+                          ChoiceAnswer& answer) {
+      const std::vector<std::string> right = test::right_answer(batch, question);
       REQUIRE(right.size() == 1);
       places.resize(question.choices.size());
       ++places[static_cast<std::size_t>(std::ranges::find(question.choices, right[0]) -
@@ -204,12 +205,12 @@ TEST_CASE("The right answer is at every place of the list equally often", "[choi
 
 TEST_CASE("A question has the frames since the episode began", "[choices]") {
   int questions = 0;
-  const auto check = [&](const Batch& env, const ChoiceQuestion& question, ChoiceAnswer& answer) {
+  const auto check = [&](const Batch& batch, const ChoiceQuestion& question, ChoiceAnswer& answer) {
     ++questions;
     REQUIRE(!question.steps.empty());
     CHECK(question.steps.front() == 0);
     CHECK(question.steps.back() == question.step);
-    CHECK(question.step == env.state().elapsed[question.slot]);
+    CHECK(question.step == batch.state().elapsed[question.slot]);
     CHECK(std::ranges::is_sorted(question.steps));
     REQUIRE(question.texts.size() == question.steps.size());
     CHECK(question.state.size() ==
@@ -220,14 +221,14 @@ TEST_CASE("A question has the frames since the episode began", "[choices]") {
       CHECK(question.texts[i] != question.texts[i - 1]);
     }
     // The cue shows the cube that is asked for, the pause none, and then all are there.
-    const std::string right = test::right_answer(env, question).at(0).substr(4);
+    const std::string right = test::right_answer(batch, question).at(0).substr(4);
     CHECK_THAT(question.texts.front(), Catch::Contains("; " + right + " at x"));
     CHECK_THAT(question.texts.front(), Catch::Contains("2 objects hidden"));
     CHECK_THAT(question.texts.back(), !Catch::Contains("hidden"));
     CHECK(std::ranges::any_of(question.texts, [](const std::string& text) {
       return text.find("3 objects hidden") != std::string::npos;
     }));
-    CHECK(question.instruction == Queries(env).instruction(question.slot));
+    CHECK(question.instruction == Queries(batch).instruction(question.slot));
     answer.set(std::vector<int>{0});
   };
   (void)play_choices({.id = "RememberColor3-VLA-v0", .episodes = 5, .obs_mode = ObsMode::kObjects},
@@ -250,16 +251,16 @@ TEST_CASE("Frames are as far apart as the stride says, and the last one is of no
 TEST_CASE("A task that asks again gives every frame once", "[choices]") {
   std::map<int, std::vector<int>> steps;
   std::map<int, int> questions;
-  const auto check = [&](const Batch& env, const ChoiceQuestion& question, ChoiceAnswer& answer) {
+  const auto check = [&](const Batch& batch, const ChoiceQuestion& question, ChoiceAnswer& answer) {
     CHECK(question.index == questions[question.slot]++);
     std::ranges::copy(question.steps, std::back_inserter(steps[question.slot]));
-    answer.set(test::right_answer(env, question));
+    answer.set(test::right_answer(batch, question));
   };
   const auto outcome = play_choices(
       {.id = "BatteriesCheckerEasy-6-VLA-v0", .episodes = 4, .obs_mode = ObsMode::kObjects}, check);
   CHECK(outcome.rate() == 1);
-  for (auto& [slot, all] : steps) {
-    CHECK(questions[slot] > 2);
+  for (auto& [env, all] : steps) {
+    CHECK(questions[env] > 2);
     CHECK(std::ranges::adjacent_find(all, std::greater_equal<>()) == all.end());
   }
 }

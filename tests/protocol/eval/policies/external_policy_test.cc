@@ -46,7 +46,7 @@ class Recorder final : public ExternalPolicy {
     int episode;
     int step;
     bool first;
-    int slot;
+    int env;
   };
   std::vector<Question> asked;
   std::size_t proprio_size = 0;
@@ -170,16 +170,17 @@ TEST_CASE("External policy: actions are those of the chunk, in order", "[policy]
   const TaskResult result = evaluate_with(policy, ObsMode::kState, 2);
   BatchOptions options;
   options.auto_reset = AutoReset::kOff;
-  const auto env = make(kId, options);
+  const auto batch = make(kId, options);
   for (std::size_t episode = 0; episode < 3; ++episode) {
     const std::uint64_t seed = 4242424242 + episode;
-    env->reset({.mask = {}, .seeds = {&seed, 1}, .pins = nullptr});
+    batch->reset({.mask = {}, .seeds = {&seed, 1}, .pins = nullptr});
     std::vector<float> action(7);
     for (int step = 0; step < 25; ++step) {
       action[0] = 0.01F * static_cast<float>(step);
-      env->step(action);
+      batch->step(action);
     }
-    const double expected = *reinterpret_cast<const double*>(env->output("episode_return").row(0));
+    const double expected =
+        *reinterpret_cast<const double*>(batch->output("episode_return").row(0));
     CHECK(result.returns[episode] == expected);
   }
 }

@@ -50,7 +50,7 @@ TEST_CASE("A guarded command ends as it would without a guard", "[policy]") {
 
 TEST_CASE("Nothing outlives a guarded command", "[policy]") {
   const Nothing nothing;
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string file = (folder.path() / "child").string();
   std::string child;
   {
@@ -72,7 +72,7 @@ TEST_CASE("Nothing outlives a guarded command", "[policy]") {
 
 TEST_CASE("Nothing outlives a process that was killed with its guarded commands", "[policy]") {
   const Nothing nothing;
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string first = (folder.path() / "first").string();
   const std::string second = (folder.path() / "second").string();
   const pid_t parent = ::fork();

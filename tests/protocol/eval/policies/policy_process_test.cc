@@ -41,7 +41,7 @@ PolicyProcessOptions options_of(const std::string& command) {
 }
 
 TEST_CASE("A shell that dies is reported at once, with all its processes gone", "[policy]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string file = (folder.path() / "child").string();
   const Work work;
   // The child has the pipe, which therefore does not close.
@@ -56,7 +56,7 @@ TEST_CASE("A shell that dies is reported at once, with all its processes gone", 
 }
 
 TEST_CASE("A policy that is no longer waited for ends with all its processes", "[policy]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string file = (folder.path() / "child").string();
   const Work work;
   PolicyProcessOptions options =
@@ -187,7 +187,7 @@ class Pipes {
 };
 
 struct Question {
-  std::vector<std::int32_t> slot = {0};
+  std::vector<std::int32_t> env = {0};
   std::vector<std::int32_t> episode = {7};
   std::vector<std::int32_t> step = {0};
   std::vector<std::uint8_t> first = {1};
@@ -198,7 +198,7 @@ struct Question {
     PolicyRequest request;
     request.env_id = "RememberColor3-VLA-v0";
     request.count = 1;
-    request.slots = slot;
+    request.slots = env;
     request.episodes = request.numbers = episode;
     request.steps = step;
     request.first = first;
@@ -324,9 +324,10 @@ TEST_CASE("A second answer to the last question is found, too", "[policy]") {
   std::future<void> other = pipes.answer_when_asked(1);
   question.ask(policy, work.context);
   other.get();
-  CHECK_NOTHROW(policy.require_drained());
+  CHECK_NOTHROW(policy.check_no_pending_reply());
   pipes.answer();
-  CHECK_THROWS_WITH(policy.require_drained(), Catch::Contains("its answer to step 0 of episode 7"));
+  CHECK_THROWS_WITH(policy.check_no_pending_reply(),
+                    Catch::Contains("its answer to step 0 of episode 7"));
 }
 
 TEST_CASE("An answer that comes before its question is refused", "[policy]") {

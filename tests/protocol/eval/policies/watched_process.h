@@ -31,10 +31,10 @@ inline bool ends_soon(const std::string& process) {
 
 // The number that a command writes into a file, which takes it a moment.
 inline std::string number_in(const std::filesystem::path& file) {
-  std::string text = tests::read_file(file);
+  std::string text = test::read_file(file);
   for (int i = 0; i < 500 && !text.ends_with('\n'); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    text = tests::read_file(file);
+    text = test::read_file(file);
   }
   REQUIRE(text.ends_with('\n'));
   text.pop_back();

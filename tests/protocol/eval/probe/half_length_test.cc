@@ -27,9 +27,9 @@ TEST_CASE("There is no half length without a fall, or without a beginning above 
 
 TEST_CASE("The interval of a half length holds it, and is the same in every run", "[probe]") {
   const std::vector<DelayedAnswers> curve = {answers(1, 10), answers(10, 7), answers(100, 3)};
-  const Document document = half_length_document(curve, 0.2);
+  const Json document = half_length_document(curve, 0.2);
   const double steps = number(part(document, "steps"));
-  const DocumentList& interval = list(part(document, "interval"));
+  const JsonList& interval = list(part(document, "interval"));
   CHECK(number(interval.at(0)) < steps);
   CHECK((is_null(interval.at(1)) || number(interval.at(1)) > steps));
   CHECK(to_text(half_length_document(curve, 0.2)) == to_text(document));

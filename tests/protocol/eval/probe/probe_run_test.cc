@@ -24,8 +24,8 @@ EvaluationSettings settings_for(const std::vector<std::string>& ids, int episode
   return settings;
 }
 
-Document probe(const EvaluationSettings& settings, Policy policy, const ProbeOptions& options,
-               int threads = 1, int num_envs = 4) {
+Json probe(const EvaluationSettings& settings, Policy policy, const ProbeOptions& options,
+           int threads = 1, int num_envs = 4) {
   Protocol protocol = protocol_of(settings);
   protocol.policy = policy;
   protocol.threads = threads;
@@ -33,8 +33,8 @@ Document probe(const EvaluationSettings& settings, Policy policy, const ProbeOpt
   return run_probes(settings, protocol, options, {});
 }
 
-Document probe_external(const EvaluationSettings& settings, bool remembers,
-                        const ProbeOptions& options, int threads = 1, int num_envs = 4) {
+Json probe_external(const EvaluationSettings& settings, bool remembers, const ProbeOptions& options,
+                    int threads = 1, int num_envs = 4) {
   Protocol protocol = protocol_of(settings);
   protocol.external = [remembers](const WorkContext& /*context*/) {
     return std::make_unique<test::RememberingPolicy>(remembers);
@@ -44,20 +44,20 @@ Document probe_external(const EvaluationSettings& settings, bool remembers,
   return run_probes(settings, protocol, options, {});
 }
 
-const Document& section(const Document& document, const char* probe, std::size_t task = 0) {
+const Json& section(const Json& document, const char* probe, std::size_t task = 0) {
   return part(list(part(document, "tasks")).at(task), probe);
 }
 
-double rate(const Document& table, const char* share) {
+double rate(const Json& table, const char* share) {
   return number(part(part(table, share), "rate"));
 }
 
-bool all_equal(const Document& presents) {
+bool all_equal(const Json& presents) {
   const double compared = number(part(presents, "compared"));
   return compared > 0 && number(part(presents, "equal")) == compared;
 }
 
-const Document& point(const Document& section, std::size_t i) {
+const Json& point(const Json& section, std::size_t i) {
   return list(part(section, "points")).at(i);
 }
 
@@ -87,11 +87,11 @@ const std::vector<std::string> kWithTwins = {"ShellGameTouch-VLA-v0",
                                              "BlinkCountButtonPressEasy-VLA-v0"};
 
 TEST_CASE("The oracle follows every past, and presents are the same to the bit", "[probe]") {
-  const Document document =
+  const Json document =
       probe(settings_for(kWithTwins, 2), Policy::kOracle, {.probes = {Probe::kTwins}});
   for (std::size_t i = 0; i < kWithTwins.size(); ++i) {
     INFO(kWithTwins[i]);
-    const Document& twins = section(document, "twins", i);
+    const Json& twins = section(document, "twins", i);
     REQUIRE(find(twins, "skipped") == nullptr);
     CHECK(number(part(twins, "pairs")) == 2);
     CHECK(all_equal(part(twins, "presents")));
@@ -122,8 +122,8 @@ TEST_CASE("Where constants leave a past nothing to change, the arm has started e
     INFO(id);
     EvaluationSettings settings = settings_for({id}, 1);
     settings.control_mode = make_task(id)->info().control_mode;
-    const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
-    const Document& twins = section(document, "twins");
+    const Json document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+    const Json& twins = section(document, "twins");
     CHECK(text(part(twins, "stay_by")) == change);
     CHECK(all_equal(part(twins, "stay_presents")));
     CHECK(rate(twins, "stay") == 1);
@@ -131,7 +131,7 @@ TEST_CASE("Where constants leave a past nothing to change, the arm has started e
   // With a start pose that does not vary, there is nothing left.
   EvaluationSettings settings = settings_for({"RememberColor5-Long-VLA-v0"}, 1);
   settings.constants = {{"robot_init_qpos_noise", 0.0}};
-  const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Json document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
   CHECK(is_null(part(section(document, "twins"), "stay")));
   CHECK(is_null(part(section(document, "twins"), "stay_by")));
 }
@@ -179,13 +179,13 @@ TEST_CASE("A past with another start pose is seen, and ends in the scene of the 
 
 TEST_CASE("A cue that the robot works with ends with the hand's question", "[probe]") {
   const EvaluationSettings settings = settings_for({"TakeItBack-v0"}, 6);
-  const Document oracle = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
-  const Document blind = probe(settings, Policy::kBlind, {.probes = {Probe::kTwins}});
-  const Document& seen = section(oracle, "twins");
+  const Json oracle = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Json blind = probe(settings, Policy::kBlind, {.probes = {Probe::kTwins}});
+  const Json& seen = section(oracle, "twins");
   // Presents of exchanged scenes and of wiped trials alone are compared.
   CHECK(number(part(part(seen, "presents"), "compared")) == 24);
   CHECK(rate(seen, "answered") == 1);
-  const Document& guessed = section(blind, "twins");
+  const Json& guessed = section(blind, "twins");
   CHECK(all_equal(part(guessed, "presents")));
   CHECK(rate(guessed, "both_follow") == 0);
   CHECK(rate(guessed, "follow") < 0.7);
@@ -195,21 +195,21 @@ TEST_CASE("A cue that the robot works with ends with the hand's question", "[pro
 // The hand stops before the arm is straight, and where no way leads past another place.
 TEST_CASE("A cue that the robot works with leaves every answer open", "[probe]") {
   const EvaluationSettings settings = settings_for({"TakeItBack-VLA-v0"}, 24);
-  const Document oracle = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
-  const Document& twins = section(oracle, "twins");
+  const Json oracle = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Json& twins = section(oracle, "twins");
   CHECK(rate(twins, "answered") == 1);
   CHECK(rate(twins, "follow") == 1);
   CHECK(rate(part(twins, "swapped"), "scene") == 1);
 }
 
-TEST_CASE("Presents are the same in pictures, too", "[probe][render]") {
+TEST_CASE("Presents are the same in images, too", "[probe][render]") {
   EvaluationSettings settings =
       settings_for({"ShellGameTouch-VLA-v0", "FindImposterColor3-VLA-v0", "GatherAndRecall1-VLA-v0",
                     "BlinkCountButtonPressEasy-VLA-v0"},
                    1);
   settings.obs_mode = ObsMode::kRgb;
   settings.renderer = "cpu";
-  const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Json document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
   for (std::size_t i = 0; i < settings.tasks.size(); ++i) {
     INFO(settings.tasks[i]);
     CHECK(all_equal(part(section(document, "twins", i), "presents")));
@@ -219,8 +219,8 @@ TEST_CASE("Presents are the same in pictures, too", "[probe][render]") {
 TEST_CASE("An observation that tells what is hidden makes presents differ", "[probe]") {
   EvaluationSettings settings = settings_for({kShell}, 3);
   settings.obs_mode = ObsMode::kState;
-  const Document document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
-  const Document& presents = part(section(document, "twins"), "presents");
+  const Json document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
+  const Json& presents = part(section(document, "twins"), "presents");
   CHECK(number(part(presents, "compared")) == 15);
   // Those of a wiped trial, and of a scene that takes the other's place, are of the same past.
   CHECK(number(part(presents, "equal")) < 15);
@@ -231,14 +231,14 @@ TEST_CASE("Every family either has twins or says why not", "[probe]") {
   for (const std::string& id : kWithTwins) families.insert(require_entry(id).family);
   for (const RegistryEntry& entry : registry()) {
     INFO(entry.id);
-    CHECK(families.contains(entry.family) == entry.definition->memory.no_twins.empty());
+    CHECK(families.contains(entry.family) == entry.definition->memory.no_counterfactuals.empty());
   }
 }
 
 TEST_CASE("A policy with a memory follows its past, in its own scene and in another's", "[probe]") {
-  const Document document =
+  const Json document =
       probe_external(settings_for({kShell}, 12), true, {.probes = {Probe::kTwins}});
-  const Document& twins = section(document, "twins");
+  const Json& twins = section(document, "twins");
   CHECK(rate(twins, "follow") == 1);
   CHECK(rate(twins, "both_follow") == 1);
   CHECK(rate(part(twins, "swapped"), "past") == 1);
@@ -252,12 +252,12 @@ TEST_CASE("A policy with a memory follows its past, in its own scene and in anot
 
 TEST_CASE("Policies without a memory follow by chance, and never both pasts", "[probe]") {
   const EvaluationSettings settings = settings_for({kShell}, 24);
-  const Document blind = probe(settings, Policy::kBlind, {.probes = {Probe::kTwins}});
-  const Document forgetful = probe_external(settings, false, {.probes = {Probe::kTwins}});
-  for (const Document* document : {&blind, &forgetful}) {
-    const Document& twins = section(*document, "twins");
+  const Json blind = probe(settings, Policy::kBlind, {.probes = {Probe::kTwins}});
+  const Json forgetful = probe_external(settings, false, {.probes = {Probe::kTwins}});
+  for (const Json* document : {&blind, &forgetful}) {
+    const Json& twins = section(*document, "twins");
     CHECK(rate(twins, "both_follow") == 0);
-    const DocumentList& interval = list(part(part(twins, "follow"), "interval"));
+    const JsonList& interval = list(part(part(twins, "follow"), "interval"));
     CHECK(number(interval.at(0)) <= number(part(twins, "chance")));
     CHECK(number(interval.at(1)) >= number(part(twins, "chance")) / 2);
   }
@@ -328,9 +328,9 @@ TEST_CASE("Policies that name answers are refused, and constants that the other 
 TEST_CASE("A memory that time does not change does not forget", "[probe]") {
   const ProbeOptions options{.probes = {Probe::kForgetting}};
   const EvaluationSettings settings = settings_for({kShell}, 8);
-  const Document kept = probe_external(settings, true, options);
-  const Document lost = probe_external(settings, false, options);
-  const Document& curve = section(kept, "forgetting");
+  const Json kept = probe_external(settings, true, options);
+  const Json lost = probe_external(settings, false, options);
+  const Json& curve = section(kept, "forgetting");
   for (std::size_t i = 0; i < list(part(curve, "points")).size(); ++i) {
     CHECK(rate(point(curve, i), "first_answer") == 1);
   }
@@ -339,11 +339,11 @@ TEST_CASE("A memory that time does not change does not forget", "[probe]") {
 }
 
 TEST_CASE("Delays reach ten times those of the task", "[probe]") {
-  const Document document = probe(settings_for({"RememberColor3-VLA-v0"}, 1), Policy::kOracle,
-                                  {.probes = {Probe::kForgetting}});
-  const Document& curve = section(document, "forgetting");
+  const Json document = probe(settings_for({"RememberColor3-VLA-v0"}, 1), Policy::kOracle,
+                              {.probes = {Probe::kForgetting}});
+  const Json& curve = section(document, "forgetting");
   std::vector<double> delays;
-  for (const Document& one : list(part(curve, "points"))) {
+  for (const Json& one : list(part(curve, "points"))) {
     delays.push_back(number(part(one, "delay")));
     CHECK(rate(one, "success") == 1);
   }
@@ -352,10 +352,10 @@ TEST_CASE("Delays reach ten times those of the task", "[probe]") {
 }
 
 TEST_CASE("A memory of the last cue is overwritten by competing episodes alone", "[probe]") {
-  const Document document =
+  const Json document =
       probe_external(settings_for({kShell}, 10), true, {.probes = {Probe::kInterference}});
-  const Document& section_of = section(document, "interference");
-  for (const Document& one : list(part(section_of, "points"))) {
+  const Json& section_of = section(document, "interference");
+  for (const Json& one : list(part(section_of, "points"))) {
     INFO(to_line(one));
     const bool competing = text(part(one, "kind")) == "competing";
     CHECK(rate(one, "first_answer") == (competing ? 0 : 1));
@@ -365,9 +365,9 @@ TEST_CASE("A memory of the last cue is overwritten by competing episodes alone",
 
 TEST_CASE("Episodes of another task go between, too", "[probe]") {
   const ProbeOptions options{.probes = {Probe::kInterference}, .other = "ShellGamePush-VLA-v0"};
-  const Document document = probe(settings_for({kShell}, 2), Policy::kOracle, options);
+  const Json document = probe(settings_for({kShell}, 2), Policy::kOracle, options);
   int others = 0;
-  for (const Document& one : list(part(section(document, "interference"), "points"))) {
+  for (const Json& one : list(part(section(document, "interference"), "points"))) {
     others += text(part(one, "kind")) == "other task" ? 1 : 0;
     CHECK(rate(one, "success") == 1);
   }
@@ -375,12 +375,12 @@ TEST_CASE("Episodes of another task go between, too", "[probe]") {
 }
 
 TEST_CASE("Capacity has the oracle beside the policy", "[probe]") {
-  const Document document = probe(settings_for({"BlinkCountButtonPressEasy-VLA-v0"}, 2),
-                                  Policy::kBlind, {.probes = {Probe::kCapacity}});
-  const Document& capacity = section(document, "capacity");
+  const Json document = probe(settings_for({"BlinkCountButtonPressEasy-VLA-v0"}, 2), Policy::kBlind,
+                              {.probes = {Probe::kCapacity}});
+  const Json& capacity = section(document, "capacity");
   CHECK(text(part(capacity, "quantity")) == "target_blinks");
   std::vector<double> items;
-  for (const Document& one : list(part(capacity, "points"))) {
+  for (const Json& one : list(part(capacity, "points"))) {
     items.push_back(number(part(one, "items")));
     CHECK(rate(part(one, "oracle"), "success") == 1);
   }
@@ -389,9 +389,9 @@ TEST_CASE("Capacity has the oracle beside the policy", "[probe]") {
 
 TEST_CASE("Numbers of items that a policy cannot observe are left out, with the reason",
           "[probe]") {
-  const Document document = probe_external(settings_for({"RememberColor3-VLA-v0"}, 1), true,
-                                           {.probes = {Probe::kCapacity}});
-  for (const Document& one : list(part(section(document, "capacity"), "points"))) {
+  const Json document = probe_external(settings_for({"RememberColor3-VLA-v0"}, 1), true,
+                                       {.probes = {Probe::kCapacity}});
+  for (const Json& one : list(part(section(document, "capacity"), "points"))) {
     const bool own = number(part(one, "items")) == 3;
     CHECK((find(one, "skipped") == nullptr) == own);
   }
@@ -411,10 +411,10 @@ TEST_CASE("Families whose observation keeps its size have points for every numbe
       return std::make_unique<RestingPolicy>(requests);
     };
     protocol.threads = 1;
-    const Document document =
+    const Json document =
         run_probes(settings_for({id}, 1), protocol, {.probes = {Probe::kCapacity}}, {});
     std::vector<double> played;
-    for (const Document& one : list(part(section(document, "capacity"), "points"))) {
+    for (const Json& one : list(part(section(document, "capacity"), "points"))) {
       if (find(one, "skipped") == nullptr) played.push_back(number(part(one, "items")));
     }
     CHECK(played == expected);
@@ -431,7 +431,7 @@ TEST_CASE("Probes do not depend on threads and batch size", "[probe]") {
 }
 
 TEST_CASE("Reports of probes have a curve for each of them", "[probe]") {
-  const Document document = probe_external(
+  const Json document = probe_external(
       settings_for({kShell, "BlinkCountButtonPressEasy-VLA-v0", "InterceptFast-VLA-v0"}, 1), false,
       {});
   const std::string page = probe_report(document);

@@ -55,7 +55,7 @@ class RememberingPolicy final : public ExternalPolicy {
   static constexpr float kHalfWay = 0.2F;  // m, from the middle cup to the others
 
   // Returns the cups from one side to the other.
-  std::vector<Place> look(const float* row, int objects, std::int32_t slot) {
+  std::vector<Place> look(const float* row, int objects, std::int32_t env) {
     std::vector<Place> cups;
     std::vector<Place> balls;
     for (int object = 0; object < objects; ++object) {
@@ -66,7 +66,7 @@ class RememberingPolicy final : public ExternalPolicy {
     }
     std::ranges::sort(cups, {}, [](const Place& place) { return place[1]; });
     for (const Place& ball : balls) {
-      cups_[slot] = ball[1] < -kHalfWay ? 0 : ball[1] < kHalfWay ? 1 : 2;
+      cups_[env] = ball[1] < -kHalfWay ? 0 : ball[1] < kHalfWay ? 1 : 2;
     }
     return cups;
   }

@@ -9,13 +9,13 @@ namespace engram {
 namespace {
 
 using Catch::Contains;
-using tests::task_of;
-using tests::with_value;
+using test::task_of;
+using test::with_value;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 constexpr const char* kOther = "SeqOfColors3-Long-VLA-v0";
 
-ResultSet results(const char* name, DocumentList tasks) { return {name, std::move(tasks)}; }
+ResultSet results(const char* name, JsonList tasks) { return {name, std::move(tasks)}; }
 
 // A succeeds in 12 episodes in which B fails, B in 3; 20 and 5 are alike.
 const std::vector<bool> kA = [] {
@@ -33,8 +33,8 @@ const std::vector<bool> kB = [] {
 TEST_CASE("Comparisons pair episodes by id and seed", "[evaluation][compare]") {
   const ResultSet a = results("a", {task_of(kId, kA), task_of(kOther, kA)});
   const ResultSet b = results("b", {task_of(kOther, kB), task_of(kId, kB)});  // another order
-  const Document comparison = compare_results(a, b, {});
-  const Document& task = list(part(comparison, "tasks"))[0];
+  const Json comparison = compare_results(a, b, {});
+  const Json& task = list(part(comparison, "tasks"))[0];
   CHECK(text(part(task, "env_id")) == kId);
   CHECK(number(part(task, "pairs")) == 40);
   CHECK(number(part(task, "both")) == 20);
@@ -47,7 +47,7 @@ TEST_CASE("Comparisons pair episodes by id and seed", "[evaluation][compare]") {
   const Interval interval = paired_interval({20, 12, 3, 5});
   CHECK(number(list(part(task, "difference_interval"))[0]) == Approx(interval.low));
   CHECK(number(part(task, "smallest_difference")) == Approx(6.0 / 40));
-  const Document& total = part(comparison, "total");
+  const Json& total = part(comparison, "total");
   CHECK(number(part(total, "pairs")) == 80);
   CHECK(number(part(total, "n_tasks")) == 2);
   CHECK(number(part(total, "p_value")) == Approx(mcnemar_p_value(24, 6)));
@@ -58,7 +58,7 @@ TEST_CASE("Comparisons pair episodes by id and seed", "[evaluation][compare]") {
 TEST_CASE("Comparisons count episodes with the same digests", "[evaluation][compare]") {
   const ResultSet a = results("a", {task_of(kId, {true, true, false})});
   const ResultSet b = results("b", {task_of(kId, {true, false, false})});
-  const Document same = part(part(compare_results(a, b, {}), "total"), "same_digests");
+  const Json same = part(part(compare_results(a, b, {}), "total"), "same_digests");
   CHECK(number(part(same, "observations")) == 3);
   CHECK(number(part(same, "first_observations")) == 3);
   CHECK(number(part(same, "answers")) == 2);
@@ -73,15 +73,15 @@ TEST_CASE("Comparisons of repeats count seeds", "[evaluation][compare]") {
   twice.insert(twice.end(), kA.begin(), kA.end());
   std::vector<bool> other = kB;
   other.insert(other.end(), kB.begin(), kB.end());
-  const Document total = part(compare_results(results("a", {task_of(kId, twice, settings)}),
-                                              results("b", {task_of(kId, other, settings)}), {}),
-                              "total");
+  const Json total = part(compare_results(results("a", {task_of(kId, twice, settings)}),
+                                          results("b", {task_of(kId, other, settings)}), {}),
+                          "total");
   CHECK(number(part(total, "pairs")) == 80);
   CHECK(text(part(total, "test")) == "exact sign flips of seeds");
   // Rounds that are all alike prove no more than one.
   CHECK(number(part(total, "p_value")) == Approx(0.03515625));
   CHECK(number(part(total, "difference")) == Approx(0.225));
-  const DocumentList& interval = list(part(total, "difference_interval"));
+  const JsonList& interval = list(part(total, "difference_interval"));
   CHECK(number(interval[0]) == Approx(0.225 - 0.184).margin(0.01));
 }
 
@@ -116,7 +116,7 @@ TEST_CASE("Results that do not pair are refused", "[evaluation][compare]") {
 TEST_CASE("Results of other environments are refused unless that is allowed",
           "[evaluation][compare]") {
   const ResultSet a = results("a", {task_of(kId, {true, false})});
-  const std::tuple<const char*, Document, AllowedDifference> edits[] = {
+  const std::tuple<const char*, Json, AllowedDifference> edits[] = {
       {"version", "0.4.0", AllowedDifference::kVersion},
       {"rules", "original", AllowedDifference::kRules}};
   for (const auto& [key, value, allowed] : edits) {

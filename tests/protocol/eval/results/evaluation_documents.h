@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "protocol/eval/results/result_files.h"
-#include "protocol/io/document_checksum.h"
+#include "protocol/io/json_checksum.h"
 
-namespace engram::tests {
+namespace engram::test {
 
 // The document of a task with these successes, one episode after the other.
-inline Document task_of(const std::string& id, const std::vector<bool>& successes,
-                        EvaluationSettings settings = {}) {
+inline Json task_of(const std::string& id, const std::vector<bool>& successes,
+                    EvaluationSettings settings = {}) {
   TaskResult result;
   result.entry = &require_entry(id);
   result.successes = successes;
@@ -26,8 +26,8 @@ inline Document task_of(const std::string& id, const std::vector<bool>& successe
 }
 
 // The document with another value under a key, and the checksum of that.
-inline Document with_value(const Document& document, std::string_view key, Document value) {
-  DocumentTable all = table(document);
+inline Json with_value(const Json& document, std::string_view key, Json value) {
+  JsonTable all = table(document);
   all.pop_back();
   for (auto& [name, old] : all) {
     if (name == key) old = value;
@@ -36,4 +36,4 @@ inline Document with_value(const Document& document, std::string_view key, Docum
   return all;
 }
 
-}  // namespace engram::tests
+}  // namespace engram::test

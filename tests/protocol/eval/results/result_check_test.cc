@@ -38,9 +38,9 @@ TEST_CASE("A result follows the protocol with its seeds and lengths", "[evaluati
 
 TEST_CASE("Documents that are no results are refused", "[evaluation][results]") {
   const RegistryEntry& entry = require_entry(kId);
-  CHECK_FALSE(parse_result(Document(), entry));
-  CHECK_FALSE(parse_result(DocumentList{1, 2}, entry));
-  CHECK_FALSE(parse_result(DocumentTable{{"env_id", kId}}, entry));
+  CHECK_FALSE(parse_result(Json(), entry));
+  CHECK_FALSE(parse_result(JsonList{1, 2}, entry));
+  CHECK_FALSE(parse_result(JsonTable{{"env_id", kId}}, entry));
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 #include <functional>
 
 #include "protocol/eval/results/result_check.h"
-#include "protocol/io/document_checksum.h"
 #include "protocol/io/files.h"
+#include "protocol/io/json_checksum.h"
 #include "tests/temporary_folder.h"
 
 namespace engram {
@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
-EvaluationSettings settings_of(Document policy_config) {
+EvaluationSettings settings_of(Json policy_config) {
   EvaluationSettings settings;
   settings.tasks = {kId};
   settings.episodes = 2;
@@ -40,23 +40,23 @@ TaskResult result() {
 }
 
 struct Folder {
-  tests::TemporaryFolder folder;
-  EvaluationSettings settings = settings_of(DocumentTable{{"command", "x"}});
-  Document document = task_document(result(), settings);
+  test::TemporaryFolder folder;
+  EvaluationSettings settings = settings_of(JsonTable{{"command", "x"}});
+  Json document = task_document(result(), settings);
 
   ResultFolder open() const { return ResultFolder::open(folder.path()); }
-  void write(const Document& task) const {
+  void write(const Json& task) const {
     write_file(folder.path() / (std::string(kId) + ".json"), to_text(task));
   }
-  bool accepts(const Document& task) const {
+  bool accepts(const Json& task) const {
     write(task);
     return open().finished(settings).contains(kId);
   }
 };
 
 // The document with one value changed; the checksum fits what was changed if that is wanted.
-Document edited(const Document& document, std::string_view key, Document value, bool checked) {
-  DocumentTable all = table(document);
+Json edited(const Json& document, std::string_view key, Json value, bool checked) {
+  JsonTable all = table(document);
   for (auto& [name, old] : all) {
     if (name == key) old = value;
   }
@@ -77,49 +77,49 @@ TEST_CASE("Results survive their document", "[evaluation][results]") {
 
 TEST_CASE("Edited results are refused", "[evaluation][results]") {
   const Folder folder;
-  const Document seeds = DocumentList{1, 2};
-  const std::pair<const char*, Document> edits[] = {{"split", "Long"},
-                                                    {"memory_type", "Spatial"},
-                                                    {"successes", DocumentList{true, true}},
-                                                    {"returns", DocumentList{99.5, 99.5}},
-                                                    {"sr", 1.0},
-                                                    {"mean_return", 99.0},
-                                                    {"benchmark_commit", "abc"},
-                                                    {"wrapper_chain", "none"},
-                                                    {"action_chunk_size", 8},
-                                                    {"episode_lengths", DocumentList{7, 7}},
-                                                    {"episode_seeds", seeds},
-                                                    {"chance", 0.9},
-                                                    {"first_answers", DocumentList{1, nullptr}},
-                                                    {"first_answer_correct", 1.0},
-                                                    {"memory_score", 1.0},
-                                                    {"subtasks_done", DocumentList{4, 3}},
-                                                    {"completion_rate", 1.0},
-                                                    {"sr_interval", DocumentList{0, 1}},
-                                                    {"digests", nullptr},
-                                                    {"checksum", "0000000000000000"}};
+  const Json seeds = JsonList{1, 2};
+  const std::pair<const char*, Json> edits[] = {{"split", "Long"},
+                                                {"memory_type", "Spatial"},
+                                                {"successes", JsonList{true, true}},
+                                                {"returns", JsonList{99.5, 99.5}},
+                                                {"sr", 1.0},
+                                                {"mean_return", 99.0},
+                                                {"benchmark_commit", "abc"},
+                                                {"wrapper_chain", "none"},
+                                                {"action_chunk_size", 8},
+                                                {"episode_lengths", JsonList{7, 7}},
+                                                {"episode_seeds", seeds},
+                                                {"chance", 0.9},
+                                                {"first_answers", JsonList{1, nullptr}},
+                                                {"first_answer_correct", 1.0},
+                                                {"memory_score", 1.0},
+                                                {"subtasks_done", JsonList{4, 3}},
+                                                {"completion_rate", 1.0},
+                                                {"sr_interval", JsonList{0, 1}},
+                                                {"digests", nullptr},
+                                                {"checksum", "0000000000000000"}};
   for (const auto& [key, value] : edits) {
     INFO(key);
     REQUIRE(find(folder.document, key) != nullptr);
     CHECK_FALSE(folder.accepts(edited(folder.document, key, value, false)));
   }
-  DocumentTable more = table(folder.document);
+  JsonTable more = table(folder.document);
   more.emplace_back("note", "by hand");
   CHECK_FALSE(folder.accepts(more));
 }
 
 TEST_CASE("Inconsistent results with a valid checksum are refused", "[evaluation][results]") {
   const Folder folder;
-  const std::pair<const char*, Document> edits[] = {{"split", "Long"},
-                                                    {"sr", 1.0},
-                                                    {"mean_return", 99.0},
-                                                    {"episode_lengths", DocumentList{25, 26}},
-                                                    {"episode_lengths", DocumentList{0, 25}},
-                                                    {"episode_seeds", DocumentList{1, 2}},
-                                                    {"memory_score", 1.0},
-                                                    {"completion_rate", 1.0},
-                                                    {"subtasks", DocumentList{4}},
-                                                    {"first_answer_correct", 1.0}};
+  const std::pair<const char*, Json> edits[] = {{"split", "Long"},
+                                                {"sr", 1.0},
+                                                {"mean_return", 99.0},
+                                                {"episode_lengths", JsonList{25, 26}},
+                                                {"episode_lengths", JsonList{0, 25}},
+                                                {"episode_seeds", JsonList{1, 2}},
+                                                {"memory_score", 1.0},
+                                                {"completion_rate", 1.0},
+                                                {"subtasks", JsonList{4}},
+                                                {"first_answer_correct", 1.0}};
   for (const auto& [key, value] : edits) {
     INFO(key);
     CHECK_FALSE(folder.accepts(edited(folder.document, key, value, true)));
@@ -127,16 +127,16 @@ TEST_CASE("Inconsistent results with a valid checksum are refused", "[evaluation
 }
 
 TEST_CASE("Results of another version are refused for every policy", "[evaluation][results]") {
-  for (const Document& config : {Document(), Document(DocumentTable{{"command", "x"}})}) {
+  for (const Json& config : {Json(), Json(JsonTable{{"command", "x"}})}) {
     Folder folder;
     folder.settings = settings_of(config);
-    const Document document = task_document(result(), folder.settings);
+    const Json document = task_document(result(), folder.settings);
     CHECK(text(part(document, "version")) == version());
     folder.write(edited(document, "version", "99.0.0", true));
     CHECK_THROWS_WITH(
         folder.open().finished(folder.settings),
         Catch::Contains("has version \"99.0.0\", this run") && Catch::Contains(version()));
-    DocumentTable nameless = table(document);
+    JsonTable nameless = table(document);
     std::erase_if(nameless, [](const auto& entry) { return entry.first == "version"; });
     folder.write(nameless);
     CHECK_THROWS_WITH(folder.open().finished(folder.settings),
@@ -156,7 +156,7 @@ TEST_CASE("A folder of results is one run's at a time", "[evaluation][results]")
 
 TEST_CASE("A run goes on in its folder when a link takes its name", "[evaluation][results]") {
   const Folder folder;
-  const tests::TemporaryFolder elsewhere;
+  const test::TemporaryFolder elsewhere;
   const fs::path run = folder.folder.path() / "run";
   fs::create_directories(run);
   const ResultFolder open = ResultFolder::open(run);
@@ -170,7 +170,7 @@ TEST_CASE("A run goes on in its folder when a link takes its name", "[evaluation
   open.write_report("<html>");
   CHECK(fs::is_empty(elsewhere.path()));
   CHECK(fs::exists(folder.folder.path() / "moved" / (std::string(kId) + ".json")));
-  // Nor does a link that takes the place of its pictures lead out of it.
+  // Nor does a link that takes the place of its images lead out of it.
   fs::remove_all(folder.folder.path() / "moved" / "samples");
   fs::create_directory_symlink(elsewhere.path(), folder.folder.path() / "moved" / "samples");
   CHECK_THROWS_WITH(open.write_sample(kId, Bytes(3)), Catch::Contains("leads elsewhere"));
@@ -180,7 +180,7 @@ TEST_CASE("A run goes on in its folder when a link takes its name", "[evaluation
 TEST_CASE("Summaries are tables, too", "[evaluation][results]") {
   const Folder folder;
   folder.open().write_summary({folder.document});
-  const std::string table = tests::read_file(folder.folder.path() / "summary.csv");
+  const std::string table = test::read_file(folder.folder.path() / "summary.csv");
   CHECK_THAT(table, Catch::StartsWith("env_id,split,memory_type,n_episodes,sr,chance,memory_score,"
                                       "first_answer_correct,mean_return,mean_length,sr_low,"
                                       "sr_high\n"
@@ -188,9 +188,9 @@ TEST_CASE("Summaries are tables, too", "[evaluation][results]") {
   CHECK_THAT(table, Catch::Contains(",0.5,6.3,25.0,0.094531205734"));
 }
 
-TEST_CASE("Pictures that lead out of the folder are not followed", "[evaluation][results]") {
+TEST_CASE("Images that lead out of the folder are not followed", "[evaluation][results]") {
   const Folder folder;
-  const tests::TemporaryFolder elsewhere;
+  const test::TemporaryFolder elsewhere;
   const fs::path theirs = elsewhere.path() / "RememberColor3-VLA-v0.png.1.engram-tmp";
   std::ofstream(theirs) << "theirs";
   fs::create_directory_symlink(elsewhere.path(), folder.folder.path() / "samples");
@@ -213,12 +213,12 @@ TEST_CASE("Results of repeats say so, and are as many as all rounds", "[evaluati
                            once.completions.end());
   twice.seeds.insert(twice.seeds.end(), once.seeds.begin(), once.seeds.end());
   twice.digests.insert(twice.digests.end(), once.digests.begin(), once.digests.end());
-  const Document document = task_document(twice, folder.settings);
+  const Json document = task_document(twice, folder.settings);
   CHECK(whole_number(part(document, "n_episodes")) == 4);
   CHECK(whole_number(part(document, "repeat")) == 2);
   CHECK(whole_number(part(document, "policy_seed")) == 7);
   CHECK(whole_number(part(document, "latency_steps")) == 3);
-  CHECK((list(part(document, "episode_seeds"))[3] == Document(kBenchmarkSeed + 1)));
+  CHECK((list(part(document, "episode_seeds"))[3] == Json(kBenchmarkSeed + 1)));
   CHECK(folder.accepts(document));
   // Results of one round are of another protocol.
   folder.write(folder.document);
@@ -232,8 +232,8 @@ TEST_CASE("Results of repeats say so, and are as many as all rounds", "[evaluati
 
 TEST_CASE("Summaries have intervals of tasks, splits and all", "[evaluation][results]") {
   const Folder folder;
-  const Document summary = summary_document({folder.document});
-  const Document& interval = part(summary, "sr_interval");
+  const Json summary = summary_document({folder.document});
+  const Json& interval = part(summary, "sr_interval");
   CHECK(number(list(interval)[0]) == Approx(0.0945312057344231));
   CHECK(number(list(interval)[1]) == Approx(0.9054687942655769));
   CHECK((part(part(part(summary, "splits"), "Short"), "sr_interval") == interval));

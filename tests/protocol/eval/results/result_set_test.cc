@@ -10,14 +10,14 @@ namespace engram {
 namespace {
 
 using Catch::Contains;
-using tests::task_of;
-using tests::with_value;
+using test::task_of;
+using test::with_value;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
 // The same without a key, as older versions wrote it.
-Document without(const Document& document, std::string_view key) {
-  DocumentTable all = table(document);
+Json without(const Json& document, std::string_view key) {
+  JsonTable all = table(document);
   all.pop_back();
   std::erase_if(all, [key](const auto& entry) { return entry.first == key; });
   add_checksum(all);
@@ -25,32 +25,32 @@ Document without(const Document& document, std::string_view key) {
 }
 
 TEST_CASE("Results are read from folders, files and texts", "[evaluation][results]") {
-  const tests::TemporaryFolder folder;
-  const Document later = task_of("TakeItBack-VLA-v0", {true, false});
-  const Document first = task_of(kId, {true, true});
+  const test::TemporaryFolder folder;
+  const Json later = task_of("TakeItBack-VLA-v0", {true, false});
+  const Json first = task_of(kId, {true, true});
   write_file(folder.path() / "TakeItBack-VLA-v0.json", to_text(later));
   write_file(folder.path() / (std::string(kId) + ".json"), to_text(first));
   write_file(folder.path() / "summary.json", to_text(summary_document({first, later})));
   write_file(folder.path() / "timing.json", "{}");
   write_file(folder.path() / "notes.json", "not JSON");
-  CHECK((read_results(folder.path()).tasks == DocumentList{first, later}));
-  CHECK((read_results(folder.path() / "TakeItBack-VLA-v0.json").tasks == DocumentList{later}));
-  const std::string whole = to_text(
-      DocumentTable{{"summary", summary_document({later})}, {"tasks", DocumentList{later, first}}});
-  CHECK((read_results(whole).tasks == DocumentList{first, later}));
+  CHECK((read_results(folder.path()).tasks == JsonList{first, later}));
+  CHECK((read_results(folder.path() / "TakeItBack-VLA-v0.json").tasks == JsonList{later}));
+  const std::string whole =
+      to_text(JsonTable{{"summary", summary_document({later})}, {"tasks", JsonList{later, first}}});
+  CHECK((read_results(whole).tasks == JsonList{first, later}));
   CHECK(read_results(whole).source == "document");
   write_file(folder.path() / "whole", whole);
   CHECK(read_results(folder.path() / "whole").tasks.size() == 2);
 }
 
 TEST_CASE("Results of older versions are read", "[evaluation][results]") {
-  Document old = with_value(task_of(kId, {true, false}), "version", "0.4.0");
+  Json old = with_value(task_of(kId, {true, false}), "version", "0.4.0");
   for (const char* key : {"digests", "sr_interval"}) old = without(old, key);
-  CHECK((read_results(to_text(old)).tasks == DocumentList{old}));
+  CHECK((read_results(to_text(old)).tasks == JsonList{old}));
 }
 
 TEST_CASE("What is no result is refused with its name", "[evaluation][results]") {
-  const tests::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = folder.path();
   const auto refuse = [](const std::string& source, const auto& words) {
     INFO(source);
@@ -61,19 +61,18 @@ TEST_CASE("What is no result is refused with its name", "[evaluation][results]")
   refuse("{", Contains("a JSON object needed"));
   refuse("{}", Contains("no results of an evaluation"));
   refuse(R"({"env_id": 3})", Contains("no result of an evaluation"));
-  const Document task = task_of(kId, {true, false});
-  DocumentTable edited = table(task);
+  const Json task = task_of(kId, {true, false});
+  JsonTable edited = table(task);
   edited[7].second = 1.0;  // sr
   refuse(to_text(edited), Contains("the checksum of RememberColor3-VLA-v0 does not fit"));
-  refuse(to_text(with_value(task, "successes", DocumentList{true})),
+  refuse(to_text(with_value(task, "successes", JsonList{true})),
          Contains("'successes' of RememberColor3-VLA-v0 is not complete"));
-  refuse(to_text(with_value(task, "successes", DocumentList{1, 2})),
+  refuse(to_text(with_value(task, "successes", JsonList{1, 2})),
          Contains("no result of an evaluation"));
   refuse(to_text(without(task, "model")), Contains("no 'model'"));
-  refuse(to_text(DocumentTable{{"summary", nullptr}, {"tasks", DocumentList{task, task}}}),
+  refuse(to_text(JsonTable{{"summary", nullptr}, {"tasks", JsonList{task, task}}}),
          Contains("RememberColor3-VLA-v0 is there twice"));
-  refuse(to_text(DocumentTable{{"summary", nullptr}, {"tasks", DocumentList{}}}),
-         Contains("no tasks"));
+  refuse(to_text(JsonTable{{"summary", nullptr}, {"tasks", JsonList{}}}), Contains("no tasks"));
 }
 
 }  // namespace

@@ -9,19 +9,19 @@ namespace engram {
 namespace {
 
 using Catch::Contains;
-using tests::task_of;
+using test::task_of;
 
 const std::vector<std::string> kFive = {"ShellGameTouch-VLA-v0", "InterceptMedium-VLA-v0",
                                         "RememberColor3-VLA-v0", "RememberColor5-VLA-v0",
                                         "RememberColor9-VLA-v0"};
 
-DocumentList some_tasks() {
+JsonList some_tasks() {
   return {task_of("RememberColor3-VLA-v0", {true, true, true, false}),
           task_of("SeqOfColors3-Long-VLA-v0", {true, false, false, false})};
 }
 
-DocumentList five_tasks(int episodes) {
-  DocumentList tasks;
+JsonList five_tasks(int episodes) {
+  JsonList tasks;
   for (const std::string& id : kFive) {
     std::vector<bool> successes(static_cast<std::size_t>(episodes));
     std::fill_n(successes.begin(), 10, true);
@@ -58,8 +58,7 @@ TEST_CASE("Tables of episodes have their seeds and digests", "[evaluation][resul
   settings.repeat = 2;
   settings.policy_seed = 8;
   settings.start_seed = 100;
-  const DocumentList tasks = {
-      task_of("RememberColor3-VLA-v0", {true, true, true, false}, settings)};
+  const JsonList tasks = {task_of("RememberColor3-VLA-v0", {true, true, true, false}, settings)};
   const std::string text = episodes_csv(tasks);
   CHECK_THAT(text, Catch::StartsWith("env_id,split,memory_type,episode,seed,policy_seed,success,"));
   CHECK_THAT(text,
@@ -74,10 +73,10 @@ TEST_CASE("Tables of episodes have their seeds and digests", "[evaluation][resul
 
 TEST_CASE("vla-eval's entry has a mean for its five tasks and 100 episodes",
           "[evaluation][results]") {
-  const auto entry = [](const DocumentList& tasks) {
-    return parse_document(result_table(TableFormat::kVlaEval, tasks)).value();
+  const auto entry = [](const JsonList& tasks) {
+    return parse_json(result_table(TableFormat::kVlaEval, tasks)).value();
   };
-  const Document whole = entry(five_tasks(100));
+  const Json whole = entry(five_tasks(100));
   CHECK(number(part(whole, "overall_score")) == 10);
   CHECK(text(part(whole, "benchmark")) == "mikasa");
   CHECK(table(part(whole, "task_scores")).size() == 5);
@@ -85,7 +84,7 @@ TEST_CASE("vla-eval's entry has a mean for its five tasks and 100 episodes",
   CHECK_THAT(text(part(whole, "notes")), Contains("VLA ids") && Contains("not the RL ids"));
   // Fewer episodes, or other tasks, have no mean.
   CHECK(is_null(part(entry(five_tasks(50)), "overall_score")));
-  const Document others = entry(some_tasks());
+  const Json others = entry(some_tasks());
   CHECK(is_null(part(others, "overall_score")));
   CHECK(number(part(part(others, "task_scores"), "SeqOfColors3-Long")) == 25);
 }
@@ -93,8 +92,8 @@ TEST_CASE("vla-eval's entry has a mean for its five tasks and 100 episodes",
 TEST_CASE("vla-eval's entry is of policies that act in usual environments",
           "[evaluation][results]") {
   const auto refuse = [](const EvaluationSettings& settings, const char* words) {
-    const DocumentList tasks = {task_of("RememberColor3-VLA-v0", {true, false}),
-                                task_of("RememberColor5-VLA-v0", {true, false}, settings)};
+    const JsonList tasks = {task_of("RememberColor3-VLA-v0", {true, false}),
+                            task_of("RememberColor5-VLA-v0", {true, false}, settings)};
     CHECK_THROWS_WITH(result_table(TableFormat::kVlaEval, tasks),
                       Contains("format vla-eval: RememberColor5-VLA-v0") && Contains(words));
     CHECK_NOTHROW(result_table(TableFormat::kMarkdown, tasks));

@@ -7,12 +7,12 @@
 namespace engram {
 namespace {
 
-using tests::task_of;
+using test::task_of;
 
 TEST_CASE("Means over tasks have the interval of all their episodes", "[evaluation][results]") {
-  const DocumentList tasks = {task_of("RememberColor3-VLA-v0", std::vector<bool>(25, true)),
-                              task_of("RememberColor5-VLA-v0", std::vector<bool>(25, false)),
-                              task_of("SeqOfColors3-Long-VLA-v0", {true, false})};
+  const JsonList tasks = {task_of("RememberColor3-VLA-v0", std::vector<bool>(25, true)),
+                          task_of("RememberColor5-VLA-v0", std::vector<bool>(25, false)),
+                          task_of("SeqOfColors3-Long-VLA-v0", {true, false})};
   const SuccessRate one = success_rate(tasks[0]);
   CHECK(one.rate == 1);
   CHECK(one.interval.low == Approx(wilson_interval(1, 25).low));

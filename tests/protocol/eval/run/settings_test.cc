@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "protocol/io/document_checksum.h"
+#include "protocol/io/json_checksum.h"
 
 namespace engram {
 namespace {
@@ -13,7 +13,7 @@ EvaluationSettings example() {
   settings.episodes = 7;
   settings.start_seed = UINT64_MAX;
   settings.policy = "mine";
-  settings.policy_config = DocumentTable{{"layers", 3}};
+  settings.policy_config = JsonTable{{"layers", 3}};
   MakeOptions environment;
   environment.obs_mode = ObsMode::kRgb;
   environment.image_options.renderer = "egl";
@@ -26,8 +26,8 @@ EvaluationSettings example() {
 }
 
 // The document without this entry, or with another value in it, and the checksum of that.
-Document edited(const Document& document, std::string_view key, std::optional<Document> value) {
-  DocumentTable all = table(document);
+Json edited(const Json& document, std::string_view key, std::optional<Json> value) {
+  JsonTable all = table(document);
   all.pop_back();
   if (value) {
     for (auto& [name, old] : all) {
@@ -41,38 +41,38 @@ Document edited(const Document& document, std::string_view key, std::optional<Do
 }
 
 TEST_CASE("Settings survive their document", "[evaluation][settings]") {
-  const Document document = example().document();
+  const Json document = example().document();
   CHECK((EvaluationSettings::of(document, "settings.json").document() == document));
   CHECK(text(part(document, "obs_mode")) == "rgb");
   CHECK(text(part(document, "renderer")) == "egl");
   CHECK(text(part(document, "rules")) == "original");
-  const auto refuse = [](const Document& damaged, const auto& words) {
+  const auto refuse = [](const Json& damaged, const auto& words) {
     CHECK_THROWS_WITH(EvaluationSettings::of(damaged, "settings.json"), words);
   };
   using Catch::Contains;
   refuse(edited(document, "task_options", std::nullopt),
          Contains("settings.json") && Contains("no 'task_options'"));
-  refuse(edited(document, "perturbations", DocumentTable{{"smell", 1}}),
+  refuse(edited(document, "perturbations", JsonTable{{"smell", 1}}),
          Contains("settings.json") && Contains("no axis of perturbations named 'smell'"));
-  refuse(edited(document, "perturbations", DocumentTable{{"light", 1.5}}),
+  refuse(edited(document, "perturbations", JsonTable{{"light", 1.5}}),
          Contains("settings.json") && Contains("'light'") && Contains("1.5"));
-  refuse(edited(document, "perturbations", DocumentList{"light"}), Contains("settings.json"));
+  refuse(edited(document, "perturbations", JsonList{"light"}), Contains("settings.json"));
   refuse(edited(document, "obs_mode", "pixels"),
          Contains("'pixels'") && Contains("state_dict, rgb"));
   refuse(edited(document, "rules", "none"),
          Contains("no rules named 'none'; allowed are: reference, original"));
-  DocumentTable by_hand = table(document);
+  JsonTable by_hand = table(document);
   by_hand[2].second = 8;  // n_episodes
   refuse(by_hand, Contains("its checksum does not fit"));
 }
 
 TEST_CASE("Settings without a key for perturbations have none", "[evaluation][settings]") {
-  const Document older = edited(example().document(), "perturbations", std::nullopt);
+  const Json older = edited(example().document(), "perturbations", std::nullopt);
   CHECK(EvaluationSettings::of(older, "settings.json").perturbations.empty());
 }
 
 TEST_CASE("Settings of another version are refused by its name", "[evaluation][settings]") {
-  DocumentTable other = table(example().document());
+  JsonTable other = table(example().document());
   REQUIRE(other.front().first == "version");
   other.front().second = "99.0.0";
   CHECK_THROWS_WITH(EvaluationSettings::of(other, "settings.json"),
@@ -86,24 +86,24 @@ TEST_CASE("Settings of another version are refused by its name", "[evaluation][s
 TEST_CASE("Settings of a sealed run have no seed before it is opened", "[evaluation][settings]") {
   const std::string secret(40, 's');
   EvaluationSettings settings = example();
-  settings.set_seal(SeedSeal(secret));
-  CHECK(protocol_of(settings).start_seed == SeedSeal(secret).start_seed());
+  settings.set_commitment(SeedCommitment(secret));
+  CHECK(protocol_of(settings).start_seed == SeedCommitment(secret).start_seed());
   CHECK(protocol_of(settings).number_key == secret);
-  const Document closed = settings.document();
+  const Json closed = settings.document();
   CHECK(is_null(part(closed, "start_seed")));
   CHECK_THAT(to_text(closed),
              !Catch::Contains(secret) && !Catch::Contains(std::to_string(settings.start_seed)));
   const EvaluationSettings read = EvaluationSettings::of(closed, "settings.json");
-  CHECK_FALSE(read.seal->knows_secret());
+  CHECK_FALSE(read.commitment->has_secret());
   CHECK((read.document() == closed));
 
-  settings.opened = true;
-  const Document opened = settings.document();
-  CHECK((EvaluationSettings::of(opened, "settings.json").document() == opened));
-  CHECK(EvaluationSettings::of(opened, "settings.json").start_seed == settings.start_seed);
-  const Document lying =
-      DocumentTable{{"sha256", SeedSeal(std::string(40, 'x')).hash()}, {"secret", secret}};
-  CHECK_THROWS_WITH(EvaluationSettings::of(edited(opened, "sealed", lying), "settings.json"),
+  settings.revealed = true;
+  const Json revealed = settings.document();
+  CHECK((EvaluationSettings::of(revealed, "settings.json").document() == revealed));
+  CHECK(EvaluationSettings::of(revealed, "settings.json").start_seed == settings.start_seed);
+  const Json lying =
+      JsonTable{{"sha256", SeedCommitment(std::string(40, 'x')).hash()}, {"secret", secret}};
+  CHECK_THROWS_WITH(EvaluationSettings::of(edited(revealed, "sealed", lying), "settings.json"),
                     Catch::Contains("the hash is not that of the secret seed"));
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("Settings of before there were repeats have their defaults", "[evaluat
   settings.repeat = 3;
   settings.policy_seed = UINT64_MAX;
   settings.latency = 4;
-  Document document = settings.document();
+  Json document = settings.document();
   CHECK((EvaluationSettings::of(document, "settings.json").document() == document));
   CHECK(protocol_of(settings).all_episodes() == 21);
   CHECK(protocol_of(settings).latency == 4);

@@ -6,8 +6,8 @@
 
 namespace {
 
-constexpr engram::TaskRow kFree[] = {{"FreeId-VLA-v0", 30, engram::Split::kExtended}};
-constexpr engram::TaskRow kTaken[] = {{"RememberColor9-VLA-v0", 30, engram::Split::kExtended}};
+constexpr engram::TaskSpec kFree[] = {{"FreeId-VLA-v0", 30, engram::Split::kExtended}};
+constexpr engram::TaskSpec kTaken[] = {{"RememberColor9-VLA-v0", 30, engram::Split::kExtended}};
 
 std::unique_ptr<engram::Task> make(const engram::RegistryEntry&, const engram::ConstantTable&) {
   throw std::runtime_error("never made");

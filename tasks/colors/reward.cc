@@ -1,0 +1,111 @@
+#include "tasks/colors/reward.h"
+
+#include <algorithm>
+
+#include "core/base/index.h"
+#include "core/math/real_functions.h"
+
+namespace engram::tasks {
+namespace {
+
+bool contains(std::span<const std::int32_t> targets, int color) {
+  return std::find(targets.begin(), targets.end(), color) != targets.end();
+}
+
+// Counts places of the cue, not just those before the first mistake; the next target stays at the
+// first mismatch for good.
+void judge_order(std::span<const std::int32_t> targets, const std::int32_t* order,
+                 TouchTally& tally) {
+  tally.correct = tally.wrong = 0;
+  tally.next = -1;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const bool match = order[i] == targets[i];
+    tally.correct += match ? 1 : 0;
+    tally.wrong += !match && order[i] != -1 ? 1 : 0;
+    if (!match && tally.next < 0) tally.next = targets[i];
+  }
+  tally.order_ok = tally.next < 0;
+}
+
+// Judges the touches so far only; after a mistake there is no next target.
+void judge_filled_order(std::span<const std::int32_t> targets, const std::int32_t* order,
+                        TouchTally& tally) {
+  tally.next = -1;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (order[i] == -1) {
+      tally.next = targets[i];
+      return;
+    }
+    if (order[i] == targets[i]) continue;
+    tally.order_ok = false;
+    return;
+  }
+}
+
+// The next target of the families without an order: Bunch names the lowest colour, Seq follows the
+// cue.
+int first_untouched(ColorRule rule, std::span<const std::int32_t> targets,
+                    std::span<const std::uint8_t> touched) {
+  int next = -1;
+  for (const std::int32_t color : targets) {
+    if (touched[at(color)] != 0) continue;
+    if (rule == ColorRule::kSeq) return color;
+    if (next < 0 || color < next) next = color;
+  }
+  return next;
+}
+
+}  // namespace
+
+TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
+                         std::span<const std::uint8_t> touched, const std::int32_t* order) {
+  TouchTally tally;
+  for (std::size_t color = 0; color < touched.size(); ++color) {
+    if (touched[color] == 0) continue;
+    ++tally.touched;
+    ++(contains(targets, static_cast<int>(color)) ? tally.correct : tally.wrong);
+  }
+  tally.no_extra = tally.wrong == 0;
+  tally.all_touched = tally.no_extra && tally.correct == static_cast<int>(targets.size());
+  if (rule == ColorRule::kChain) {
+    judge_order(targets, order, tally);
+  } else if (rule == ColorRule::kSeqStrict) {
+    judge_filled_order(targets, order, tally);
+  } else {
+    tally.next = first_untouched(rule, targets, touched);
+  }
+  tally.mistaken = tally.wrong > 0 || (rule == ColorRule::kSeqStrict && !tally.order_ok);
+  return tally;
+}
+
+int answer_number(const std::int32_t* order, int length) {
+  int number = 0;
+  for (int i = 0; i < length && order[i] >= 0; ++i) number = 10 * number + order[i] + 1;
+  return number;
+}
+
+ColorTouchRewardTerms color_touch_terms(const ColorTouchRewardInputs& in) {
+  const double reaching = 1 - real::tanh(10 * in.goal_distance);
+  const double stillness = 1 - real::tanh(5 * in.arm_speed);
+  return {reaching,
+          reaching + 0.5 * stillness + 90.0 * in.tally.correct / in.length - 10.0 * in.tally.wrong};
+}
+
+ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params) {
+  ColorRewardTerms terms;
+  terms.touches = color_touch_terms(in.touches);
+  terms.smooth = smoothness(in.action_cost, params);
+  terms.displacement_penalty = CUBE_DISPLACEMENT_PENALTY_COEF * in.mean_displacement;
+  if (in.touches.acting) {
+    terms.reward = terms.touches.reward - terms.smooth.penalty - terms.displacement_penalty;
+  }
+  if (in.touches.success) terms.reward = kColorSuccessReward;
+  return terms;
+}
+
+double color_touch_reward(const ColorTouchRewardInputs& in, const ColorTouchRewardTerms& terms) {
+  if (in.success) return kColorTouchSuccessReward;
+  return in.acting ? terms.reward : 0;
+}
+
+}  // namespace engram::tasks
