@@ -82,7 +82,7 @@ install() {  # FOLDER REQUIREMENT...
   "$env/bin/uv" pip install --quiet --python "$folder/bin/python" "$@"
 }
 install "$env" "scikit-build-core>=0.10" "nanobind>=3.1" "gymnasium>=1.1" "${shared[@]}" ruff
-install "$old" "gymnasium==0.29.1" "numpy<2" "$run_time" pytest pytest-xdist torch moviepy
+install "$old" "gymnasium==0.29.1" "numpy<2" "$run_time" pytest pytest-xdist torch moviepy pygame
 install "$env" --no-deps "${partners[@]}"
 install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
   tensorflow-datasets pytest pytest-xdist "${readers[@]}"
