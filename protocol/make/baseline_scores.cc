@@ -6,8 +6,8 @@
 namespace engram {
 namespace {
 
-// begin ceilings: written by tools/measure.py memory
 constexpr BaselineScores kBaselineScores[] = {
+    // begin vla: written by tools/measure.py memory
     {"ShellGameTouch-VLA-v0", 0.295, 1, 1, 0.295, 0.385, 1},
     {"ShellGamePush-VLA-v0", 0.33, 0.98, 1, 0.33, 0.315, 1},
     {"ShellGamePick-VLA-v0", 0.345, 0.37, 0.995, 0.345, 0.37, 1},
@@ -105,11 +105,11 @@ constexpr BaselineScores kBaselineScores[] = {
     {"BlinkCountButtonPressMedium-Long-VLA-v0", 0.07, 0.215, 1, 0.07, 0.215, 1},
     {"BlinkCountButtonPressHard-VLA-v0", 0.115, 0.88, 1, 0.115, 0.88, 1},
     {"BlinkCountButtonPressHard-Long-VLA-v0", 0.095, 0.18, 1, 0.095, 0.18, 1},
+    // end vla
 };
-// end ceilings
 
-// begin rl ceilings: written by tools/measure.py memory
 constexpr BaselineScores kRlBaselineScores[] = {
+    // begin rl: written by tools/measure.py memory
     {"ShellGameTouch-v0", 0.29, 1, 1, 0.29, 0.295, 1},
     {"ShellGamePush-v0", 0.325, 1, 1, 0.325, 0.295, 1},
     {"ShellGamePick-v0", 0.31, 0.35, 1, 0.31, 0.35, 1},
@@ -142,8 +142,8 @@ constexpr BaselineScores kRlBaselineScores[] = {
     {"RotateStrictPos-v0", 0.115, 0.815, 1, 0.115, 0.815, 1},
     {"RotateStrictPosNeg-v0", 0.27, 0.82, 1, 0.27, 0.82, 1},
     {"TakeItBack-v0", 0.36, 1, 1, 0.355, 0.5, 1},
+    // end rl
 };
-// end ceilings
 
 }  // namespace
 

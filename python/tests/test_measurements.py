@@ -55,7 +55,7 @@ def test_rows_of_policies_without_memory() -> None:
         ["A", "0.333", *rates[0], "0.250", *rates[1], *rates[2], ""],
         ["B", "0.333", *["1.000"] * 3, "0.250", *[""] * 6, "0.900"],
     ]
-    assert '    {"B", 1, 1, 1, -1, -1, -1},' in memory.figures("kRates", results)
+    assert '    {"B", 1, 1, 1, -1, -1, -1},' in memory.figures(results)
 
 
 def test_chi_squared_of_hidden_numbers() -> None:

@@ -32,7 +32,7 @@ COLUMNS = (
     + [f"{policy}_strict" for policy in POLICIES]
     + ["oracle_pose"]
 )
-FIGURES = ROOT / "protocol" / "make" / "ceilings.cc"
+FIGURES = ROOT / "protocol" / "make" / "baseline_scores.cc"
 
 
 def add_options(parser):
@@ -91,15 +91,15 @@ def rows_of(measured):
     return rows
 
 
-def figures(array, results):
-    """The C++ array of rates that `engram info` goes by."""
-    lines = [f"constexpr Ceiling {array}[] = {{"]
+def figures(results):
+    """Rows of C++ with the rates that `engram info` goes by."""
+    lines = []
     for name in results["oracle"]:
         of = [results[policy][name] for policy in POLICIES]
         answers = (task["first_answer_correct"] for task in of)
         values = [*(task["sr"] for task in of), *(-1 if a is None else a for a in answers)]
         lines.append(f'    {{"{name}", ' + ", ".join(f"{value:g}" for value in values) + "},")
-    return "\n".join([*lines, "};"])
+    return "\n".join(lines)
 
 
 def run(options):
@@ -113,9 +113,9 @@ def run(options):
     others = [row for row in old if row[0] not in results["oracle"]]
     own = rows_of(measured)
     write_csv("memory.csv", COLUMNS, others + own if options.rl else own + others)
-    mark, array = ("rl ceilings", "kRlCeilings") if options.rl else ("ceilings", "kCeilings")
-    begin = f"// begin {mark}: written by tools/measure.py memory"
-    text = between(FIGURES.read_text(), begin, "// end ceilings", figures(array, results))
+    mark = "rl" if options.rl else "vla"
+    begin = f"    // begin {mark}: written by tools/measure.py memory"
+    text = between(FIGURES.read_text(), begin, f"    // end {mark}", figures(results))
     FIGURES.write_text(text)
     if not options.rl:
         random_draws.write(measured["canonical"], measured["info"])
