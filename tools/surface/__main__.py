@@ -1,9 +1,6 @@
-"""Writes the public surface out of api/surface.toml: all blocks between "begin generated" marks.
+"""Writes the public surface out of api/surface.toml: all blocks between "begin generated" marks."""
 
-python3 tools/surface          brings all blocks up to date
-python3 tools/surface --check  exits with 1, naming the files, if one is stale
-"""
-
+import argparse
 import subprocess
 import sys
 
@@ -13,8 +10,11 @@ from table import ROOT
 
 
 def main():
-    if sys.argv[1:] not in ([], ["--check"]):
-        sys.exit(f"argument {sys.argv[1:]} given; allowed: --check")
+    parser = argparse.ArgumentParser(prog="python3 tools/surface", description=__doc__)
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; exit with 1, naming stale files"
+    )
+    check = parser.parse_args().check
     stale = []
     for file, blocks in FILES.items():
         old = (ROOT / file).read_text()
@@ -22,9 +22,9 @@ def main():
         if new == old or (file.endswith((".cc", ".h")) and squeezed(new) == squeezed(old)):
             continue
         stale.append(file)
-        if not sys.argv[1:]:
+        if not check:
             write(ROOT / file, new)
-    if stale and sys.argv[1:]:
+    if stale and check:
         sys.exit("stale, run python3 tools/surface: " + ", ".join(stale))
 
 
