@@ -95,7 +95,7 @@ engram_status with_call(engram_env* env, F&& f) noexcept {
   return guarded([&] { f(call); });
 }
 
-// The same for calls that leave the handle idle.
+// Runs a call that leaves the handle idle.
 template <class F>
 engram_status with_env(engram_env* env, F&& f) noexcept {
   return with_call(env, [&](CallGuard&) { f(*env); });

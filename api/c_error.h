@@ -11,7 +11,7 @@ namespace engram::c {
 // Keeps the message for engram_last_error, in one line, and returns the status. Never allocates.
 engram_status fail(engram_status status, std::string_view message) noexcept;
 
-// The same from the exception that is being handled.
+// Sets the last error from the exception that is being handled.
 engram_status fail_with_current_exception() noexcept;
 
 const char* last_error() noexcept;

@@ -100,7 +100,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
   int worker_;
 };
 
-// Likewise a callback that names answers.
+// A policy whose callback names answers.
 class ChoiceCallback final : public engram::ExternalPolicy {
  public:
   ChoiceCallback(engram_choice_callback callback, void* user, std::mutex& mutex, int worker)

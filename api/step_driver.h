@@ -28,7 +28,7 @@ class StepDriver {
   void start(std::span<const float> actions);
   // Returns when the step is done; rethrows what it threw.
   void wait();
-  // The same after so long at most; false: the step goes on.
+  // Waits at most that long. False: the step goes on.
   bool wait_for(std::chrono::nanoseconds most);
 
  private:

@@ -92,7 +92,7 @@ class CommandLine {
   // instead, help or version. Throws Error if the words are not allowed, and what the command
   // throws.
   std::string parse(int argc, const char* const* argv);
-  // The same for words without the program's name.
+  // Parses words without the program's name.
   std::string parse(const std::vector<std::string>& words);
 
  private:

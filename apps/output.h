@@ -15,7 +15,7 @@ void guard_standard_streams();
 
 // Writes to standard output, control characters as JSON writes them. Throws Error if that fails.
 void print(std::string_view text);
-// The same as they are.
+// Writes bytes to standard output as they are. Throws Error if that fails.
 void print_bytes(std::span<const std::byte> bytes);
 // Write the text to standard error as one line, likewise.
 void print_error(std::string_view text);

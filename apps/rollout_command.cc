@@ -92,7 +92,7 @@ class RolloutLog {
   // Means over all episodes; not a number if there are none.
   double success_rate() const { return mean(&EpisodeLog::success_rate); }
   double mean_return() const { return mean(&EpisodeLog::mean_return); }
-  // Of all environments, in their order.
+  // Hash of all environments, in their order.
   std::optional<std::uint64_t> hash() const {
     std::vector<std::uint64_t> hashes;
     for (const TaskLog& task : tasks_) {

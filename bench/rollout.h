@@ -65,7 +65,7 @@ struct Rollout {
   }
 };
 
-// The same of several tasks in one batch.
+// A rollout of several tasks in one batch.
 struct GroupRollout {
   std::unique_ptr<BatchGroup> group;
   std::vector<float> actions;

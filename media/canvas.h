@@ -49,7 +49,7 @@ class Canvas {
 
   // Copies an image, pixel by pixel. Throws Error if rgb is not (height, width, 3).
   void blit(int x, int y, int width, int height, std::span<const std::uint8_t> rgb);
-  // The same, resampled to fill `target`.
+  // Copies an image, resampled to fill `target`.
   void blit_scaled(const Rectangle& target, int width, int height,
                    std::span<const std::uint8_t> rgb);
 

@@ -36,8 +36,8 @@ constexpr double kPenetrationOnFour = 1e-5;  // m
 // The fingers' contacts are harder than the default. With that, fingers would sink 1.5 mm under 30
 // N into a cube of 64 g; with this, 0.2 mm. Even harder ones cost solver iterations.
 constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
-// The same holds for resting props: a hand that presses with all its force pushes a cube 0.5 mm
-// into the table; with the default, 6 mm.
+// Props that rest: a hand that presses with all its force pushes a cube 0.5 mm into the table; with
+// the default, 6 mm.
 constexpr std::array<double, 3> kStandingImpedance = {0.99, 0.999, 0.0007};
 
 // Onset of a contact, m above the surface: the height at which it pushes, and the distance above

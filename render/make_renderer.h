@@ -13,7 +13,7 @@ namespace engram {
 std::unique_ptr<Renderer> make_renderer(const RenderScene& scene, const ImageSourceOptions& options,
                                         int workers);
 
-// The same with the ray caster on that instruction set. All of them draw the same: for checks.
+// Makes the ray caster on that instruction set. All of them draw the same: for checks.
 std::unique_ptr<Renderer> make_renderer_on(InstructionSet set, const RenderScene& scene,
                                            const ImageSourceOptions& options, int workers);
 

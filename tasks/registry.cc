@@ -227,7 +227,7 @@ void require_registrable(const TaskSpec& row, const Family& family, const UserTa
   if (!replaces || !own) refuse_taken(id, *taken, "");
 }
 
-// The same variant, on one of the benchmark's tasks.
+// The variant on one of the benchmark's tasks.
 TaskVariant flattened(TaskVariant variant, const RegistryEntry& base) {
   variant.base = base.base;
   if (base.constants != nullptr) {

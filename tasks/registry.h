@@ -75,7 +75,7 @@ TaskVariant variant_of(const RegistryEntry& entry);
 // The task of that exact id, or nullptr.
 const RegistryEntry* find_entry(std::string_view id) noexcept;
 
-// The same. Throws Error with the nearest id if there is none.
+// The entry of an id. Throws Error with the nearest id if there is none.
 const RegistryEntry& require_entry(std::string_view id);
 
 // Constants in order, those of `others` instead of those of the same name.

@@ -59,7 +59,7 @@ inline Bytes env_bytes(const Batch& batch, int index) {
   return bytes;
 }
 
-// The same for all environments, one after another.
+// Bytes of all environments, one after another.
 inline Bytes batch_bytes(const Batch& batch) {
   Bytes bytes;
   for (int i = 0; i < batch.num_envs(); ++i) {
@@ -73,6 +73,11 @@ inline Bytes batch_bytes(const Batch& batch) {
 template <class T>
 const T* row(const ColumnView& view, int env) {
   return reinterpret_cast<const T*>(view.row(env));
+}
+
+// A truth value of the first environment.
+inline bool flag(const Batch& batch, const char* name) {
+  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 
 inline std::vector<float> zeros(const Batch& batch) {

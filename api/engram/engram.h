@@ -112,7 +112,7 @@ struct Output {
   /// type.
   template <class T>
   std::span<const T> values() const;
-  /// Those of one environment. Throws Error (kInvalidArgument) also if there is no such
+  /// Values of one environment. Throws Error (kInvalidArgument) also if there is no such
   /// environment.
   template <class T>
   std::span<const T> row(int env) const;
@@ -230,7 +230,7 @@ class VectorEnv {
   /// All outputs, also the task's own info fields, by name. Throws Error (kUnknownId), naming those
   /// that exist.
   Output output(const std::string& name) const;
-  /// The same at the end of the episode that ended last in each environment. Throws Error
+  /// An output at the end of the episode that ended last in each environment. Throws Error
   /// (kBadState) unless auto_reset is kSameStep.
   Output final_output(const std::string& name) const;
   /// All outputs.
@@ -370,7 +370,7 @@ void load_tasks(const std::string& path);
 
 /// Ids of all tasks: the benchmark's, in its order, then variants.
 std::vector<std::string> task_ids();
-/// The same with family, split, memory type, horizon, instruction and sizes, as JSON.
+/// JSON of all tasks: id, family, split, memory type, horizon, instruction and sizes.
 std::string_view list();
 /// Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
 std::string_view suites();

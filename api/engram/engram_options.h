@@ -19,7 +19,7 @@ enum class ObsMode {
   kNone = ENGRAM_OBS_NONE,
   /// One row of floats, in "observation".
   kState = ENGRAM_OBS_STATE,
-  /// The same row; the description of the batch names its parts.
+  /// One row; the description of the batch names its parts.
   kStateDict = ENGRAM_OBS_STATE_DICT,
   /// Images in "rgb" and "proprio"; "observation", which would reveal the hidden quantity, stays
   /// empty.
@@ -27,7 +27,7 @@ enum class ObsMode {
   /// One row of floats, in "observation": the robot, and what cameras can show of the objects;
   /// nothing that is hidden.
   kObjects = ENGRAM_OBS_OBJECTS,
-  /// The same row; the description of the batch names its parts.
+  /// One row; the description of the batch names its parts.
   kObjectsDict = ENGRAM_OBS_OBJECTS_DICT,
   /// Rgb, and "depth": mm along the axis of the camera to what each pixel shows.
   kRgbDepth = ENGRAM_OBS_RGB_DEPTH,
@@ -44,7 +44,7 @@ enum class RewardMode {
   kSparse = ENGRAM_REWARD_SPARSE,
   /// The task's shaped reward.
   kDense = ENGRAM_REWARD_DENSE,
-  /// The same, divided by its value at success.
+  /// The shaped reward, divided by its value at success.
   kNormalizedDense = ENGRAM_REWARD_NORMALIZED_DENSE,
 };
 
@@ -52,7 +52,8 @@ enum class RewardMode {
 enum class AutoReset {
   /// The next step ignores its action and returns the first observation of a new episode.
   kNextStep = ENGRAM_AUTO_RESET_NEXT_STEP,
-  /// The same step returns it; the last outputs of the episode are kept as final outputs.
+  /// That step returns the first observation of a new episode; the last outputs of the episode are
+  /// kept as final outputs.
   kSameStep = ENGRAM_AUTO_RESET_SAME_STEP,
   /// It waits for a reset; the option after_end says what steps do meanwhile.
   kOff = ENGRAM_AUTO_RESET_OFF,

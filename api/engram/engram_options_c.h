@@ -21,7 +21,7 @@ typedef enum engram_obs_mode {
   ENGRAM_OBS_NONE = 0,
   /** One row of floats, in "observation". */
   ENGRAM_OBS_STATE = 1,
-  /** The same row; the description of the batch names its parts. */
+  /** One row; the description of the batch names its parts. */
   ENGRAM_OBS_STATE_DICT = 2,
   /** Images in "rgb" and "proprio"; "observation", which would reveal the hidden quantity, stays
    * empty. */
@@ -29,7 +29,7 @@ typedef enum engram_obs_mode {
   /** One row of floats, in "observation": the robot, and what cameras can show of the objects;
    * nothing that is hidden. */
   ENGRAM_OBS_OBJECTS = 4,
-  /** The same row; the description of the batch names its parts. */
+  /** One row; the description of the batch names its parts. */
   ENGRAM_OBS_OBJECTS_DICT = 5,
   /** Rgb, and "depth": mm along the axis of the camera to what each pixel shows. */
   ENGRAM_OBS_RGB_DEPTH = 6,
@@ -48,7 +48,7 @@ typedef enum engram_reward_mode {
   ENGRAM_REWARD_SPARSE = 1,
   /** The task's shaped reward. */
   ENGRAM_REWARD_DENSE = 2,
-  /** The same, divided by its value at success. */
+  /** The shaped reward, divided by its value at success. */
   ENGRAM_REWARD_NORMALIZED_DENSE = 3
 } engram_reward_mode;
 /* end generated */
@@ -58,7 +58,8 @@ typedef enum engram_reward_mode {
 typedef enum engram_auto_reset {
   /** The next step ignores its action and returns the first observation of a new episode. */
   ENGRAM_AUTO_RESET_NEXT_STEP = 0,
-  /** The same step returns it; the last outputs of the episode are kept as final outputs. */
+  /** That step returns the first observation of a new episode; the last outputs of the episode are
+   * kept as final outputs. */
   ENGRAM_AUTO_RESET_SAME_STEP = 1,
   /** It waits for a reset; the option after_end says what steps do meanwhile. */
   ENGRAM_AUTO_RESET_OFF = 2

@@ -11,7 +11,7 @@
 namespace engram {
 namespace {
 
-// Of two quotas the one that allows less; 0: none.
+// The quota that allows less; 0: no quota.
 double smaller_quota(double a, double b) {
   if (a == 0 || b == 0) return std::max(a, b);
   return std::min(a, b);

@@ -18,7 +18,7 @@ class TemporaryFile {
   // Creates the temporary file beside `path`. Throws Error (kIo), as all functions of this class,
   // with messages that name the path.
   explicit TemporaryFile(std::string path);
-  // The same for the file of that name in an open folder. shown: its path in messages.
+  // Writes the file of that name in an open folder. shown: its path in messages.
   TemporaryFile(int folder, std::string name, std::string shown);
   // Removes the file unless it was kept.
   ~TemporaryFile();

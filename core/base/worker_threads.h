@@ -27,7 +27,7 @@ class WorkerThreads {
   WorkerThreads(const WorkerThreads&) = delete;
   WorkerThreads& operator=(const WorkerThreads&) = delete;
 
-  // Those of this process: one fewer than its usable processors, since a loop's caller works too.
+  // Threads of this process: one fewer than its usable processors, since a loop's caller works too.
   // They start with the first pool and end with the last one. A child of fork() gets its own.
   static std::shared_ptr<WorkerThreads> of_process();
 

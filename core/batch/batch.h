@@ -44,7 +44,7 @@ struct ObservedImages {
   // an index into segmentation_names.
   std::span<const std::int16_t> depth;
   std::span<const std::int16_t> segmentation;
-  // The same in all episodes: "background", then the scene's things in their order.
+  // Names in all episodes: "background", then the scene's things in their order.
   std::span<const std::string> segmentation_names;
 };
 
@@ -90,8 +90,8 @@ class Batch {
   // One control step for all environments. actions: (num_envs, action_dim), row by row. Throws
   // Error, changing nothing, if the length is wrong, a value is not finite or nothing was reset.
   void step(std::span<const float> actions);
-  // The same, but environments with a 0 in `commanded`, (num_envs), go without a new command, as in
-  // step_no_action.
+  // A step in which environments with a 0 in `commanded`, (num_envs), go without a new command, as
+  // in step_no_action.
   void step(std::span<const float> actions, std::span<const std::uint8_t> commanded);
   // One control step without a new command: the drives keep their targets, and the action of the
   // step before counts as this one's.
@@ -115,7 +115,7 @@ class Batch {
   // All outputs by name: the above, the task's info fields, elapsed_steps, task_cue, oracle_info,
   // success_once, episode_return, ... . Throws Error for an unknown name.
   ColumnView output(std::string_view name) const;
-  // The same at the end of each environment's last finished episode (same-step mode).
+  // An output at the end of each environment's last finished episode (same-step mode).
   ColumnView final_output(std::string_view name) const;
   const ColumnStore& outputs() const { return outputs_; }
 

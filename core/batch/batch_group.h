@@ -49,7 +49,7 @@ class BatchGroup {
   // The part of an environment. Throws Error if there is no such environment.
   int part_of(int env) const;
 
-  // As those of Batch, for all environments. Pins and constants must suit every task that has an
+  // Calls of Batch for all environments. Pins and constants must suit every task that has an
   // environment to reset.
   void reset(const ResetRequest& request = {});
   void step(std::span<const float> actions);

@@ -278,7 +278,7 @@ void Batch::swap_to(const ImageTargets& now) {
   if (images_) images_->swap_to(now);
 }
 
-// Of the noise of sensors in this step.
+// Key of the sensors' noise in this step.
 std::uint64_t Batch::image_noise_key(int env) const {
   constexpr std::uint64_t kNextStep = 0xd1b54a32d192ed03u;
   const auto elapsed = static_cast<std::uint64_t>(state_.elapsed[env]);

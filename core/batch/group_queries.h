@@ -23,7 +23,7 @@ class GroupQueries {
   // The group outlives this object.
   explicit GroupQueries(BatchGroup& group);
 
-  // As those of Queries, SceneRenderer and ScriptedPolicy.
+  // Calls of Queries, SceneRenderer and ScriptedPolicy for all environments.
   void robot_state(std::span<float> qpos, std::span<float> qvel, std::span<float> tcp_pose) const;
   void camera_params(std::string_view camera, int width, int height, const CameraSpans& out);
   std::string instruction(int env) const;
@@ -33,12 +33,12 @@ class GroupQueries {
   void render(int env, std::string_view camera, int width, int height, std::span<std::uint8_t> rgb);
   void act(Policy policy, std::span<float> actions) const;
 
-  // Of a single batch; several tasks draw different values, so that there are 0 of all.
+  // Sampled values of a single batch; 0 for several tasks, which draw different values.
   int sampled_dim() const;
   void sampled_values(std::span<float> values) const;
 
-  // As those of Snapshotter. One environment is saved as its batch alone would save it. Of several
-  // tasks, all environments fit a group of the same tasks in the same order.
+  // Snapshots. One environment is saved as its batch alone would save it. All environments of
+  // several tasks fit a group of those tasks in their order.
   std::vector<std::byte> save(int env) const;
   std::vector<std::byte> save() const;
   std::size_t save_size(int env) const;

@@ -24,7 +24,7 @@ enum class ObsMode {
   kNone,
   // One row of floats, in "observation".
   kState,
-  // The same row; the description of the batch names its parts.
+  // One row; the description of the batch names its parts.
   kStateDict,
   // Images in "rgb" and "proprio"; "observation", which would reveal the hidden quantity, stays
   // empty.
@@ -32,7 +32,7 @@ enum class ObsMode {
   // One row of floats, in "observation": the robot, and what cameras can show of the objects;
   // nothing that is hidden.
   kObjects,
-  // The same row; the description of the batch names its parts.
+  // One row; the description of the batch names its parts.
   kObjectsDict,
   // Rgb, and "depth": mm along the axis of the camera to what each pixel shows.
   kRgbDepth,
@@ -61,7 +61,7 @@ enum class RewardMode {
   kSparse,
   // The task's shaped reward.
   kDense,
-  // The same, divided by its value at success.
+  // The shaped reward, divided by its value at success.
   kNormalizedDense,
 };
 inline constexpr std::array kRewardModeNames = {"none", "sparse", "dense", "normalized_dense"};
@@ -69,9 +69,13 @@ constexpr const auto& names_of(RewardMode) { return kRewardModeNames; }
 
 // Treatment of an environment whose episode has ended, in Gymnasium's terms.
 enum class AutoReset {
-  kNextStep,  // the next step ignores its action and returns the first observation of a new episode
-  kSameStep,  // the same step returns it; the last outputs of the episode are kept as final outputs
-  kOff,       // it waits for a reset; the option after_end says what steps do meanwhile
+  // The next step ignores its action and returns the first observation of a new episode.
+  kNextStep,
+  // That step returns the first observation of a new episode; the last outputs of the episode are
+  // kept as final outputs.
+  kSameStep,
+  // It waits for a reset; the option after_end says what steps do meanwhile.
+  kOff,
 };
 inline constexpr std::array kAutoResetNames = {"next-step", "same-step", "off"};
 constexpr const auto& names_of(AutoReset) { return kAutoResetNames; }

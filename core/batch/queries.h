@@ -45,7 +45,8 @@ class Queries {
 
   // The answers that somebody may choose for a robot's hand; null if they have no names.
   const AnswerController* choices() const;
-  // Those of running episodes. Throws Error if they have no names, or before the first reset.
+  // The controller of running episodes. Throws Error if answers have no names, or before the first
+  // reset.
   const AnswerController& running_answer_controller() const;
 
   // Random variables of an episode, the engine's robot_noise first.

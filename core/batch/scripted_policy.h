@@ -21,8 +21,8 @@ class ScriptedPolicy {
   // pd_ee_delta_pose, pd_joint_pos or pd_joint_delta_pos. Throws Error if they cannot act, the
   // length is wrong or nothing was reset.
   void act(std::span<float> actions) const;
-  // The same for a range of environments of a task without BatchTask, after check(), which throws
-  // the errors but for lengths. actions: of all environments. Ranges may be on several threads.
+  // Actions of a range of environments of a task without BatchTask, after check(), which throws the
+  // errors but for lengths. actions: of all environments. Ranges may be on several threads.
   void act_range(Range envs, float* actions) const;
   void check() const;
 

@@ -114,6 +114,26 @@ class ContactBodies {
     }
   }
 
+  struct Inertia {
+    V inv_mass;
+    V at[6];
+  };
+  ENGRAM_INLINE Inertia inertia_of_body(unsigned long long props, bool mixed, V body_index) const {
+    if (props == 0) return Inertia();
+    return gather(props, mixed, body_index, [](const FreeBodyLanes<V>& body) {
+      Inertia result;
+      result.inv_mass = body.inv_mass;
+      for (int k = 0; k < 6; ++k) result.at[k] = body.inv_inertia[k];
+      return result;
+    });
+  }
+  ENGRAM_INLINE static Vec response(const Inertia& inertia, const Vec& turn) {
+    const V* i = inertia.at;
+    return {i[0] * turn.x() + i[3] * turn.y() + i[4] * turn.z(),
+            i[3] * turn.x() + i[1] * turn.y() + i[5] * turn.z(),
+            i[4] * turn.x() + i[5] * turn.y() + i[2] * turn.z()};
+  }
+
   // Exponential map of one iteration's turn.
   ENGRAM_INLINE void rotate(FreeBodyLanes<V>& body) {
     const V speed = simd::sqrt(dot(body.angular, body.angular));

@@ -1,6 +1,24 @@
 // Memory of the contact solver for environments side by side: free bodies, and patches of contacts
-// in the order in which they are solved. A patch has one slot in every lane, empty in some. The
-// layout is that of the structures below, with one double for each lane in place of every number.
+// in the order in which they are solved. The structures below have one double for each lane in
+// place of every number.
+//
+//              ^ normal, from B to A
+//     +--------|--------+
+//     |   A    |        |
+//     +--o-----x-----o--+--> tangent
+//   =======================   B
+//      point anchor point
+//
+//   patch    points of one pair with one normal
+//   point    has a gap along the normal: one constraint
+//   anchor   a place of A and one of B that stick to each other: two constraints, along the tangents.
+//            A finger's only anchor has a third one, about the normal (torsion)
+//
+//              lane 0    lane 1    lane 2    lane 3
+//   patch 0   [ A-B   ] [ A-B   ] [       ] [ A-B   ]   A lane is one environment. All lanes are
+//   patch 1   [ A-C   ] [       ] [       ] [ B-C   ]   solved at once; an empty one has mass 0.
+//
+// A constraint is a unit impulse on A, and its opposite on B, along an axis or about it.
 #pragma once
 
 #include <algorithm>
@@ -23,14 +41,13 @@ struct FreeBodyLanes {
   Vec3Of<V> linear;        // velocity, m/s
   Vec3Of<V> angular;       // rad/s
   Vec3Of<V> begin_linear;  // velocity before contacts
-  Vec3Of<V> delta_position,
-      delta_rotation;  // in this substep so far: sums of velocity times time, m, rad
+  // In this substep so far: sums of velocity times time, m, rad.
+  Vec3Of<V> delta_position, delta_rotation;
   QuatOf<V> rotation;  // the same turn, as a quaternion
 };
 
-// One row of the contact problem: J of both bodies times the row's effective mass, so that a speed
-// becomes an impulse, and the response of their velocities to a unit of impulse. The mass is 0
-// where a lane has no such row.
+// One constraint: J of both bodies times the effective mass, so that a speed becomes an impulse,
+// and the response of their velocities to a unit of impulse. The mass is 0 where a lane has none.
 template <class V>
 struct ConstraintLanes {
   V joint[kRobotJoints];
@@ -39,7 +56,7 @@ struct ConstraintLanes {
   Vec3Of<V> turn_a, turn_response_a;
   Vec3Of<V> turn_b, turn_response_b;
   V separation;       // gap, or distance of anchors, at the substep's start, times mass, kg m
-  V bias_rate;        // share of the offset that is taken out, 1/s
+  V bias_rate;        // share of the separation that is taken out, 1/s
   V kinematic_speed;  // of B along the axis, times mass, N s
   V impulse;          // sum in this substep, N s
 };
@@ -49,9 +66,9 @@ template <class V>
 struct PatchLanes {
   // --- set for each lane ---
   V link_a, link_b;            // of the robot, or -1
-  V prop_a, prop_b;            // slot of a free body, or -1
+  V prop_a, prop_b;            // index of a free body, or -1
   V joint_sign[kRobotJoints];  // 1: the joint moves A, -1: it moves B
-  V num_points;                // 0: an empty slot
+  V num_points;                // 0: none in this lane
   V num_anchors;
   V friction;
   V torsion_radius;                                            // m
@@ -85,7 +102,7 @@ struct PatchMembers {
   bool torsion = false;
   // Some lanes that have this patch have a link as A, others have none.
   bool mixed_links = false;
-  // Lanes that have this patch have different slots, or some have none.
+  // Lanes that have this patch have different bodies, or some have none.
   bool mixed_a = false;
   bool mixed_b = false;
 };

@@ -1,5 +1,25 @@
-// The contact law: contacts and friction of the robot's links and of free bodies, solved row by row
-// (projected Gauss-Seidel) in the iterations of JointSolver. docs/physics.md has the equations.
+// The contact law: contacts and friction of the robot's links and of free bodies, solved constraint
+// by constraint (projected Gauss-Seidel) in the iterations of JointSolver. contact_lanes.h draws
+// the terms; docs/physics.md has the whole law.
+//
+// A constraint with Jacobian J keeps its summed impulse f, N s. D is the displacement since the
+// substep's start, v the velocity, s the compliance of a link, beta kBaumgarte:
+//
+//   mass = 1 / (J M^-1 J^T + s)
+//
+//   normals, for each point:
+//     gap  = separation + J D                      in the velocity iteration at least 0
+//     rate = 1 / dt, or beta / dt where the point overlaps at the start
+//     f    = max(0, f - mass (rate gap + J v))     no pull
+//
+//   friction, for each anchor, both tangents together:
+//     lambda = f - beta mass (rate (separation + J D) + J v)
+//     f      = lambda, scaled to |f| <= friction * normal impulse; slips where it is scaled
+//
+//   torsion of a patch with one anchor:
+//     f = f - beta mass J v, within friction * normal impulse * reach
+//
+// The members below hold J and separation times the mass, so that no product needs it again.
 #pragma once
 
 #include "core/contact/contact_bodies.h"
@@ -7,7 +27,7 @@
 namespace engram {
 inline namespace ENGRAM_ISA {
 
-// Share of the distance of anchors that is taken out in one iteration, in pairs with a link.
+// Share of the separation of anchors that one iteration takes out, in pairs with a link.
 constexpr double kLinkAnchorBaumgarte = 0.8;
 // Slip counts from this excess of impulse on, N s: rounding is none.
 constexpr double kSlipTolerance = 1e-9;
@@ -44,14 +64,17 @@ class ContactSolver : public ContactBodies<V> {
   using Bodies::dt_;
   using Bodies::frames_;
   using Bodies::gather;
+  using Bodies::inertia_of_body;
   using Bodies::inv_mass_;
   using Bodies::lanes_;
   using Bodies::link_difference;
   using Bodies::motion_of;
+  using Bodies::response;
   using Bodies::second_order_displacement_;
   using Bodies::set_velocity;
   using Bodies::time_;
   using Bodies::timestep_;
+  using typename Bodies::Inertia;
   using typename Bodies::Motion;
   using typename Bodies::Vec;
 
@@ -101,28 +124,8 @@ class ContactSolver : public ContactBodies<V> {
     }
   }
 
-  struct Inertia {
-    V inv_mass;
-    V at[6];
-  };
-  ENGRAM_INLINE Inertia inertia_of_body(unsigned long long props, bool mixed, V body_index) const {
-    if (props == 0) return Inertia();
-    return gather(props, mixed, body_index, [](const FreeBodyLanes<V>& body) {
-      Inertia result;
-      result.inv_mass = body.inv_mass;
-      for (int k = 0; k < 6; ++k) result.at[k] = body.inv_inertia[k];
-      return result;
-    });
-  }
-  ENGRAM_INLINE static Vec response(const Inertia& inertia, const Vec& turn) {
-    const V* i = inertia.at;
-    return {i[0] * turn.x() + i[3] * turn.y() + i[4] * turn.z(),
-            i[3] * turn.x() + i[1] * turn.y() + i[5] * turn.z(),
-            i[4] * turn.x() + i[5] * turn.y() + i[2] * turn.z()};
-  }
-
-  // Responses; J times the effective mass, of which a row takes this share. `axis`: of forces, 0
-  // for a torque.
+  // Responses; J times the effective mass, of which a constraint takes this share. `axis`: of
+  // forces, 0 for a torque.
   ENGRAM_INLINE V finish_constraint(ConstraintLanes<V>& constraint, const PatchMembers& members,
                                     const Inertia& a, const Inertia& b, V compliance,
                                     const Vec& axis, V share) const {
@@ -275,19 +278,16 @@ class ContactSolver : public ContactBodies<V> {
 
   // --- iterations ---
 
-  // Sum of products over the joints, in three chains.
-  ENGRAM_INLINE static V product(const V* constraint, const JointsOf<V>& joints) {
+  // J times a value of each joint, in three chains of sums.
+  ENGRAM_INLINE static V product(const V* j, const JointsOf<V>& joints) {
     static_assert(kRobotJoints == 9);
-    const V first =
-        constraint[0] * joints[0] + constraint[1] * joints[1] + constraint[2] * joints[2];
-    const V second =
-        constraint[3] * joints[3] + constraint[4] * joints[4] + constraint[5] * joints[5];
-    const V third =
-        constraint[6] * joints[6] + constraint[7] * joints[7] + constraint[8] * joints[8];
+    const V first = j[0] * joints[0] + j[1] * joints[1] + j[2] * joints[2];
+    const V second = j[3] * joints[3] + j[4] * joints[4] + j[5] * joints[5];
+    const V third = j[6] * joints[6] + j[7] * joints[7] + j[8] * joints[8];
     return (first + second) + third;
   }
 
-  // J v at the substep's start, times the row's mass.
+  // J v at the substep's start, times the constraint's mass.
   ENGRAM_INLINE V constraint_speed(const ConstraintLanes<V>& constraint, const PatchLanes<V>& patch,
                                    const PatchMembers& members, const JointsOf<V>& velocity) const {
     V speed = product(constraint.joint, velocity) - constraint.kinematic_speed;
@@ -318,7 +318,7 @@ class ContactSolver : public ContactBodies<V> {
     Motion a, b;
   };
 
-  // J D of a row, times its mass.
+  // The separation of a constraint now, times its mass.
   template <unsigned kBodies>
   ENGRAM_INLINE V constraint_separation(const Solving& now,
                                         const ConstraintLanes<V>& constraint) const {
@@ -336,7 +336,7 @@ class ContactSolver : public ContactBodies<V> {
     return separation;
   }
 
-  // J v of a row, times its mass.
+  // J v of a constraint, times its mass.
   template <unsigned kBodies>
   ENGRAM_INLINE V constraint_speed(const Solving& now, const ConstraintLanes<V>& constraint) const {
     V speed = -constraint.kinematic_speed;
@@ -354,8 +354,8 @@ class ContactSolver : public ContactBodies<V> {
     sum = sum + direction * scale;
   }
 
-  // Applies a change of a row's impulse. `response_a`, `response_b`: of free bodies' velocities.
-  // Many rows, of points that do not touch yet, have none in any lane.
+  // Applies a change of a constraint's impulse. `response_a`, `response_b`: of free bodies'
+  // velocities. Most points that do not touch yet have none in any lane.
   template <unsigned kBodies>
   ENGRAM_INLINE void apply(Solving& now, ConstraintLanes<V>& constraint, const Vec& response_a,
                            const Vec& response_b, V change) const {

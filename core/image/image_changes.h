@@ -63,7 +63,7 @@ struct ImageChanges {
   // 0: none, and its y, m.
   double post_width = 0;
   double post_y = 0;
-  // Of colours, in images of sensors: standard deviations, of noise in levels of 255, at most
+  // Standard deviations of colours in images of sensors: of noise in levels of 255, at most
   // kMaxNoiseLevels, and of the blur's kernel in pixels of an image 128 pixels high, at most
   // kWidestBlur.
   double noise = 0;

@@ -44,7 +44,7 @@ struct ImageSource::Scene {
   ModelScene model;
   std::vector<std::size_t> bodies;  // the model's body of each BodyView
 
-  // Of a source that varies.
+  // Set where a source varies.
   bool varies = false;
   SceneExtras extras;
   std::vector<std::size_t> sensors;  // the model's cameras of kSensorCameraNames

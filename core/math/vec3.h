@@ -28,7 +28,7 @@ struct Vec3Of {
   }
 };
 
-// The same vector in all lanes.
+// Broadcasts a vector to all lanes.
 template <class V>
 ENGRAM_INLINE Vec3Of<V> broadcast_vec3(const double* v) {
   return {simd::broadcast<V>(v[0]), simd::broadcast<V>(v[1]), simd::broadcast<V>(v[2])};

@@ -24,7 +24,7 @@ class ObjectView {
 
   // The parts of a row, in order, with units.
   const std::vector<Field>& fields() const { return fields_; }
-  // The same parts with ranges.
+  // The parts with their ranges.
   const std::vector<RangedField>& ranged_fields() const { return ranged_fields_; }
   int width() const { return row_.width; }
   // Bytes that every further environment adds.

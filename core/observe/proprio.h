@@ -11,7 +11,7 @@ namespace engram {
 // the opening.
 constexpr int proprio_dim(bool joint_proprio) { return joint_proprio ? 8 : 7; }
 
-// The same in parts.
+// Parts of the proprioception.
 std::vector<Field> proprio_fields(bool joint_proprio);
 
 }  // namespace engram

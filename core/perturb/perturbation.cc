@@ -29,8 +29,8 @@ constexpr double kFinestPattern = 8;     // times as fine
 constexpr double kPostY = 0.10;          // m
 constexpr double kStartPoseTurn = 0.12;  // rad
 
-// Of each axis: a letter for each value. s: uniform within -level to level; p: within 0 to level;
-// m: the level itself. And what happens at level 1.
+// An axis: a letter for each of its values, and what happens at level 1. s: uniform within -level
+// to level; p: within 0 to level; m: the level itself.
 struct AxisSpec {
   const char* values;
   const char* description;

@@ -32,12 +32,12 @@ class Arm {
 
   // TCP pose for the joint angles q[7].
   Pose forward(const double* q) const;
-  // The same, with the geometric Jacobian of the TCP origin.
+  // TCP pose and the geometric Jacobian of the TCP origin.
   Pose forward(const double* q, ArmJacobian& jacobian) const;
 
   // pinv(J) * displacement: the smallest joint step that gives the displacement of the TCP.
   static ArmVector pseudo_inverse_step(const ArmJacobian& jacobian, const Vector6& displacement);
-  // The same for the three linear rows only.
+  // The joint step for a linear displacement alone: three rows of the Jacobian.
   static ArmVector pseudo_inverse_step(const ArmJacobian& jacobian, const Vec3& linear);
 
   // Closed-loop inverse kinematics from q by damped least squares, without joint limits: at most

@@ -39,7 +39,7 @@ using WideOf = std::conditional_t<simd::kLanesOf<V> == 1, simd::Double, V>;
 template <class V>
 constexpr int kGroup = simd::kLanesOf<WideOf<V>> / simd::kLanesOf<V>;
 
-// The same in all entries of a group.
+// Copies a number to all entries of a group.
 template <class V>
 ENGRAM_INLINE WideOf<V> spread(V value) {
   if constexpr (kGroup<V> == 1) {
@@ -119,7 +119,7 @@ class RowsOf {
   V rows_[kRows][kPadded<V, kCount>];
 };
 
-// The same in all entries of a group.
+// Copies a number to all entries of a group.
 template <template <class> class Struct, class V>
 ENGRAM_INLINE Struct<WideOf<V>> spread(const Struct<V>& value) {
   Struct<WideOf<V>> wide;

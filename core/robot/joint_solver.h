@@ -1,6 +1,22 @@
 // One substep of the robot's nine joints, for a single robot or for many side by side: projected
 // Gauss-Seidel over contacts, the fingers' tendon, implicit drives and joint limits, with positions
-// advanced in every iteration (PhysX's temporal Gauss-Seidel). docs/physics.md has the equations.
+// advanced in every iteration (PhysX's temporal Gauss-Seidel). docs/physics.md has the whole law.
+//
+// W is the inverse of the mass matrix, c the bias forces (Coriolis, centrifugal), h the substep,
+// dt = h / kSolverIterations. Velocities without contacts:
+//
+//   v = v (1 - kLinkDamping h) for the arm;   v = v - h W c
+//
+// Each iteration, in this order; an impulse p on joint i changes all velocities, v += W_i p:
+//
+//   tendon    u = (q_L - q_R + dt (v_L - v_R)) / 2
+//             p = -+ dt k u / (1 + dt^2 k W_ii), for both fingers from one u
+//   drive i   r = damping + dt stiffness;   g = dt / (1 + W_ii dt r)
+//             f = f + g (bias - stiffness q - r v), within +- max_force h
+//   limit i   f = f + (goal - v) / (W_ii + s), of one sign;   goal = -gap / dt, or beta overlap /
+//   dt q = q + dt v, fingers clamped to their limits
+//
+// A last iteration solves velocities alone: overlaps count as 0, drives do nothing.
 #pragma once
 
 #include "core/robot/joint_rows.h"
@@ -11,7 +27,7 @@ inline namespace ENGRAM_ISA {
 constexpr int kSolverIterations = 15;
 constexpr double kLinkDamping = 0.05;     // 1/s, of the arm's joint velocities
 constexpr double kTendonStiffness = 1e5;  // N/m, between the fingers
-// Share of an overlap that is taken out in one iteration: 2 sqrt(1 / kSolverIterations).
+// beta, the share of an overlap that one iteration takes out: 2 sqrt(1 / kSolverIterations).
 constexpr double kBaumgarte = 0.5163977794943222;
 
 // Limit of joint velocities, rad/s, m/s; PhysX's as well. Free rotation is integrated explicitly,

@@ -8,7 +8,7 @@ namespace engram {
 // The widest that the processor has and so many robots fill, but for less than half of it.
 const LaneKernel& lane_kernel_for(int robots);
 
-// Of one lane; null where this library was built without the instruction set.
+// Kernels of one lane; null where this library was built without the instruction set.
 const LaneKernel& baseline_single_kernel();
 const LaneKernel* avx2_single_kernel();
 const LaneKernel* avx512_single_kernel();

@@ -21,7 +21,7 @@ class LinkFrames {
     }
   }
 
-  // Of a hinge.
+  // Origin and axis of a hinge.
   ENGRAM_INLINE Vec3Of<V> origin(int hinge) const { return links_[hinge].pos; }
   ENGRAM_INLINE Vec3Of<V> axis(int hinge) const { return links_[hinge].axes.column(2); }
   // Direction in which a finger opens.

@@ -62,7 +62,7 @@ class SleepManager {
   // Locates awake props by their present motion.
   void locate_awake();
   const Frame& frame_of(int prop) const;
-  // Of a moving kinematic prop in this control step, m.
+  // Displacement of a moving kinematic prop in this control step, m.
   Eigen::Map<const Eigen::Vector3d> displacement(int prop) const;
   // Radius of the sphere that a prop does not leave during this step.
   double swept_radius(int prop) const;

@@ -26,7 +26,7 @@ class BatchTask {
   virtual void evaluate(std::span<const int> envs) = 0;
   virtual void observe(std::span<const int> envs, FloatRows out) = 0;
   virtual void dense_reward(std::span<const int> envs, FloatRows out) = 0;
-  // That of Expert.
+  // Actions of the expert's script.
   virtual void act(std::span<const int> envs, Script script, FloatRows actions) = 0;
 };
 

@@ -60,7 +60,7 @@ enum : std::uint32_t {
 // quantity of one task reveals nothing about another. The key of a stream is the seed xor this.
 std::uint64_t stream_salt(std::string_view id);
 
-// The same for the streams of random and blind policies with that seed; 0 for the seed 0.
+// Salt of the streams of random and blind policies with that seed; 0 for the seed 0.
 constexpr std::uint64_t policy_salt(std::uint64_t policy_seed) {
   return policy_seed * 0x9e3779b97f4a7c15u;  // odd: different seeds have different salts
 }
@@ -137,7 +137,7 @@ class Episode {
   }
   // The pinned value, or one drawn uniformly from low..high, or from the narrower range.
   int integer(int variable, int low, int high) const;
-  // The same from [low, high).
+  // The pinned value, or one drawn uniformly from [low, high).
   double real(int variable, double low, double high) const;
 
  private:

@@ -110,7 +110,7 @@ struct Bindings {
 
   // Key of the random streams of an environment's episode.
   std::uint64_t stream_key(int env) const { return state->seed[env] ^ stream_salt; }
-  // The same for policies, whose draws are no part of the episode.
+  // Key of the policies' streams, whose draws are no part of the episode.
   std::uint64_t policy_key(int env) const { return stream_key(env) ^ policy_salt; }
 };
 

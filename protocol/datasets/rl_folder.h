@@ -44,9 +44,9 @@ class RlRecorder {
 
 class RlFolder {
  public:
-  // Of <root>/MIKASA-Robo/unbatched/<id>; <root>/MIKASA-Robo/<id>.json holds the plan. Writes
+  // Reads <root>/MIKASA-Robo/unbatched/<id>; <root>/MIKASA-Robo/<id>.json holds the plan. Writes
   // nothing. Throws Error: kInvalidArgument if what is there was collected with another plan or by
-  // somebody else, or for labels, depth, segmentation or joint_proprio; kIo if a file of the plan
+  // another program, or for labels, depth, segmentation or joint_proprio; kIo if a file of the plan
   // is damaged.
   RlFolder(const std::filesystem::path& root, const RegistryEntry& entry,
            const CollectionPlan& plan);

@@ -18,13 +18,13 @@ namespace engram {
 // an older file is then unchanged.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
-// The same for paths given by users: devices and pipes are written to.
+// Writes to a path given by the user, which may be a device or a pipe.
 void write_output(const std::filesystem::path& path, std::string_view text);
 
 // The content of a file; nothing if there is none. Throws Error (kIo) if it cannot be read, is
 // larger than anything of engram's, or is a pipe or a device, which might never end.
 std::optional<std::string> read_file(const std::filesystem::path& path);
-// The same for paths given by users, pipes and devices included, up to 64 MiB.
+// Reads a path given by the user, which may be a pipe or a device, up to 64 MiB.
 std::optional<std::string> read_input(const std::filesystem::path& path);
 
 // A folder by its descriptor: the same one until the end, whatever takes its name meanwhile.

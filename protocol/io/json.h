@@ -23,12 +23,12 @@ std::optional<Json> parse_json(std::string_view text);
 // JSON text: two-space indentation, newline at the end. Malformed UTF-8 becomes U+FFFD; numbers
 // that JSON does not have (infinite, undefined) become null.
 std::string to_text(const Json& document);
-// The same without line breaks and spaces.
+// JSON text without line breaks and spaces.
 std::string to_line(const Json& document);
 
 // The value under a key of a table; null if the key is missing or the document is not a table.
 const Json* find(const Json& document, std::string_view key);
-// The same, but throws Error (kIo) instead.
+// The value under a key of a table. Throws Error (kIo) if there is none.
 const Json& part(const Json& document, std::string_view key);
 
 bool is_null(const Json& document);

@@ -6,8 +6,8 @@
 
 namespace engram {
 
-// Of the present state: plan, subtask (its index), subtasks_done, memory, object (the name of a
-// prop, or null), and paraphrases of the instruction. Privileged, apart from these. Throws Error
+// Words of the present state: plan, subtask (its index), subtasks_done, memory, object (the name of
+// a prop, or null), and paraphrases of the instruction. Privileged, apart from these. Throws Error
 // before the first reset, and if the task has no words.
 JsonTable describe_words(const Batch& batch, int index);
 

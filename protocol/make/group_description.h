@@ -6,8 +6,8 @@
 
 namespace engram {
 
-// Of a single batch: describe_task. Of several tasks: what they have in common, under the same
-// keys, and "tasks", the description of each with its environments.
+// A single batch's description is describe_task's. Several tasks': what they have in common, under
+// these keys, and "tasks", the description of each with its environments.
 ConstantTable describe_group(const BatchGroup& group);
 
 }  // namespace engram

@@ -17,7 +17,7 @@ namespace engram {
 // id), kUnavailable if its family is not part of this version, kInvalidArgument for a bad option.
 std::unique_ptr<Batch> make(std::string_view id, const MakeOptions& options);
 std::unique_ptr<Batch> make(std::string_view id, const BatchOptions& options = {});
-// The same, with another factory of renderers.
+// Makes a batch with another factory of renderers.
 std::unique_ptr<Batch> make(std::string_view id, const MakeOptions& options,
                             RendererFactory renderers);
 

@@ -12,7 +12,7 @@ namespace engram {
 // A warning for every constant that sets the default of a task option, where the rules set the
 // option to something else and the user has not chosen its value.
 std::vector<std::string> unused_constants(const TaskInfo& info, const BatchOptions& options);
-// The same of a task that is to be made.
+// Warnings of a task that is to be made.
 std::vector<std::string> unused_constants(std::string_view id, const MakeOptions& options);
 
 }  // namespace engram

@@ -21,7 +21,7 @@ bool calls_have_ended();
 [[noreturn]] void sleep_forever();
 // Sleeps if calls have ended, except in the thread that ended them.
 void hold_back();
-// The same for threads that hold the GIL, which they release.
+// hold_back() for threads that hold the GIL, which they release.
 void hold_back_locked();
 
 // Marks its thread as inside the library during its lifetime.

@@ -204,7 +204,7 @@ class CpuRenderer final : public Renderer {
     bool segments;
   };
 
-  // The same in colours, and with segments for colours.
+  // Frames in colours, and with segments for colours.
   struct PreparedFrames {
     TileSource colors;
     TileSource segments;

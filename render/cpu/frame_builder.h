@@ -48,7 +48,7 @@ class FrameBuilder {
   // Does not allocate.
   const FrameData& build(const RenderInstances& instances, int camera, int width, int height,
                          Shown shown = Shown::kAll);
-  // The same frame with segments for colours: nothing of it is shaded. Valid until the next build.
+  // The frame with segments for colours: nothing of it is shaded. Valid until the next build.
   const FrameData& segmented();
   // Ranks of the frame's primitives, from near to far.
   std::span<const Rank> ranks() const {

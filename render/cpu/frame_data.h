@@ -226,7 +226,7 @@ struct Kernel {
   void (*shade)(const FrameData& frame, const Band& band);  // fills color
   // Writes three bytes for each colour, six bytes apart.
   void (*store_pairs)(const std::uint32_t* colors, int count, std::uint8_t* out);
-  // The same pixels as trace and shade, without shadows. The backdrop may be null.
+  // Draws the pixels of trace and shade, without shadows. The backdrop may be null.
   void (*draw_tiles)(const FrameData& frame, const Backdrop* backdrop, TileRow& row);
   // Writes a row of pixels of two cameras' tiles, `y` rows below the tiles' first one.
   void (*store_both)(const TileRow& first, const TileRow& second, int y, int count,

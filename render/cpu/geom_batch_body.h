@@ -251,7 +251,7 @@ ENGRAM_INLINE void include_ball(const ViewParams& camera, const Vec3& center, co
   }
 }
 
-// The same for a ball, or a disc without `third`.
+// Half axes of a ball, or of a disc without `third`.
 struct HalfAxes {
   Vec3 square;
   Double with_z[2];
@@ -452,7 +452,7 @@ void set_up_cylinders(const ViewParams& camera, const GeomBatch& batch, Cylinder
   light_flat(camera, out.lit, amount, out.code);
 }
 
-// Of some vectors of depths at once, as each of the others is read for all of them.
+// Ranks several vectors of depths at once, as each of the others is read for all of them.
 template <int kVectors>
 ENGRAM_INLINE void count_nearer(const float* depth, int count, const float* own,
                                 std::int32_t* nearer) {

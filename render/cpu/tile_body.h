@@ -207,7 +207,7 @@ void prepare_tiles(const Scan& s, TileRow& row, Tiles& shaded) {
   for (; empty != 0; empty &= empty - 1) fill_tile(s, row, first_tile(empty), nullptr, 0);
 }
 
-// The same from the backdrop. Tiles into which nothing reaches stay in it.
+// Copies tiles from the backdrop. Those into which nothing reaches stay in it.
 void copy_tiles(const Scan& s, const Backdrop& backdrop, TileRow& row) {
   Tiles touched = 0;
   for (int i = 0; i < row.candidate_count; ++i) touched |= row.candidates[i].tiles;

@@ -68,7 +68,7 @@ void trace_convex(const FrameData& frame, const Band& band, const ScreenPrimitiv
       });
 }
 
-// The same for any number of planes.
+// Traces a hull of any number of planes.
 void trace_hull(const FrameData& frame, const Band& band, const ScreenPrimitive& primitive) {
   const Affine* planes = primitive.planes;
   const int front = primitive.front_count;

@@ -156,8 +156,8 @@ Board coarser(const Board& finer) {
   return board;
 }
 
-// The same contrast on every level: the original reads its photograph unfiltered, so that it stays
-// crisp far away. A difference of 1 is a brightness of kScale.
+// Paints every level with one contrast: the original reads its photograph unfiltered, so that it
+// stays crisp far away. A difference of 1 is a brightness of kScale.
 void paint(const Board& board, std::uint8_t* out) {
   constexpr float kContrast = 0.095F;  // standard deviation
   constexpr float kScale = 300;

@@ -40,7 +40,7 @@ double find_rate(const BatteryParams& params) {
   return has_found[at(working)];
 }
 
-// The same of all batteries, each of which then has to be taken once.
+// Rate of a check of all batteries, each of which then has to be taken once.
 double check_rate(const BatteryParams& params) {
   const int batteries = params.ACTIVE_BATTERY_COUNT;
   double rate = 1;

@@ -24,7 +24,7 @@ struct ColorRecallParams {
   int COLORS = 9;               // cubes, in the first so many colours of the colour table
   double GOAL_THRESH = 0.05;    // m
   double CUBE_HALFSIZE = 0.02;  // m
-  // Of the VLA tasks alone.
+  // Action costs of the VLA tasks.
   SmoothnessParams smoothness = {};
   PressButtonParams button = {};
 

@@ -84,7 +84,7 @@ class ConstantBinder {
 
   // Class constants that nobody may change.
   void fixed(const ConstantTable& values);
-  // The same for all that `declare` declares.
+  // Fixes all that `declare` declares.
   template <std::invocable Declare>
   void fixed(const Declare& declare) {
     const bool before = fixed_;

@@ -72,7 +72,7 @@ bool is_lifted(const PressButtonParams& params, const PressState& press, double 
 PressEvents press_and_lift(const PressButtonParams& params, double depth, double height,
                            bool acting, bool enabled, PressState& press);
 
-// The same without the lift: a press counts at once. True if one began.
+// Advances a press without a lift, which counts at once. True if one began.
 bool press_once(const PressButtonParams& params, double depth, bool acting, bool enabled,
                 PressState& press);
 

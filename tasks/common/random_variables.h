@@ -59,7 +59,7 @@ class UniformVariable : public VariableHandle {
   }
   // The pinned value, or one drawn from that interval.
   T sample(const Episode& episode) const { return sample_from(episode, interval_); }
-  // The same from a smaller interval.
+  // The pinned value, or one drawn from a smaller interval.
   T sample_from(const Episode& episode, Interval<T> interval) const {
     if constexpr (std::is_integral_v<T>) {
       return episode.integer(index(), interval.low, interval.high);

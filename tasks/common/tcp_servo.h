@@ -29,7 +29,7 @@ inline constexpr double kStepResponse = 0.38;
 void servo_tcp(const State& state, int env, const Eigen::Vector3d& goal,
                const Eigen::Quaterniond& orientation, double gripper, float* action);
 
-// The same with a given translation: `command` is the displacement that the action asks for, m.
+// Turns the tool and moves it by a given displacement, `command`, m.
 void displace_tcp(const State& state, int env, const Eigen::Vector3d& command,
                   const Eigen::Quaterniond& orientation, double gripper, float* action);
 
@@ -80,7 +80,7 @@ Eigen::Vector3d approach_from_above(const State& state, int env, const Eigen::Ve
 Eigen::Vector3d approach_by_funnel(const State& state, int env, const Eigen::Vector3d& goal,
                                    double radius, double slope);
 
-// The same with a narrow funnel, and never above `travel_height` unless the goal is.
+// Approach by a narrow funnel, never above `travel_height` unless the goal is.
 Eigen::Vector3d descend(const State& state, int env, const Eigen::Vector3d& goal,
                         double travel_height);
 

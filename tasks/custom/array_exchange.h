@@ -17,7 +17,7 @@ class ArrayExchange {
 
   void add(const ColumnStore& store, std::string_view column, bool is_written,
            std::string_view name = {});
-  // The same for bytes that are numbers, not truth values.
+  // Adds a column of bytes that are numbers, not truth values.
   void add_bytes(const ColumnStore& store, std::string_view column, bool is_written);
   // Adds an array that no store has, zero at first; returns it.
   std::byte* add_own(Field field, bool is_written);

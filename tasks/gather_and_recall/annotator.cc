@@ -37,8 +37,8 @@ std::string GatherAnnotator::memory(int env) const {
   return "the lamp flashed " + color_name(env);
 }
 
-// Of the cubes that have not been on the disc, the one in the hand, or the first one, which the
-// oracle takes; the nearest of all where they only have to come to rest.
+// The cube to move: among those that have not been on the disc, the one in the hand, or the first
+// one, which the oracle takes; the nearest of all where they only have to come to rest.
 int GatherAnnotator::cube_to_move(int env) const {
   const State& state = *view_.engine.state;
   int first = -1;

@@ -39,7 +39,7 @@ class GatherExpert final : public Expert, public AnswerController {
   // True once all cubes lie around `center` and the tool is clear of them.
   bool bring_cubes(int env, const Vec2& center, float* action) const;
   void press(int env, int color, float* action) const;
-  // The same from amid the cubes: the fingers open first.
+  // Presses from amid the cubes: the fingers open first.
   void drop_and_press(int env, int color, float* action) const;
   bool all_over_disc(int env) const;
   int nearest_button(int env) const;

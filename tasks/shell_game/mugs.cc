@@ -50,7 +50,7 @@ double gap_between(mjcf::Prop mug, double slot_distance) {
 // Half turns about horizontal axes at 26.57 and 68.20 degrees.
 const MugOrientation kUpsideDown{mjcf::kMugHandleYaw, {0, 0.894427190999916, 0.447213595499958, 0}};
 const MugOrientation kHandleTowardsRobot{0, {0, 0.371390676354104, 0.928476690885259, 0}};
-// Of c = 2.3, 2.5, 2.7: at 66.50, 68.20 and 69.68 degrees.
+// Turns by c = 2.3, 2.5, 2.7: at 66.50, 68.20 and 69.68 degrees.
 const std::array<MugOrientation, 3> kHandleTurns = {{
     {mjcf::kMugHandleYaw, {0, 0.398726111414450, 0.917070056253235, 0}, 0.535915348071814},
     {mjcf::kMugHandleYaw, {0, 0.371390676354104, 0.928476690885259, 0}, 0.595157274930067},

@@ -10,7 +10,7 @@ struct TouchParams : ShellGameParams {
   double touch_gap() const;
 
   void check(int horizon) const;
-  // The same for a game that goes on with other phases after the cue.
+  // Checks a game that goes on with other phases after the cue.
   void check_touch() const;
 };
 

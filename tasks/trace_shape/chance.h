@@ -10,7 +10,7 @@ int count_sequences(const TraceParams& params);
 
 double guess_rate(const TraceParams& params);
 
-// The same where shapes alone are guessed, and traced as large and turned as they were shown.
+// Rate where shapes alone are guessed, and traced as large and turned as they were shown.
 double choice_rate(const TraceParams& params);
 
 // Share of right first answers.

@@ -64,7 +64,7 @@ bool fails_well(const Call& call, std::int64_t number) {
       CHECK((saved(batch) == state));
     }
     CHECK((happened || status == ENGRAM_OK));
-    // The same call, and the batch, work afterwards.
+    // The call and the batch work afterwards.
     CHECK(call.run(batch.get()) == ENGRAM_OK);
     const std::vector<float> actions = test::actions_of(batch, ENGRAM_POLICY_ORACLE);
     CHECK(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);

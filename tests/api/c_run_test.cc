@@ -212,7 +212,7 @@ TEST_CASE("A reset takes masks, seeds and pins", "[c_api]") {
   CHECK(std::memcmp(&before[row], &after[row], row) != 0);
   CHECK(std::memcmp(&before[2 * row], &after[2 * row], row) == 0);
   CHECK(values<std::int32_t>(output(batch, "oracle_info"))[1] == 2);
-  // The same seed is the same episode, in any slot.
+  // A seed is one episode, in any environment.
   const std::uint64_t others[] = {9, 9, 2};
   request.seeds = others;
   request.mask = nullptr;

@@ -128,7 +128,7 @@ TEST_CASE("collect: failures are kept on request", "[apps]") {
   const TemporaryFolder folder;
   const std::string words = "RememberColor9-VLA-v0 --control-mode pd_joint_delta_pos --episodes ";
   REQUIRE(engram_command(collection(words + "4 --keep-failures", folder.path())).code == 0);
-  // The same command continues.
+  // A repeated command continues.
   REQUIRE(engram_command(collection(words + "8 --keep-failures", folder.path())).code == 0);
   const fs::path path = folder.path() / "data_npz" / "RememberColor9-VLA-v0";
   const ParsedJson metadata = ParsedJson::parse(read_file(path / "metadata.json"));

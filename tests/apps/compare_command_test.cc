@@ -62,7 +62,7 @@ TEST_CASE("compare: two policies on the same episodes", "[apps]") {
                            Catch::Contains("exact McNemar, two-sided") &&
                            Catch::Contains("smallest difference") &&
                            Catch::Contains("alike of 40 episodes: first observations 40"));
-  // The same results differ in nothing.
+  // Equal results differ in nothing.
   const ParsedJson same = engram_command("compare " + a + " " + a + " --json").json()["total"];
   CHECK(same["p_value"] == 1.0);
   CHECK(same["same_digests"]["answers"] == 40);

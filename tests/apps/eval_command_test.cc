@@ -239,7 +239,7 @@ TEST_CASE("eval: resuming a finished run changes nothing", "[apps]") {
   CHECK(again.json()["tasks"].size() == 3);
   CHECK(results_in(run.path) == before);
   CHECK(std::filesystem::last_write_time(run.path / "TakeItBack-VLA-v0.json") == time);
-  // The same command again is fine, too.
+  // Repeating the command is allowed.
   CHECK(engram_command(run.command + "--resume " + run.path.string()).code == 0);
 }
 

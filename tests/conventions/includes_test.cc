@@ -164,7 +164,7 @@ Graph without_leaves(Graph graph) {
   }
 }
 
-// The same from the other end too, which leaves circles and what lies between them.
+// Strips leaves from both ends, which leaves circles and what lies between them.
 std::vector<std::string> circles_in(const Graph& graph) {
   Graph upwards;
   for (const auto& [name, below] : without_leaves(graph)) {

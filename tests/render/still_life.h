@@ -16,7 +16,7 @@ inline std::vector<InstructionSet> sets() {
   return all;
 }
 
-// Of renderers that draw all sizes of these tests.
+// Options of renderers that draw all sizes of these tests.
 inline CpuRendererOptions with(InstructionSet set, bool antialias = false) {
   CpuRendererOptions options;
   options.instruction_set = set;

@@ -23,7 +23,7 @@ bool holds_a_prop(const State& state, int env) {
   return false;
 }
 
-// Of all control steps of eight episodes in which something is held firmly.
+// Grips in all control steps of eight episodes in which something is held firmly.
 Grips oracle_grips(const std::string& id) {
   BatchOptions options;
   options.num_envs = 8;

@@ -71,7 +71,7 @@ inline std::vector<std::string> differing_outputs(const Batch& one, const Batch&
   return names;
 }
 
-// Those of them that nothing may reveal.
+// Outputs that nothing may reveal.
 inline std::vector<std::string> leaking_outputs(const Batch& one, const Batch& other) {
   std::vector<std::string> names = differing_outputs(one, other);
   std::erase_if(names, [&one](const std::string& name) { return is_closed(one, name); });
@@ -156,7 +156,7 @@ inline void compare_images(const std::string& id, Batch& one, Batch& other,
   if (timed) CHECK(seen >= check.enough);
 }
 
-// The same of a task's hidden draw, if it has one that can differ.
+// Checks a task's hidden draw, if it has one that can differ.
 inline void check_leaks(const std::string& id, const ConstantTable& constants, std::uint64_t seed,
                         const LeakCheck& check = {}) {
   const std::unique_ptr<Task> task = make_task(id, constants);

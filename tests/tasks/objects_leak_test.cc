@@ -92,7 +92,7 @@ void compare(const Pair& pair, Policy policy, Count& count) {
   compare(pair, policy, count, [](Batch& /*one*/) {});
 }
 
-// Those of the ids that hide something behind a cue. The others have tests of their own below.
+// Checks the ids that hide something behind a cue. The others have tests of their own below.
 Count check(const std::vector<std::string>& ids, Policy policy, Drawing drawing) {
   Count count;
   for (const std::string& id : ids) {

@@ -339,7 +339,7 @@ TEST_CASE("docs/tasks/README.md says what the tasks expect of rewards", "[proper
   CHECK(used.size() == ranges.size());
 }
 
-// The same steps in all modes: the mode scales the reward and changes nothing else.
+// Plays equal steps in all modes: the mode scales the reward and changes nothing else.
 void compare_modes(const std::string& id, int steps) {
   INFO(id);
   BatchOptions options;

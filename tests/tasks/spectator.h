@@ -58,7 +58,7 @@ class Spectator {
 
   Point tcp() const { return Point(state().tcp_pos.row(index_)); }
   Eigen::Matrix3d tcp_rotation() const { return matrix(state().tcp_quat.row(index_)); }
-  // Of the seven arm joints.
+  // Speed of the fastest of the seven arm joints.
   double fastest_joint() const {
     const double* qvel = state().qvel.row(index_);
     return std::abs(*std::max_element(

@@ -87,7 +87,7 @@ double rate_of(const Json& share) {
   return is_null(rate) ? 0 : number(rate);
 }
 
-// Of what the oracle's motor skill allows above chance, the part that is reached.
+// The part that is reached of what the oracle's motor skill allows above chance.
 Json recall(double rate, double oracle, double chance) {
   return oracle > chance ? Json((rate - chance) / (oracle - chance)) : Json();
 }

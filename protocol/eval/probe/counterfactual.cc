@@ -83,7 +83,7 @@ std::optional<std::vector<Pin>> CounterfactualSampler::other_answer(const std::v
     std::vector<Pin> other = any();
     if (answer_of(other) != answer) return other;
   }
-  // Of one kind of items, how many there are is all that differs.
+  // Items of one kind differ in their number alone.
   const RandomVariable* items = find(facts_.items);
   if (!has_choice(items)) return std::nullopt;
   for (int i = 0; i < kTries; ++i) {

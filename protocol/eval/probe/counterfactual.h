@@ -26,8 +26,8 @@ class CounterfactualSampler {
 
   // Pins of the hidden draw.
   std::vector<Pin> any();
-  // The same, with another answer; or with the same one, by another draw where there is one.
-  // Nothing if none is found.
+  // Pins of the hidden draw with another answer; or with this one, by another draw where there is
+  // one. Nothing if none is found.
   std::optional<std::vector<Pin>> other_answer(const std::vector<Pin>& past);
 
   // Two pasts with one answer, which differ in what does not matter, and the step of their

@@ -10,7 +10,7 @@ namespace {
 
 // Delays in which the robot is held, of tasks without a delay of their own, control steps.
 constexpr int kHeldDelays[] = {0, 5, 15, 50, 150};
-// Of the longest delay of the task.
+// Delays as multiples of the task's longest one.
 constexpr int kTimes[] = {1, 2, 5, 10};
 
 struct Delays {

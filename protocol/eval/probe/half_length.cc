@@ -36,7 +36,7 @@ bool is_played(const DelayedAnswers& one, std::size_t episode) {
   return one.played.empty() || one.played[episode];
 }
 
-// Of those episodes that were played. Chance if none was.
+// Success rate of the episodes that were played. Chance if none was.
 template <class Episode>
 double rate_of(const DelayedAnswers& one, std::size_t episodes, double chance, Episode&& episode) {
   int right = 0;

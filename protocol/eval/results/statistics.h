@@ -32,14 +32,15 @@ struct PairCounts {
 // McNemar's exact test, two-sided: how probable so uneven counts of one-sided successes are for two
 // equal policies.
 double mcnemar_p_value(int only_a, int only_b);
-// The same for numbers beyond 0 and 1: A's successes minus B's in each independent episode, of
+// Sign-flip test of numbers beyond 0 and 1: A's successes minus B's in each independent episode, of
 // which all signs are equally probable for two equal policies.
 double sign_flip_p_value(const std::vector<int>& differences);
 
 // 95 % interval of A's rate minus B's: Newcombe's hybrid score interval for paired data (1998,
 // method 10).
 Interval paired_interval(const PairCounts& counts);
-// That of the mean of independent differences, by the normal distribution, within [-bound, bound].
+// Interval of the mean of independent differences, by the normal distribution, within [-bound,
+// bound].
 Interval mean_interval(const std::vector<int>& differences, double bound);
 
 // The smallest difference of two rates that McNemar's test can call significant (p < 0.05) with so

@@ -204,7 +204,7 @@ class ItemEvaluator {
     return result.pack();
   }
 
-  // Of guessing, in actions or among the choices.
+  // Success rate of guessing, in actions or among the choices.
   double chance_in(const Batch& batch) const {
     const TaskInfo& info = batch.info();
     if (!protocol_.choices) return info.chance();

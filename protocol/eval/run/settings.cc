@@ -109,7 +109,7 @@ EvaluationSettings read(const Json& document) {
   return settings;
 }
 
-// The same seeds give other results in another version.
+// Another version gives other results for the same seeds.
 void require_this_version(const Json& document, const std::filesystem::path& file) {
   const Json* found = find(document, "version");
   const std::string given = found == nullptr ? "0.1.0 or older" : text(*found);

@@ -1,4 +1,4 @@
-// The same seeds give the same bits, whatever the threads, the batch size and the chunks.
+// Equal seeds give equal bits, whatever the threads, the batch size and the chunks.
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <initializer_list>

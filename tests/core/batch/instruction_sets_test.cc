@@ -1,4 +1,4 @@
-// The same bits on processors without fused multiplication, and with older vectors. The C library
+// Bits are equal on processors without fused multiplication, and with older vectors. The C library
 // is made to believe that it runs on one: it then computes sines and the like in another way.
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -126,7 +126,7 @@ TEST_CASE("A ball is seen where the cameras' matrices say", "[queries]") {
       const Eigen::Vector2f projected = camera.project(ball);
       CAPTURE(seen.x(), seen.y(), projected.x(), projected.y());
       CHECK((seen - projected).norm() < 1.0F);
-      // The same place in both conventions.
+      // Both conventions give one place.
       const Eigen::Vector3f cv = camera.extrinsic * ball.cast<float>().homogeneous();
       CHECK((cv - Eigen::Vector3f(before.x(), -before.y(), -before.z())).norm() < 1e-5F);
     }

@@ -57,7 +57,7 @@ TEST_CASE("Random actions fill the action space and follow from seed and step",
   for (const float value : first) REQUIRE(std::abs(value) <= 1);
   batch->step(first);
   CHECK(act(*batch, Policy::kRandom) != first);
-  // The same environment in another batch, at another place.
+  // An equal environment in another batch, at another place.
   options.num_envs = 2;
   options.seed = 7;
   const auto other = make_env(kId, options);

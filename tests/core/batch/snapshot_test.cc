@@ -225,7 +225,7 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
          "strict=0; "
          "this batch is of RememberColor9-VLA-v0, pd_ee_delta_pose, rules=reference, "
          "success_in_cue=0, strict=0");
-  // The same columns, but another task.
+  // Equal columns, but another task.
   const auto lengthy = make_env("RememberColor9-Long-VLA-v0", batch_of(2));
   lengthy->reset();
   refuse(Snapshotter(*lengthy).save(), "it is of RememberColor9-Long-VLA-v0, ");

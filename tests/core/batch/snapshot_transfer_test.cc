@@ -79,7 +79,7 @@ std::vector<std::uint64_t> futures(Batch& batch, std::span<const test::Bytes> sa
   return hashes;
 }
 
-// The same for more of them than there are slots.
+// Futures of more snapshots than there are environments.
 std::vector<std::uint64_t> all_futures(Batch& batch, std::span<const test::Bytes> saved) {
   std::vector<std::uint64_t> hashes;
   while (!saved.empty()) {

@@ -122,7 +122,7 @@ TEST_CASE("Functions of real numbers at the ends of their ranges", "[base]") {
   CHECK(real::hypot(2, 3, 6) == 7);
 }
 
-// The same everywhere: if this differs, so does what tasks compute.
+// Equal on every machine: if this differs, so does what tasks compute.
 TEST_CASE("Functions of real numbers have the bits of every other machine", "[base]") {
   std::vector<double> values;
   const std::vector<double> all = numbers();

@@ -85,7 +85,7 @@ Action displacement_left(const Robot& robot) {
   return action;
 }
 
-// The same number in every joint's or every axis' place but the given one.
+// One number in the given joint's or axis' place, zeros elsewhere.
 Action only(int count, int index, double value) {
   Action action(static_cast<std::size_t>(count), 0.0F);
   action[static_cast<std::size_t>(index)] = number(value);

@@ -10,7 +10,8 @@ namespace {
 std::span<const char> bytes(std::string_view text) { return {text.data(), text.size()}; }
 
 TEST_CASE("A chained hash is XXH3 with the hash before as the seed", "[formats]") {
-  // Of the Python package xxhash: xxh3_64_intdigest(b"", 0), (b"engram", 0), (b"more", that).
+  // Values of the Python package xxhash: xxh3_64_intdigest(b"", 0), (b"engram", 0), (b"more",
+  // that).
   CHECK(hash_text(chain_hash(0, bytes(""))) == "2d06800538d394c2");
   const std::uint64_t one = chain_hash(0, bytes("engram"));
   CHECK(chain_hash(one, bytes("more")) != chain_hash(0, bytes("more")));

@@ -14,7 +14,7 @@ struct Kinds {
   bool colors, depth, segments;
 };
 
-// Of some cameras, whose pixels lie side by side.
+// Images of some cameras, whose pixels lie side by side.
 struct Drawn {
   std::vector<std::uint8_t> rgb;
   std::vector<std::int16_t> depth;

@@ -11,6 +11,7 @@ namespace {
 using Eigen::Vector3d;
 using test::first_answer;
 using test::FirstAnswer;
+using test::flag;
 using test::row;
 using test::step_at;
 
@@ -49,10 +50,6 @@ void check_off(Batch& batch, int battery) {
   press(batch);
 }
 int checked(const Batch& batch) { return *row<std::int32_t>(batch.output("checked_count"), 0); }
-bool flag(const Batch& batch, const char* name) {
-  return *row<std::uint8_t>(batch.output(name), 0) != 0;
-}
-
 TEST_CASE("Who checks every battery once has answered rightly with the last", "[battery][answer]") {
   for (const char* id : {kEasy, kHard}) {
     const auto batch = start(id, true);

@@ -12,6 +12,7 @@
 namespace engram {
 namespace {
 
+using test::flag;
 using test::make_env;
 using test::row;
 
@@ -33,9 +34,6 @@ std::unique_ptr<Batch> start(const std::string& id, std::vector<double> working,
 
 Eigen::Vector3d pos(const Batch& batch, int battery) {
   return Eigen::Map<const Eigen::Vector3d>(batch.state().prop_pos_of(0, battery));
-}
-bool flag(const Batch& batch, const char* name) {
-  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 int number(const Batch& batch, const char* name) {
   return *row<std::int32_t>(batch.output(name), 0);

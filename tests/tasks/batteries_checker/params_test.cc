@@ -16,8 +16,8 @@ TaskInfo described(int batteries, int working) {
   return info;
 }
 
-// Of all ways to take one of n batteries n times: the share in which all of the first w are taken,
-// and that in which the last of them is taken before any battery is taken twice.
+// Counts all ways to take one of n batteries n times: the share in which all of the first w are
+// taken, and that in which the last of them is taken before any battery is taken twice.
 std::pair<double, double> count_ways(int batteries, int working) {
   const int ways = static_cast<int>(std::lround(std::pow(batteries, batteries)));
   int found = 0;

@@ -18,6 +18,7 @@
 namespace engram {
 namespace {
 
+using test::flag;
 using test::make_env;
 using test::row;
 using test::step_at;
@@ -35,7 +36,6 @@ template <class T>
 T value(const Batch& batch, const char* name, int index = 0) {
   return *row<T>(batch.output(name), index);
 }
-bool flag(const Batch& batch, const char* name) { return value<std::uint8_t>(batch, name) != 0; }
 int count(const Batch& batch, const char* name) { return value<std::int32_t>(batch, name); }
 
 BatchOptions placed(double blinks) {

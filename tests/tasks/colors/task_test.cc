@@ -19,6 +19,7 @@
 namespace engram {
 namespace {
 
+using test::flag;
 using test::make_env;
 using test::row;
 using test::step_at;
@@ -42,8 +43,6 @@ template <class T>
 T value(const Batch& batch, const char* name) {
   return *row<T>(batch.output(name), 0);
 }
-
-bool flag(const Batch& batch, const char* name) { return value<std::uint8_t>(batch, name) != 0; }
 
 bool touched(const Batch& batch, int color) {
   return row<std::uint8_t>(batch.memory().find("touched"), 0)[color] != 0;

@@ -58,7 +58,7 @@ std::unique_ptr<Batch> still_env(const std::string& id, BatchOptions options = {
   return batch;
 }
 
-// The same in the first step of its action phase.
+// A batch in the first step of its action phase.
 std::unique_ptr<Batch> acting(const std::string& id, const BatchOptions& options = {}) {
   auto batch = still_env(id, options);
   while (batch->state().elapsed[0] < start_of(id, 3)) step_at(*batch, kFarAway);

@@ -12,6 +12,7 @@
 namespace engram {
 namespace {
 
+using test::flag;
 using test::make_env;
 using test::row;
 
@@ -32,9 +33,6 @@ std::unique_ptr<Batch> start(int cubes, double color, double trigger, double dur
   return batch;
 }
 
-bool flag(const Batch& batch, const char* name) {
-  return *row<std::uint8_t>(batch.output(name), 0) != 0;
-}
 int number(const Batch& batch, const char* name) {
   return *row<std::int32_t>(batch.output(name), 0);
 }

@@ -21,7 +21,7 @@ struct Moment {
   Vector velocity;  // m/s
 };
 
-// Of each task and episode: moments in order, the first of them the launch.
+// Moments of each task and episode, in order, the first of them the launch.
 using Launches = std::map<std::pair<std::string, int>, std::vector<Moment>>;
 
 const Launches& measured() {

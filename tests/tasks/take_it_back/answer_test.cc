@@ -38,7 +38,7 @@ class Cube {
     batch_->state().prop_qvel_of(0, 0)[0] = pace;
     test::step(*batch_, Policy::kZero);
   }
-  // The same place in a slot.
+  // Puts the cube into a slot, at one place.
   void put_into(int slot) { put(kStartX, 0.1 * slot + kShift); }
 
   FirstAnswer answer() const { return first_answer(*batch_); }

@@ -164,7 +164,7 @@ TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_bac
   CHECK(pinned->state().prop_pos_of(0, kGoalRegion)[0] == 0.2);
 }
 
-// Of all draws 0.2 % overlap.
+// About 0.2 % of all draws overlap.
 TEST_CASE("With may_overlap, start and target are drawn once and overlap now and then",
           "[take_it_back]") {
   BatchOptions options;

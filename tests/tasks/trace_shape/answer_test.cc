@@ -54,7 +54,7 @@ std::unique_ptr<Batch> show(int shape, double radius, bool strict = false) {
   return batch;
 }
 
-// Of radius 0.1, unturned.
+// Shows shapes of radius 0.1, unturned.
 std::unique_ptr<Batch> show_sequence(std::array<double, 5> shapes, int length) {
   auto batch = make_env(kSeq, still({{"shapes", {shapes.begin(), shapes.end()}},
                                      {"radii", std::vector<double>(5, 0.1)},

@@ -18,6 +18,7 @@ namespace {
 
 using Catch::Contains;
 using Eigen::Vector3d;
+using test::flag;
 using test::row;
 
 constexpr const char* kEasy = "BatteriesCheckerEasy-3-VLA-v0";
@@ -47,9 +48,6 @@ void put(Batch& batch, int battery, const Vector3d& where) {
   batch.state().place_prop(0, battery, where.data(), mjcf::kBatteryQuat.data(),
                            PropStatus::kAsleep);
   test::step_at(batch, kFarAway);
-}
-bool flag(const Batch& batch, const char* name) {
-  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 int number(const Batch& batch, const char* name) {
   return *row<std::int32_t>(batch.output(name), 0);

@@ -20,6 +20,7 @@ namespace {
 
 using Catch::Contains;
 using Eigen::Vector3d;
+using test::flag;
 using test::row;
 
 constexpr const char* kEasy = "BlinkCountButtonPressEasy-VLA-v0";
@@ -42,7 +43,7 @@ std::unique_ptr<Batch> make(const ConstantTable& constants, std::vector<Pin> pin
   return batch;
 }
 
-// The same after the cue; `blinks` are to be counted.
+// A batch after the cue; `blinks` are to be counted.
 std::unique_ptr<Batch> after_cue(const ConstantTable& constants, double blinks = 2) {
   auto batch = make(constants, {{"target_blinks", {blinks}}});
   while (batch->state().elapsed[0] < Queries(*batch).cue_end(0)) test::step_at(*batch, kFarAway);
@@ -51,9 +52,6 @@ std::unique_ptr<Batch> after_cue(const ConstantTable& constants, double blinks =
 
 void tool_at(Batch& batch, double height, double aside = 0) {
   test::step_at(batch, {-0.1 + aside, 0, height});
-}
-bool flag(const Batch& batch, const char* name) {
-  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 int count(const Batch& batch, const char* name) {
   return *row<std::int32_t>(batch.output(name), 0);

@@ -11,13 +11,10 @@ namespace engram {
 namespace {
 
 using Catch::Contains;
+using test::flag;
 
 constexpr const char* kOne = "GatherAndRecall1-VLA-v0";
 constexpr const char* kThree = "GatherAndRecall3-VLA-v0";
-
-bool flag(const Batch& batch, const char* name) {
-  return *test::row<std::uint8_t>(batch.output(name), 0) != 0;
-}
 
 std::vector<Pin> pins() { return {{"disc_x", {0.04}}, {"disc_y", {0.14}}}; }
 

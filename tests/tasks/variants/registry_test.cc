@@ -36,7 +36,7 @@ TEST_CASE("A variant is a task with an id of its own", "[variants]") {
   CHECK(batch->info().instruction == "Touch it.");
   CHECK(batch->info().candidates == 7);
   CHECK(batch->info().horizon == 150);
-  // The same is no second one; a variant of it has its constants, too.
+  // An equal variant is no second one; a variant of it has its constants, too.
   const std::size_t count = all_entries().size();
   register_one({"RememberColor7-Slow-v0", "RememberColor9-VLA-v0", slow(7), "Touch it."});
   CHECK(all_entries().size() == count);

@@ -206,7 +206,7 @@ TEST_CASE("Colours of the user's own are seen, and reveal nothing after the cue"
        {"RememberShapeAndColor3x2-VLA-v0", "FindImposterShapeAndColor3x2-VLA-v0"}) {
     INFO(id);
     test::check_leaks(id, constants, 3);
-    // The same of tokens.
+    // Tokens reveal nothing either.
     const std::unique_ptr<Task> task = make_task(id, constants);
     const auto draw = *test::draw_named(task->info(), task->info().hidden_variable);
     const auto seeing = [&](bool other) {

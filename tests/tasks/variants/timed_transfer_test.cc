@@ -11,14 +11,11 @@ namespace engram {
 namespace {
 
 using Catch::Contains;
+using test::flag;
 
 constexpr const char* kId = "TimedTransferEasy-VLA-v0";
 constexpr int kRedDisc = 1;
 constexpr int kCube = 2;
-
-bool flag(const Batch& batch, const char* name) {
-  return *test::row<std::uint8_t>(batch.output(name), 0) != 0;
-}
 
 // The values of elapsed for which a cube may arrive, the signal coming in the second step.
 std::pair<int, int> window(const ConstantTable& constants) {

@@ -25,6 +25,7 @@ using Catch::Contains;
 using tasks::Contour;
 using tasks::ContourSet;
 using tasks::Vec2;
+using test::flag;
 using test::row;
 
 constexpr const char* kEasy = "TraceShapeEasy-VLA-v0";
@@ -68,9 +69,6 @@ void put_green(Batch& batch, const Vec2& where) {
 }
 Vec2 place(const Batch& batch, int prop) {
   return {batch.state().prop_pos_of(0, prop)[0], batch.state().prop_pos_of(0, prop)[1]};
-}
-bool flag(const Batch& batch, const char* name) {
-  return *row<std::uint8_t>(batch.output(name), 0) != 0;
 }
 float number(const Batch& batch, const char* name) { return *row<float>(batch.output(name), 0); }
 

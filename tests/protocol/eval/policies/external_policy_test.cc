@@ -151,7 +151,7 @@ TEST_CASE("External policy: shapes and values of an answer", "[policy]") {
 }
 
 TEST_CASE("External policy: actions are those of the chunk, in order", "[policy]") {
-  // The same actions by hand, in a batch of one.
+  // Known actions, by hand, in a batch of one.
   class Known final : public ExternalPolicy {
    public:
     void act(const PolicyRequest& request, PolicyReply& reply) override {
@@ -258,7 +258,7 @@ TEST_CASE("External policy: rounds have seeds of their own, digests do not depen
   const TaskResult result = evaluate_in(2);
   REQUIRE(result.digests.size() == 6);
   CHECK(result.seeds[3] == result.seeds[0]);
-  // The same episode, another answer.
+  // An equal episode, another answer.
   CHECK(result.digests[3].first_observation == result.digests[0].first_observation);
   CHECK(result.digests[3].first_answer != result.digests[0].first_answer);
   CHECK(result.digests[3].observations != result.digests[0].observations);

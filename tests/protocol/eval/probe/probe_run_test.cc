@@ -165,7 +165,7 @@ TEST_CASE("A past with another start pose is seen, and ends in the scene of the 
   protocol.threads = 1;
   (void)run_probes(settings_for({"RememberColor5-Long-VLA-v0"}, 1), protocol,
                    {.probes = {Probe::kTwins}}, {});
-  // Of the trials all but one begin alike.
+  // All trials but one begin alike.
   std::map<std::vector<float>, int> starts;
   std::set<std::vector<float>> ends;
   for (const auto& [number, seen] : joints) {
@@ -222,7 +222,7 @@ TEST_CASE("An observation that tells what is hidden makes presents differ", "[pr
   const Json document = probe(settings, Policy::kOracle, {.probes = {Probe::kTwins}});
   const Json& presents = part(section(document, "twins"), "presents");
   CHECK(number(part(presents, "compared")) == 15);
-  // Those of a wiped trial, and of a scene that takes the other's place, are of the same past.
+  // Presents of a wiped trial, and of a scene that takes the other's place, have one past.
   CHECK(number(part(presents, "equal")) < 15);
 }
 

@@ -15,7 +15,7 @@ using test::with_value;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
-// The same without a key, as older versions wrote it.
+// A document without a key, as older versions wrote it.
 Json without(const Json& document, std::string_view key) {
   JsonTable all = table(document);
   all.pop_back();
