@@ -107,7 +107,7 @@ engram_status engram_make_group(const engram_task_share* tasks, size_t num_tasks
 void engram_close(engram_env* env) {
   // A forked process cannot end the threads of another one.
   if (env == nullptr || env->forked()) return;
-  // Waits for a call in another thread. A step_async that nobody waited for ends with its driver.
+  // Waits for a call in another thread. A step_async without a step_wait ends with its driver.
   CallState found = env->use.load();
   while (found == CallState::kBusy || !env->use.compare_exchange_weak(found, CallState::kBusy)) {
     if (found == CallState::kBusy) std::this_thread::sleep_for(std::chrono::microseconds(100));

@@ -132,7 +132,7 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
                 fmt::format("--resume: '{}' has results of {} {}; {} given now",
                             folder.path().string(), key, to_line(used), to_line(given)));
   }
-  // Commands of a folder are never run: its author may be somebody else.
+  // Commands of a folder are never run: its author may be another user.
   if (!is_null(before->policy_config) && !options.policy.given()) {
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "

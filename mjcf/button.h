@@ -16,7 +16,7 @@ struct ButtonShape {
   Rgba base_rgba{55 / 255.0, 64 / 255.0, 78 / 255.0, 1};
   Rgba cap_rgba{210 / 255.0, 80 / 255.0, 80 / 255.0, 1};
 
-  // Heights above the table while nobody presses, m.
+  // Heights above the table while it is not pressed, m.
   double base_height() const { return BUTTON_BASE_HALF_SIZE[2]; }                   // centre
   double cap_height() const { return 2 * base_height() + BUTTON_CAP_HALF_HEIGHT; }  // centre
   double top_height() const { return cap_height() + BUTTON_CAP_HALF_HEIGHT; }

@@ -40,7 +40,7 @@ struct Expectations {
   // Normalised dense reward of a step without success (docs/tasks/README.md).
   double min_reward = 0;
   double max_reward = 0;
-  bool moves_untouched = false;  // props are simulated although nobody has touched them
+  bool moves_untouched = false;  // props are simulated although the robot has not touched them
   // Props sink a little while they are simulated: not those that the task puts back or moves.
   bool settles = true;
   bool goal_for_people = false;  // the human view shows the goal, and so may reveal what was hidden

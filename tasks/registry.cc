@@ -151,7 +151,7 @@ class TaskRegistry {
 
   std::array<RegistryEntry, kMaxTasks> entries_;
   std::size_t count_ = 0;
-  // Used under ProcessLock::kVariants. What was replaced stays, as somebody may still point to it.
+  // Used under ProcessLock::kVariants. What was replaced stays, as pointers to it may exist.
   UserTasks users_;
   UserTasks replaced_;
 };
@@ -238,7 +238,7 @@ TaskVariant flattened(TaskVariant variant, const RegistryEntry& base) {
 }
 
 // Takes the values as the task has them: a whole number stays one where 7.0 was given. Leaves out
-// those that nobody can change.
+// those that cannot be changed.
 void take_values(const TaskInfo& info, ConstantTable& constants) {
   const auto find = [&info](const std::string& name) {
     return std::ranges::find(info.constants, name, &TaskConstant::name);

@@ -28,7 +28,7 @@ class FailingAllocation {
   FailingAllocation(const FailingAllocation&) = delete;
   FailingAllocation& operator=(const FailingAllocation&) = delete;
 
-  // Whether there were so many.
+  // Whether there were that many.
   static bool happened() noexcept;
 };
 

@@ -254,7 +254,7 @@ ENGRAM_API engram_status engram_question(engram_env* env, int32_t index, char* t
                                          size_t capacity, size_t* length);
 /* end generated */
 
-/** Questions (docs/choices.md) while an episode runs: somebody names the answer, and
+/** Questions (docs/choices.md) while an episode runs: the caller names the answer, and
  * ENGRAM_POLICY_BLIND of engram_act carries it out. engram_ask: from now on that policy waits in
  * one environment's episode until the question is answered, instead of guessing; to be called after
  * each reset. Refused for tasks without choices ("choices" of engram_describe_json is null). */

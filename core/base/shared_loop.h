@@ -21,7 +21,7 @@ struct LoopWork {
 };
 
 // A place for loops, one after the other. Ranges are claimed by a compare-and-swap on one word that
-// holds the loop's number and the next item: who comes late finds nothing, and nobody waits for
+// holds the loop's number and the next item: a late thread gets no range, and no thread waits for
 // him. A loop ends when its items are done, not when every thread has seen it.
 class SharedLoop {
  public:

@@ -22,7 +22,7 @@ inline void relax_processor() noexcept {
 }
 
 // Polls for a limited time. Gives the processor to other threads that wait for one, so that polling
-// harms nobody where threads outnumber processors.
+// is harmless where threads outnumber processors.
 class SpinWait {
  public:
   static constexpr std::int64_t kUsual = 20'000;  // ns

@@ -38,7 +38,7 @@ class WorkerThreads {
   std::exception_ptr run(const LoopWork& work, std::int64_t* busy) noexcept;
 
  private:
-  // Loops of so many callers are shared at once. Others run on their own thread alone.
+  // Loops of at most that many callers are shared at once. Others run on their own thread alone.
   static constexpr int kMaxLoops = 64;
 
   SharedLoop* take_place() noexcept;

@@ -43,7 +43,7 @@ class Queries {
   // The words of the episodes, after the first reset; null if the task has none. Privileged.
   const Annotator* annotator() const;
 
-  // The answers that somebody may choose for a robot's hand; null if they have no names.
+  // The controller that carries out a caller's answers; null if they have no names.
   const AnswerController* choices() const;
   // The controller of running episodes. Throws Error if answers have no names, or before the first
   // reset.

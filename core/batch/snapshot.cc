@@ -1,5 +1,5 @@
 // Format: a header, the label, then the rows of each environment's columns as bytes. Physics keeps
-// nothing outside the columns, so there is nothing else to save. Answers that somebody has named
+// nothing outside the columns, so there is nothing else to save. Answers that a caller has named
 // (core/task/answer_controller.h) are no part of an environment.
 #include "core/batch/snapshot.h"
 
@@ -130,7 +130,7 @@ std::vector<std::byte> Snapshotter::save_range(Range envs) const {
   return bytes;
 }
 
-// The checksum finds accidents, not bytes that somebody made up. So indices and pins must have
+// The checksum finds accidents, not bytes that were made up. So indices and pins must have
 // values that an episode can have. Other columns may hold any value: at worst it ends the episode.
 void Snapshotter::check_content(std::span<const std::byte> row) const {
   for (const ColumnStore* store : {&batch_.memory_, &batch_.pin_memory_, &batch_.outputs_}) {

@@ -14,7 +14,7 @@ struct ContactKernel {
                   double* vectors, const ContactLanes& contacts);
 };
 
-// The kernel of so many lanes, of those that lane_kernel() has.
+// The kernel of N lanes, of those that lane_kernel() has.
 const ContactKernel& contact_kernel(int lanes);
 
 const ContactKernel& baseline_single_contact_kernel();

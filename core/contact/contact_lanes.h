@@ -11,7 +11,8 @@
 //
 //   patch    points of one pair with one normal
 //   point    has a gap along the normal: one constraint
-//   anchor   a place of A and one of B that stick to each other: two constraints, along the tangents.
+//   anchor   a place of A and one of B that stick to each other: two constraints, along the
+//   tangents.
 //            A finger's only anchor has a third one, about the normal (torsion)
 //
 //              lane 0    lane 1    lane 2    lane 3

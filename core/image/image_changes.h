@@ -1,5 +1,5 @@
 // Departures of one environment's images from its scene: cameras, lights, surfaces, things that
-// stand around, and faults of the sensor. All zero: none.
+// are added to the scene, and faults of the sensor. All zero: none.
 #pragma once
 
 #include <array>

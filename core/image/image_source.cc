@@ -113,7 +113,7 @@ struct ImageSource::Workspace {
   RenderLighting lighting;
 };
 
-// Things that stand around come last, so that all else has the same numbers.
+// Distractors and post come last, so that all else has the same numbers.
 void ImageSource::Scene::add_changes(const mjModel& from, std::vector<std::string>& segments) {
   varies = true;
   const auto require = [](bool found, const std::string& name) {

@@ -1,4 +1,4 @@
-// Things that stand around in images of a changed scene: distractors and a post. They are drawn
+// Distractors and a post in images of a changed scene. They are drawn
 // only; physics and tasks do not know them.
 #pragma once
 

@@ -5,7 +5,7 @@
 
 namespace engram {
 
-// The widest that the processor has and so many robots fill, but for less than half of it.
+// The widest kernel of the processor of which N robots fill at least half.
 const LaneKernel& lane_kernel_for(int robots);
 
 // Kernels of one lane; null where this library was built without the instruction set.

@@ -51,7 +51,7 @@ struct LaneKernel {
 
 inline constexpr int kMaxLanes = 8;
 
-// The kernel of so many lanes (1, 2, 4, 8), or null if this processor or build has none.
+// The kernel of N lanes (1, 2, 4, 8), or null if this processor or build has none.
 const LaneKernel* lane_kernel(int lanes);
 // The widest that the processor has.
 const LaneKernel& widest_lane_kernel();

@@ -1,10 +1,10 @@
-// How near bodies are to count as touching: contacts act before bodies touch, on the way of a
+// Margins of speculative contacts, which act before bodies touch, on the way of a
 // substep.
 #pragma once
 
 namespace engram {
 
-// Contacts act at gaps of up to so many times the displacement that the bodies' speeds at the
+// Contacts act at gaps of up to this multiple of the displacement that the bodies' speeds at the
 // substep's start make in it.
 inline constexpr double kSpeculativeFactor = 1.5;
 // Distances below these count as touching in a clearance (RobotBounds), m: of the robot to anything

@@ -41,7 +41,7 @@ struct SimulatorOptions {
 class Simulator {
  public:
   // One workspace for each of `workers` threads. `model` must outlive this object. Throws Error if
-  // the processor has no vectors of so many lanes.
+  // the processor has no vectors of that many lanes.
   Simulator(const PhysicsModel& model, const SimulatorOptions& options, int workers, int num_envs);
   Simulator(const Simulator&) = delete;
   Simulator& operator=(const Simulator&) = delete;
@@ -66,7 +66,7 @@ class Simulator {
   bool step(const State& state, int env, int worker, const DriveTarget& drive,
             StepClock::Worker* clock = nullptr);
 
-  // Recomputes the TCP poses of so many environments from their joint positions.
+  // Recomputes the TCP poses of `count` environments from their joint positions.
   void update_tcp(const State& state, int first, int count, int worker);
 
  private:

@@ -13,12 +13,12 @@ constexpr double kWakeGap = kContactMargin;
 // Gap below which props wake one another; they may stand a millimetre apart and sleep.
 constexpr double kPropWakeGap = 0.0005;  // m
 
-// A free prop that is slower than this for so many control steps, with nothing in motion near it,
-// falls asleep.
+// A free prop that is slower than this for kSleepSteps control steps, with nothing in motion near
+// it, falls asleep.
 constexpr double kSleepLinearSpeed = 0.005;  // m/s
 constexpr double kSleepAngularSpeed = 0.05;  // rad/s
 // As good is a mean speed below this: the last iteration of the contact law leaves velocities that
-// no position follows, and stacks tremble by micrometres. Stacks that creep in the original are
+// no position follows, and stacks vibrate by micrometres. Stacks that creep in the original are
 // faster.
 constexpr double kStillLinearSpeed = 1.5e-4;  // m/s
 constexpr double kStillAngularSpeed = 2e-3;   // rad/s

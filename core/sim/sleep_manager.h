@@ -31,7 +31,7 @@ class SleepManager {
       : step_(step), workspace_(workspace), state_(step.state), env_(step.env) {}
 
   // Locates props, and wakes those that a moving kinematic prop will come near. Call it after
-  // StateTransfer::begin. The control step has so many substeps.
+  // StateTransfer::begin. `substeps`: of the control step.
   void begin(int substeps);
 
   // Bounding spheres of tangible props that were at rest or are kinematic: what the robot can

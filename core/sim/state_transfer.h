@@ -20,7 +20,7 @@ class StateTransfer {
   // Reads what the contact law remembers; before the first substep in which something may touch.
   void load_contacts();
 
-  // Moves kinematic props in motion to their positions after so many of the control step's
+  // Moves kinematic props in motion to their positions after `substep` of the control step's
   // substeps.
   void move_kinematic_props(int substep, int substeps);
 

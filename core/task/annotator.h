@@ -1,4 +1,4 @@
-// The words of an episode: what somebody who has seen all of it, and missed nothing, would say. For
+// The words of an episode: what an observer who has seen all of it would say. For
 // labels of data sets; privileged.
 #pragma once
 

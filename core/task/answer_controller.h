@@ -1,5 +1,5 @@
-// Answers by name: the ones that an agent may give in an episode, and the hand that carries out the
-// one that it names.
+// Answers by name: those that an agent may give in an episode, and the scripted controller that
+// carries out the one that the caller names.
 #pragma once
 
 #include <optional>
@@ -26,7 +26,7 @@ struct ChoiceForm {
   void check(std::span<const int> keys, int count) const;
 };
 
-// Beside Expert, a base of the experts that can carry out an answer of somebody else's: with one,
+// Beside Expert, a base of the experts that can carry out a caller's answer: with one,
 // the blind script carries it out instead of its guess. Items have keys, from 0.
 class AnswerController {
  public:
@@ -38,11 +38,11 @@ class AnswerController {
   virtual double choice_chance() const { return 0; }
   // Texts of the items in an environment's episode, by key.
   virtual std::vector<std::string> choice_items(int /*env*/) const { return choice_form().items; }
-  // True if the hand cannot go on in this step without an answer.
+  // True if the controller cannot go on in this step without an answer.
   virtual bool is_choice_due(int env) const = 0;
 
-  // From now on an environment's hand waits for answers instead of guessing, until that is taken
-  // back. Snapshots do not hold the answers.
+  // From now on an environment's controller waits for answers instead of guessing, until that is
+  // taken back. Snapshots do not hold the answers.
   void await_answers(int env) const;
   void discard_answers(int env) const;
   // Answers a question; the keys must have been checked.
@@ -53,14 +53,14 @@ class AnswerController {
   }
 
  protected:
-  // True if the hand is to wait for the first answer.
+  // True if the controller is to wait for the first answer.
   bool awaits_choice(int env) const { return is_asked(env) && episodes_[index(env)]->empty(); }
   bool is_asked(int env) const {
     return index(env) < episodes_.size() && episodes_[index(env)].has_value();
   }
   // Keys of an answer; empty if there is none.
   std::span<const int> choice(int env, int number = 0) const;
-  // The only key of the first answer, or `guess()` where nobody is asked.
+  // The only key of the first answer, or `guess()` where no answers are awaited.
   template <class Guess>
   int choice_or(int env, Guess guess) const {
     const std::span<const int> keys = choice(env);
@@ -70,7 +70,7 @@ class AnswerController {
  private:
   static std::size_t index(int env) { return static_cast<std::size_t>(env); }
 
-  // Answers of each environment's episode, in order; none where nobody is asked. As with columns,
+  // Answers of each environment's episode, in order; unset where none are awaited. As with columns,
   // tasks are not const inside.
   mutable std::vector<std::optional<std::vector<std::vector<int>>>> episodes_;
 };

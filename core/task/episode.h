@@ -94,7 +94,7 @@ class PinTable {
 
   // The values that a variable is fixed to, or null.
   const double* values(int env, int variable) const;
-  // The range of its values, [low, high], or null where nobody has narrowed it.
+  // The range of its values, [low, high], or null where it is not narrowed.
   const double* range(int env, int variable) const;
 
  private:

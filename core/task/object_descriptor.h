@@ -53,7 +53,7 @@ struct ObjectDescriptor {
   int shape = -1;                     // ObjectShape, -1: none of these
   int color = 0;                      // index of kObjectColorNames
   std::array<double, 3> half_size{};  // m, of the box around it, in its body's axes
-  double rest_height = 0;             // m, of a button's cap that nobody presses
+  double rest_height = 0;             // m, of a button's cap that is not pressed
   double travel = 0;                  // m, by which that sinks at most
 };
 

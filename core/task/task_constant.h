@@ -19,7 +19,7 @@ inline constexpr const char* kRobotConstant = "robot_uids";
 struct TaskConstant {
   // Type of the values that users may choose.
   enum class Kind {
-    kFixed,  // nobody changes it; a value of any type
+    kFixed,  // cannot be changed; a value of any type
     kInteger,
     kReal,
     kIntegerRange,  // [least, greatest], both included; drawn anew in every episode

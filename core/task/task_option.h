@@ -22,7 +22,7 @@ struct TaskOptionSpec {
   std::string description;
   std::optional<double> original = std::nullopt;  // what the original's code has, where it differs
 
-  // Its value where nobody chooses one.
+  // Its value where none is chosen.
   double value_under(Rules rules) const;
 };
 

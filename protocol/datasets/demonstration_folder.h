@@ -16,7 +16,7 @@
 
 namespace engram {
 
-// Throws Error (kInvalidArgument) unless so many seeds from the first one on can be stored.
+// Throws Error (kInvalidArgument) unless `count` seeds from the first one on can be stored.
 void require_storable_seeds(std::uint64_t first, std::uint64_t count);
 
 struct CollectionPlan {

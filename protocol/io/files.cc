@@ -77,7 +77,7 @@ bool is_missing(const OpenFile& file) {
 std::optional<std::string> read_regular(int folder, const std::string& name,
                                         const fs::path& shown) {
   const std::string refusal = "'" + shown.string() + "' cannot be read";
-  // Without O_NONBLOCK, a pipe that nobody writes to would be waited for.
+  // Without O_NONBLOCK, a pipe without a writer would be waited for.
   const OpenFile file(::openat(folder, name.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   if (is_missing(file)) return std::nullopt;
   struct stat status {};

@@ -61,8 +61,9 @@ std::unique_ptr<BatchGroup> make_group(std::span<const TaskShare> tasks,
     batches.push_back(make(share.id, options_of(share, common)));
     num_envs += share.num_envs;
     if (num_envs > kMaxNumEnvs) {
-      throw Error(Error::kInvalidArgument, "more than " + std::to_string(kMaxNumEnvs) +
-                                               " environments of all tasks given, so many allowed");
+      const std::string most = std::to_string(kMaxNumEnvs);
+      throw Error(Error::kInvalidArgument, "environments of all tasks: more than " + most +
+                                               " given, at most " + most + " allowed");
     }
   }
   return std::make_unique<BatchGroup>(std::move(batches), common.threads);

@@ -12,7 +12,7 @@ class Blinks {
       : max_(params.BLINK_COUNT_RANGE.high), variables_(variables) {}
 
   void bind(ColumnStore& memory);
-  // Draws a first darkness, then so many blinks, each with its own darkness after it. Returns
+  // Draws a first darkness, then N blinks, each with its own darkness after it. Returns
   // elapsed at the end of the last darkness.
   int draw(const Episode& episode, int blinks) const;
   // True during one of the first `blinks` blinks.

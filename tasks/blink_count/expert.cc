@@ -63,7 +63,7 @@ void BlinkCountExpert::sweep(int env, float* action) const {
             kToolDown, kGripperClosed, action);
 }
 
-// Presses of an agent without memory, or those that somebody has chosen.
+// Presses of an agent without memory, or those that the caller has chosen.
 int BlinkCountExpert::guess(int env) const {
   const int low = view_.params.BLINK_COUNT_RANGE.low;
   if (const std::span<const int> chosen = choice(env); !chosen.empty()) return low + chosen.front();

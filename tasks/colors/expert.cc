@@ -84,7 +84,7 @@ double ColorRecallExpert::travel_height(int env, int color) const {
 
 // True where actions are joint steps and touches are all: the horizon leaves hardly enough of such
 // steps for seven touches.
-bool ColorRecallExpert::hurries() const {
+bool ColorRecallExpert::leaves_early() const {
   return view_.button == nullptr && view_.engine.action.width() > kArmJoints;
 }
 
@@ -99,7 +99,7 @@ void ColorRecallExpert::wait(int env, float* action) const {
 
 void ColorRecallExpert::approach(int env, const Eigen::Vector3d& goal, float* action) const {
   const State& state = *view_.engine.state;
-  if (hurries()) {
+  if (leaves_early()) {
     reach_point(state, *view_.engine.arm, env, goal, kGripperOpen, action);
   } else {
     servo_tcp(state, env, goal, kToolDown, kGripperOpen, action);
@@ -107,7 +107,7 @@ void ColorRecallExpert::approach(int env, const Eigen::Vector3d& goal, float* ac
 }
 
 void ColorRecallExpert::touch(int env, int color, float* action) const {
-  if (hurries()) {
+  if (leaves_early()) {
     touch_in_passing(env, color, action);
     return;
   }
@@ -226,7 +226,7 @@ int ColorRecallExpert::color_in_row(int env, int place) const {
   return colors[at(place)];
 }
 
-// Cubes that an agent without memory would touch, one after another, or that somebody has chosen.
+// Cubes that an agent without memory would touch, one after another, or that the caller has chosen.
 std::span<const std::int32_t> ColorRecallExpert::guess(int env, ColorPermutation& storage) const {
   if (const std::span<const int> chosen = choice(env); !chosen.empty()) return chosen;
   return shuffled_colors(view_.params.COLORS, storage, guess_stream(view_.engine, env))

@@ -48,7 +48,7 @@ class ColorRecallExpert final : public Expert, public AnswerController {
   bool is_done(int env, int next) const;
   double travel_height(int env, int color) const;
   Eigen::Vector3d touch_waypoint(int env, int color) const;
-  bool hurries() const;
+  bool leaves_early() const;
   void wait(int env, float* action) const;
   void approach(int env, const Eigen::Vector3d& goal, float* action) const;
   void touch(int env, int color, float* action) const;

@@ -39,7 +39,7 @@ void ColorRecallParams::declare(ConstantBinder& constants) {
   constexpr auto kMax = static_cast<double>(COLOR_MAPPING.size());
   constants.integer("SEQUENCE_LENGTH", SEQUENCE_LENGTH, {1, kMax}, "", "cubes that the cue shows");
   constants.integer("COLORS", COLORS, {2, kMax}, "",
-                    "cubes, in the first so many colours of the colour table");
+                    "cubes, in the first colours of the colour table");
   constants.fixed({{"COLOR_MAPPING", color_mapping_constant()}});
   declare_phases(constants);
   if (has_button()) {

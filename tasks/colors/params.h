@@ -21,7 +21,7 @@ struct ColorRecallParams {
   int SEQUENCE_LENGTH;
   StepRange cue;  // Bunch: CUE_PHASE_STEPS, of the whole cue; else CUE_STEP_DURATION, of every item
   StepRange EMPTY_PHASE_STEPS;
-  int COLORS = 9;               // cubes, in the first so many colours of the colour table
+  int COLORS = 9;               // cubes, in the first colours of the colour table
   double GOAL_THRESH = 0.05;    // m
   double CUBE_HALFSIZE = 0.02;  // m
   // Action costs of the VLA tasks.

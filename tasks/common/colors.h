@@ -38,7 +38,7 @@ class ColorList {
   static constexpr int kCapacity = 16;
 
   constexpr ColorList() = default;
-  // The first so many of COLOR_MAPPING.
+  // The first `count` of COLOR_MAPPING.
   constexpr explicit ColorList(int count) : size_(count) {
     for (int i = 0; i < count; ++i) colors_[at(i)] = to_rgba(COLOR_MAPPING[at(i)].rgba);
   }

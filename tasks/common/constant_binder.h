@@ -82,7 +82,7 @@ class ConstantBinder {
   TaskConstant& steps(const char* name, StepRange& value, Bounds bounds, const char* text,
                       VariableName variable);
 
-  // Class constants that nobody may change.
+  // Class constants that cannot be changed.
   void fixed(const ConstantTable& values);
   // Fixes all that `declare` declares.
   template <std::invocable Declare>
@@ -94,7 +94,7 @@ class ConstantBinder {
   }
 
   // All that were declared, as they are now. Throws Error: kUnknownId, with the nearest name, for a
-  // chosen name that was not declared; kInvalidArgument for another value of one that nobody may
+  // chosen name that was not declared; kInvalidArgument for another value of one that users may not
   // change.
   std::vector<TaskConstant> take();
 

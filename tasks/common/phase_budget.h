@@ -16,8 +16,8 @@ struct PhaseBudget {
   int steps;
 };
 
-// Throws Error (kInvalidArgument), with the sum, unless the horizon leaves so many control steps to
-// act.
+// Throws Error (kInvalidArgument), with the sum, unless the horizon leaves that many control steps
+// to act.
 void check_horizon(int horizon, std::initializer_list<PhaseBudget> phases, int min_to_act);
 
 }  // namespace engram::tasks

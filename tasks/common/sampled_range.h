@@ -17,7 +17,7 @@ struct SampledRange {
   T high{};
   VariableName variable = {};
   const char* unit = "";
-  const char* constant = "";  // by which resets may narrow it; "" where nobody may
+  const char* constant = "";  // by which resets may narrow it; "" where they may not
 
   // Equal values.
   friend constexpr bool operator==(const SampledRange& one, const SampledRange& other) {

@@ -149,7 +149,7 @@ int GatherExpert::nearest_button(int env) const {
                           view_.buttons.begin());
 }
 
-// Button that an agent without memory would press, or that somebody has chosen.
+// Button that an agent without memory would press, or that the caller has chosen.
 int GatherExpert::guess(int env) const {
   return choice_or(env, [&] { return guess_stream(view_.engine, env).integer(0, kColors - 1); });
 }

@@ -120,7 +120,7 @@ bool ObjectRecallExpert::is_crowded(int env, int key) const {
   return false;
 }
 
-// Object that an agent without memory would touch, or that somebody has chosen.
+// Object that an agent without memory would touch, or that the caller has chosen.
 int ObjectRecallExpert::guess(int env) const {
   return choice_or(
       env, [&] { return guess_stream(view_.engine, env).integer(0, view_.objects.count() - 1); });

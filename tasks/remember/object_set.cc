@@ -50,14 +50,14 @@ void ObjectSetParams::declare(ConstantBinder& constants, bool spreads) {
   switch (vocabulary) {
     case Vocabulary::kColor:
       constants.integer("COLORS", count, {2, COLOR_MAPPING.size()}, "",
-                        "cubes, in the first so many colours of the colour table");
+                        "cubes, in the first colours of the colour table");
       constants.fixed({{"COLOR_MAPPING", color_mapping_constant()}});
       constants.real("CUBE_HALFSIZE", size, kSize, "m", "half the side of a cube");
       if (spreads) constants.fixed({{"MANIP_MIN_CUBE_DISTANCE", kMinDistance}});
       return;
     case Vocabulary::kShape:
       constants.integer("SHAPES", count, {2, mjcf::kObjectShapeCount}, "",
-                        "objects, of the first so many shapes");
+                        "objects, of the first shapes");
       constants.names("SHAPE_MAPPING", shapes, names, 2, "which shapes there are, in order",
                       shape_table);
       constants.fixed({{"COLOR", ConstantList(COLOR.begin(), COLOR.end())}});
@@ -65,7 +65,7 @@ void ObjectSetParams::declare(ConstantBinder& constants, bool spreads) {
       break;
     case Vocabulary::kShapeAndColor:
       constants.integer("SHAPES", count, {2, kMax}, "",
-                        "objects, of the first so many combinations: all colours of a shape, then "
+                        "objects, of the first combinations: all colours of a shape, then "
                         "the next shape");
       constants.names("BASE_SHAPES", shapes, names, 1, "shapes that are combined with colours",
                       shape_table);

@@ -48,7 +48,7 @@ struct PushParams : ShellGameParams {
     return (offset(item).norm() - placed_distance(item)) / 2;
   }
 
-  // Why nobody could succeed, or everybody would; empty if neither is so.
+  // Why no policy could succeed, or all would; empty if neither is so.
   std::string contradiction(GoalItem item) const;
   void check(int horizon) const;
 };

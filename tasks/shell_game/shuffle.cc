@@ -94,7 +94,7 @@ class ShuffleTouch final : public ShellGame {
 
   // --- success, reward ---
 
-  // The mugs never are where somebody has shoved them, so that there is no displacement.
+  // The mugs are never displaced by the robot.
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
       const int cup = target_[env];

@@ -11,7 +11,7 @@ namespace engram::tasks {
 namespace {
 
 constexpr Bounds kSwaps{1, ShufflePhase::kMaxSwaps};
-constexpr int kStepsOfSwap = 2;   // so many show which mugs swap
+constexpr int kStepsOfSwap = 2;   // they show which mugs swap
 constexpr int kTimeToTouch = 12;  // control steps
 
 }  // namespace

@@ -34,7 +34,7 @@ class Swaps {
     return elapsed >= begin(env) && elapsed < end(env);
   }
 
-  // The slot of a mug, named after its first one, after so many swaps; all of them if there were
+  // The slot of a mug, named after its first one, after `count` swaps; all of them if there were
   // fewer.
   int slot_of(int env, int swaps, int mug) const {
     return slots_.row(env)[3 * std::min(swaps, num_swaps_[env]) + mug];

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMovedMug = 0.01;  // m: a mug moved further is an answer
 
-// In the RL task nobody asks how far mugs are shoved.
+// The RL task does not limit how far mugs are shoved.
 struct ShovingParams : TouchParams {
   void declare(ConstantBinder& constants) {
     TouchParams::declare(constants);

@@ -1,5 +1,5 @@
-// TimedTransfer: a cube has to be moved from one disc to another exactly so many steps after a lamp
-// turned green (docs/tasks/timed_transfer.md).
+// TimedTransfer: a cube has to be moved from one disc to another a given number of steps after a
+// lamp turned green (docs/tasks/timed_transfer.md).
 #pragma once
 
 #include "tasks/family.h"

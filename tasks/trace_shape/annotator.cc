@@ -21,7 +21,7 @@ std::string TraceAnnotator::shape_name(int env, int element) const {
   return shape < 0 ? "shape" : kContourNames[at(shape)];
 }
 
-// Before the demonstration is over, nobody knows how many shapes it has.
+// The number of shapes is unknown before the demonstration is over.
 std::vector<std::string> TraceAnnotator::plan(int env) const {
   std::vector<std::string> plan = {"watch the red cube", "pick up the green cube"};
   if (view_.demo.is_acting(env)) {

@@ -32,7 +32,7 @@ bool is_benchmark(const TraceParams& params) {
 
 constexpr int kPurpose = 0;  // of streams of random numbers; no episode is concerned
 constexpr int kTrials = 1000;
-constexpr int kRounds = 2;                  // of one shape: nobody goes on for ever
+constexpr int kRounds = 2;                  // of one shape, at most
 constexpr int kMaxSteps = 400;              // per shape
 constexpr double kStride = 0.025;           // m per control step
 constexpr double kResponse = 0.5;           // of a change of pace, in one control step

@@ -35,7 +35,7 @@ struct TraceVariables {
 
 class TraceDemo {
  public:
-  // Appends red cube, green cube and lamp to a scene, and a body for the red cube that nobody sees;
+  // Appends red cube, green cube and lamp to a scene, and an invisible body for the red cube;
   // random variables and options to the description.
   TraceDemo(mjcf::Scene& scene, TaskInfo& info, const TraceParams& params);
 

@@ -22,7 +22,7 @@ class TraceExpert : public Expert, public AnswerController {
   TraceExpert(const Bindings& engine, const TraceDemo& demo) : engine_(engine), demo_(demo) {}
 
   const State& state() const { return *engine_.state; }
-  // The demonstration as an agent guesses it that has not seen it; or as somebody has named its
+  // The demonstration as an agent guesses it that has not seen it; or as the caller has named its
   // shapes, as large and turned as they were shown.
   int guessed_length(int env) const;
   Contour guessed_contour(int env, int element) const;

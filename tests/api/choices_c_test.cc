@@ -65,12 +65,12 @@ std::vector<int> successes(bool right) {
   return count;
 }
 
-TEST_CASE("The blind policy carries out the answer that somebody names", "[c_api][choices]") {
+TEST_CASE("The blind policy carries out the answer that the caller names", "[c_api][choices]") {
   const std::vector<int> right = successes(true);
   const std::vector<int> wrong = successes(false);
   CHECK(right[0] == 8);
   CHECK(wrong[0] == 0);
-  // Nobody asks in the other environment: it guesses as ever.
+  // No answer is awaited in the other environment: it guesses as ever.
   CHECK(right[1] == wrong[1]);
   CHECK(right[1] < 8);
 }

@@ -206,7 +206,7 @@ TEST_CASE("collect: a full disk ends the run, and what was complete stays", "[ap
   REQUIRE(engram_command(collection("TraceShapeEasy-VLA-v0 --episodes 1", folder.path())).code ==
           0);
   const auto before = files_in(folder.path());
-  // No file may exceed so many blocks of 1 KiB: enough for the metadata, not for an episode.
+  // No file may exceed that number of blocks of 1 KiB: enough for the metadata, not for an episode.
   const std::string line = std::string("trap '' XFSZ; ulimit -f 40; ") + test::kNoTemporaryFolder +
                            "'" + test::kCommand + "' " + collection(options, folder.path()) +
                            " >/dev/null 2>'" + (folder.path() / "err").string() + "'";

@@ -52,7 +52,7 @@ inline bool has_mpi() {
                                  "libengram_mpi.so");
 }
 
-// Runs `engram` as so many processes under mpirun.
+// Runs `engram` as N processes under mpirun.
 inline CommandResult command_of_ranks(int count, const std::string& arguments) {
   const TemporaryFolder folder;
   const std::string out = (folder.path() / "out").string();
@@ -91,7 +91,7 @@ inline std::string choices_policy() {
              .string();
 }
 
-// The text of an edited document of engram's, as somebody writes it who knows the checksum.
+// The text of an edited document of engram's, as a user writes it who knows the checksum.
 inline std::string with_checksum(ParsedJson edited) {
   edited.erase("checksum");
   JsonTable document = table(parse_json(edited.dump()).value());

@@ -46,7 +46,7 @@ fs::path run_in(const fs::path& output) {
   return {};
 }
 
-// Starts the command, and kills it so long after the folder has so many documents. Returns whether
+// Starts the command, and kills it some time after the folder has N documents. Returns whether
 // it was still running.
 bool kill_after(const std::string& arguments, const fs::path& output, std::size_t enough,
                 std::chrono::duration<double> time) {

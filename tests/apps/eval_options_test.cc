@@ -41,8 +41,8 @@ TEST_CASE("A protocol runs the policy of the settings only", "[apps][evaluation]
   EvaluationSettings settings = settings_of(options);
   CHECK(protocol_of(options, settings).policy == Policy::kBlind);
   CHECK_FALSE(protocol_of(options, settings).samples);
-  settings.policy = "somebody";
-  CHECK_THROWS_WITH(protocol_of(options, settings), Catch::Contains("somebody"));
+  settings.policy = "no_such_policy";
+  CHECK_THROWS_WITH(protocol_of(options, settings), Catch::Contains("no_such_policy"));
   settings.policy_config = JsonTable{{"command", "x"}};
   CHECK_THROWS_WITH(protocol_of(options, settings), Catch::Contains("not the command"));
 }

@@ -1,4 +1,4 @@
-// Folders that somebody has edited: sound settings, results and metadata with other values in some
+// Edited folders: sound settings, results and metadata with other values in some
 // places, or links, pipes and folders in place of files.
 #include <sys/stat.h>
 
@@ -177,7 +177,7 @@ void check_metadata(const Place& place) {
   });
 }
 
-// As somebody edits it who knows the checksum.
+// An edit by a user who knows the checksum.
 Json with_checksum(const Json& edited) {
   JsonTable all = table(edited);
   std::erase_if(all, [](const auto& entry) { return entry.first == "checksum"; });

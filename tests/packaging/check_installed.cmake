@@ -1,8 +1,8 @@
 # cmake -DBUILD=<build folder> -DPROJECT=<outside project> -DPAGE=<docs/embedding.md>
 #       -DTASK_PAGE=<docs/cpp_tasks.md> -DCOMPONENTS=<of the installation>
 #       -DWORK=<folder of its own> -DCC=... -DCXX=... -DPKG_CONFIG=... -P check_installed.cmake
-# Installs the package into a prefix, moves it, and builds and runs somebody else's programs with it:
-# once through find_package, once through pkg-config. Then somebody else's task, as a library.
+# Installs the package into a prefix, moves it, and builds and runs a user's programs with it:
+# once through find_package, once through pkg-config. Then a user's task, as a library.
 
 macro(run)
   execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)

@@ -2,7 +2,7 @@
 #       -DENGRAM=<the command> -DWORK=<folder of its own> -DCXX=... -DPYTHON=...
 #       -P check_wheel_package.cmake
 # Installs what wheels have for libraries of tasks, finds it as `python -m engram --cmake-dir` does,
-# and builds and runs somebody else's task with it.
+# and builds and runs a user's task with it.
 
 macro(run)
   execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)

@@ -1,4 +1,4 @@
-"""What somebody does first with an installed engram.
+"""A user's first steps with an installed engram.
 
 Prints its time, its processor time, and a fingerprint of what there is to see.
 """

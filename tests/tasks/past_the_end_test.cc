@@ -24,7 +24,7 @@ MakeOptions going_on(int threads = 1) {
   return options;
 }
 
-// Whether everything that the batch shows is as it must be after so many steps.
+// Whether everything that the batch shows is as it must be after N steps.
 bool is_in_order(const Batch& batch, int steps) {
   bool good = true;
   for (int i = 0; i < batch.num_envs(); ++i) {

@@ -21,7 +21,7 @@ class EpisodeActor {
 
   // An episode begins in the environment `slot`.
   virtual void start(int env, const EpisodeLabel& label) = 0;
-  // The policy finds itself in another scene, and nobody tells it: it remembers what it did, and
+  // Replaces the scene without telling the policy: it remembers what it did, and
   // only its actions on the way are dropped.
   virtual void replace_scene(int env, const EpisodeLabel& label) = 0;
   virtual void finish(int env) = 0;

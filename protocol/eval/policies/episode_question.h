@@ -1,4 +1,4 @@
-// Questions of a batch's running episodes, for somebody who answers them while the episode is
+// Questions of a batch's running episodes, for a caller who answers them while the episode is
 // shown; the hand that carries the answers out is the blind policy (docs/choices.md).
 #pragma once
 

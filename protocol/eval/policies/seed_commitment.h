@@ -1,4 +1,4 @@
-// Sealed evaluations: their seeds follow from a secret that nobody reads in arguments, environment
+// Sealed evaluations: their seeds follow from a secret that stands in no arguments, environment
 // or results before the run is over (docs/evaluation.md).
 #pragma once
 

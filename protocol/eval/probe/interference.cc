@@ -11,7 +11,7 @@ constexpr int kOthers[] = {0, 1, 3, 7};
 enum class Kind { kNone, kCompeting, kAgreeing, kOtherTask };
 constexpr const char* kKindNames[] = {"none", "competing", "agreeing", "other task"};
 
-// The episodes between, whose seeds nobody else has.
+// The episodes between, whose seeds no other episode has.
 TrialGroup make_group(const MemoryFacts& facts, Lookahead& lookahead, std::uint64_t seed, int count,
                       Kind kind) {
   CounterfactualSampler chooser(lookahead, facts, seed);

@@ -40,7 +40,7 @@ CuePolicy::CuePolicy(Batch& batch)
       controller_(facts_of(batch).cue_by_hand ? Queries(batch).choices() : nullptr),
       script_(batch, controller_ != nullptr ? Policy::kBlind : Policy::kOracle) {}
 
-// Nobody answers the hand: it is to stop where it would need to know.
+// The controller gets no answer: it stops where it would need to know.
 void CuePolicy::begin(int env) const {
   if (controller_ != nullptr) controller_->await_answers(env);
 }

@@ -27,7 +27,7 @@ struct Trial {
   // A snapshot of another episode at the question, which takes this one's place; or null.
   std::shared_ptr<const std::vector<std::byte>> scene = {};
   // Episodes that the policy plays at the question, from their beginning to their end, before it
-  // goes on with this one. Nobody tells it so.
+  // goes on with this one. It is not informed.
   std::vector<EpisodeDraw> others = {};
   bool until_answer = false;  // nothing after the first answer counts
   int twin = -1;  // the trial of the same group whose present at the question is to be the same

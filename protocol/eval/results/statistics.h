@@ -46,7 +46,7 @@ Interval mean_interval(const std::vector<int>& differences, double bound);
 // The smallest difference of two rates that McNemar's test can call significant (p < 0.05) with so
 // many pairs: all that differ do so in one direction. Nothing if there is none.
 std::optional<double> smallest_difference(int pairs);
-// The true difference that it finds in 80 % of all comparisons with so many pairs, of which that
+// The true difference that it finds in 80 % of all comparisons with `pairs` pairs, of which that
 // share differs (Connor 1987). Nothing if no true difference is that large.
 std::optional<double> detectable_difference(int pairs, double differing);
 

@@ -6,8 +6,8 @@
 
 namespace engram {
 
-// Takes an image every so many steps; whenever there are too many, every second one is dropped and
-// the distance doubled.
+// Takes an image every `stride_` steps; whenever there are too many, every second one is dropped
+// and the distance doubled.
 void SampleImages::sample(const Batch& batch, int index) {
   constexpr std::size_t kMax = 16;
   const int step = batch.state().elapsed[index];

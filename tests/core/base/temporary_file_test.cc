@@ -119,7 +119,7 @@ TEST_CASE("Only what engram has made is removed", "[files]") {
   fs::create_directory(folder.path() / "folder.2.engram-tmp");
   REQUIRE(::mkfifo((folder.path() / "pipe.3.engram-tmp").c_str(), 0600) == 0);
   for (const char* name : {".engram-tmp", "7.engram-tmp", "a.x.engram-tmp", "a..engram-tmp", "b"}) {
-    std::ofstream(folder.path() / name) << "somebody's";
+    std::ofstream(folder.path() / name) << "another's";
   }
   const std::vector<std::string> before = names_of(folder.path());
   std::ofstream(folder.path() / "a.7.engram-tmp") << "half";

@@ -53,7 +53,7 @@ TEST_CASE("ThreadPool cuts ranges in whole units", "[thread_pool]") {
   }
 }
 
-// Threads that have worked on a loop of so many items, each of so many microseconds, once its cost
+// Threads that have worked on a loop of N items, each of some microseconds, once its cost
 // is known.
 std::size_t threads_on(ThreadPool& pool, int items, int microseconds) {
   std::mutex mutex;

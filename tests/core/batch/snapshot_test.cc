@@ -240,7 +240,7 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   CHECK(Snapshotter(*batch).save() == good);
 }
 
-// --- bytes that somebody has made up, with a checksum that fits ---
+// --- made-up bytes, with a checksum that fits ---
 
 // Where the first environment's columns begin.
 std::size_t rows_of(const std::vector<std::byte>& snapshot) {

@@ -8,7 +8,7 @@
 namespace engram {
 namespace {
 
-// The sum of the squares of 1, ..., count, with the numbers so many places into their memory.
+// The sum of the squares of 1, ..., count, with the numbers some places into their memory.
 double sum_of_squares(int count, int shift) {
   std::vector<double> numbers(static_cast<std::size_t>(count + shift));
   for (int i = 0; i < count; ++i) numbers[static_cast<std::size_t>(i + shift)] = i + 1;

@@ -47,7 +47,7 @@ TEST_CASE("A lock ends with its process, however that ends", "[files]") {
   CHECK(fs::is_empty(folder.path()));
 }
 
-TEST_CASE("A note that somebody else wrote does no harm", "[files]") {
+TEST_CASE("A note that another program wrote does no harm", "[files]") {
   const test::TemporaryFolder folder;
   const fs::path victim = folder.path() / "victim";
   std::ofstream(victim) << "precious";

@@ -43,7 +43,7 @@ int take_cube(Rig& rig) {
   return -1;
 }
 
-// Carries the held cube towards a place for so many steps.
+// Carries the held cube towards a place for N steps.
 void carry_for(Rig& rig, int steps, const Eigen::Vector3d& place) {
   std::array<float, 7> action{};
   for (int i = 0; i < steps; ++i) {

@@ -17,7 +17,7 @@ using test::make_env;
 using test::row;
 
 // Every draw that makes an episode long at its least, so that the course begins soon.
-BatchOptions hurried(const std::string& id, int num_envs = 1) {
+BatchOptions shortened(const std::string& id, int num_envs = 1) {
   BatchOptions options;
   options.num_envs = num_envs;
   options.auto_reset = AutoReset::kOff;
@@ -64,7 +64,7 @@ std::vector<Bytes> course(Batch& batch, int steps) {
 TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot][button]") {
   for (const std::string& id : ids_with_button()) {
     INFO(id);
-    const auto batch = make_env(id, hurried(id));
+    const auto batch = make_env(id, shortened(id));
     batch->reset();
     for (int i = 0; i < batch->info().horizon && !pending(*batch); ++i) {
       test::step(*batch, Policy::kOracle);
@@ -73,7 +73,7 @@ TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot]
     const std::vector<std::byte> saved = Snapshotter(*batch).save();
     const std::vector<Bytes> expected = course(*batch, 12);
     CHECK_FALSE(pending(*batch));
-    const auto fresh = make_env(id, hurried(id));
+    const auto fresh = make_env(id, shortened(id));
     Snapshotter(*fresh).restore(saved);
     CHECK((course(*fresh, 12) == expected));
     Snapshotter(*batch).restore(saved);
@@ -84,7 +84,7 @@ TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot]
 TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinism][button]") {
   for (const std::string& id : ids_with_button()) {
     INFO(id);
-    const auto single = make_env(id, hurried(id));
+    const auto single = make_env(id, shortened(id));
     single->reset();
     std::vector<Bytes> expected;
     while (single->success()[0] == 0 && single->state().finished[0] == 0) {
@@ -96,7 +96,7 @@ TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinis
     const std::vector<std::uint64_t> seeds = {single->options().seed};
     single->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
     CHECK((course(*single, steps) == expected));
-    BatchOptions options = hurried(id, 3);
+    BatchOptions options = shortened(id, 3);
     options.threads = 3;
     const auto batch = make_env(id, options);
     batch->reset();

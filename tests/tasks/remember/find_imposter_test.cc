@@ -87,7 +87,7 @@ TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposte
     const auto batch = make_env("FindImposterShape9-VLA-v0", options);
     batch->reset();
     for (int t = 1; t < 5; ++t) {
-      // Somebody has displaced and turned an object during the step.
+      // The caller has displaced and turned an object during the step.
       const int key = memory_int(*batch, "target") == 3 ? 4 : 3;
       const double away[3] = {0.3, 0.3, 0.02};
       const double turned[4] = {0, 0, 0, 1};

@@ -100,7 +100,7 @@ TEST_CASE("Objects stay where they appear for the steps in which they settle", "
     test::step(*batch, Policy::kZero);
     for (int t = 2; t <= 6; ++t) {
       const bool pinned = t < 2 + (settles(*batch) ? 3 : 1);
-      // Somebody has displaced and turned an object during the step.
+      // The caller has displaced and turned an object during the step.
       const double away[3] = {0.3, 0.3, 0.02};
       const double turned[4] = {0, 0, 0, 1};
       state.place_prop(0, 1, away, turned);

@@ -114,7 +114,7 @@ TEST_CASE("All colours of a smaller set are drawn, in all places", "[variants][c
   }
 }
 
-TEST_CASE("Success asks for so many colours, then the button", "[variants][color_recall]") {
+TEST_CASE("Success needs all the colours, then the button", "[variants][color_recall]") {
   for (const char* id : kAll) {
     for (const int length : {1, 5}) {
       INFO(id << " " << length);

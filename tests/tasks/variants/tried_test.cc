@@ -32,7 +32,7 @@ double success(const test::TriedVariant& variant, Policy policy, int episodes) {
   return static_cast<double>(successes) / episodes;
 }
 
-// Every so many of them, or of those with short episodes.
+// Every n-th of them, or of those with short episodes.
 std::vector<test::TriedVariant> sample(std::size_t every, int longest) {
   std::vector<test::TriedVariant> chosen;
   std::size_t count = 0;
