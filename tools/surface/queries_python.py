@@ -19,7 +19,7 @@ def mixin(indent):
         result += wrapped(query["returns"], inner + "    ", inner + "    ")
         result += ["", inner + "Raises:", inner + "    BadStateError: Nothing was reset."]
         result += [inner + '"""', inner + body(query)]
-    return result[1:]
+    return [*result[1:], ""]
 
 
 def body(query):
@@ -41,4 +41,4 @@ def single(indent):
         value = f"{value}[0]" if query["form"] == "text" else f"_first({value})"
         result += ["", f"{indent}def {name}(self) -> {TYPES[query['form']]}:", about]
         result.append(f"{inner}return {value}")
-    return result[1:]
+    return [*result[1:], ""]

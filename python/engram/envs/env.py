@@ -103,6 +103,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
     def robot_state(self) -> dict[str, np.ndarray]:
         """The robot: qpos (9,), qvel (9,) and tcp_pose (7,). See ``VectorEnv.robot_state``."""
         return _first(self.batch.robot_state())
+
     # end generated
 
     def camera_params(

@@ -53,6 +53,7 @@ class QueryMixin:
             BadStateError: Nothing was reset.
         """
         return dict(zip(("qpos", "qvel", "tcp_pose"), self._batch.robot_state()))
+
     # end generated
 
     def camera_params(
