@@ -4,6 +4,7 @@
 
 #include "core/base/checksum.h"
 #include "core/base/error.h"
+#include "core/base/index.h"
 
 namespace engram {
 
@@ -47,8 +48,7 @@ ColumnView ColumnStore::add(Field field) {
   entry.low = wide ? -kLargestCount : 0;
   entry.high = wide ? kLargestCount : 255;
   entry.row_bytes = static_cast<std::size_t>(field.width) * size_of(field.dtype);
-  entry.memory = std::make_shared<AlignedArray<std::byte>>(entry.row_bytes *
-                                                           static_cast<std::size_t>(num_envs_));
+  entry.memory = std::make_shared<AlignedArray<std::byte>>(entry.row_bytes * at(num_envs_));
   entry.bytes = entry.memory->data();
   entry.field = std::move(field);
   row_bytes_ += entry.row_bytes;
@@ -112,7 +112,7 @@ std::shared_ptr<void> ColumnStore::memory_of(std::string_view name) const {
 void ColumnStore::save_row(int env, std::span<std::byte> out) const {
   std::byte* to = out.data();
   for (const Entry& entry : columns_) {
-    std::memcpy(to, entry.bytes + static_cast<std::size_t>(env) * entry.row_bytes, entry.row_bytes);
+    std::memcpy(to, entry.bytes + at(env) * entry.row_bytes, entry.row_bytes);
     to += entry.row_bytes;
   }
 }
@@ -120,21 +120,20 @@ void ColumnStore::save_row(int env, std::span<std::byte> out) const {
 void ColumnStore::load_row(int env, std::span<const std::byte> in) {
   const std::byte* from = in.data();
   for (Entry& entry : columns_) {
-    std::memcpy(entry.bytes + static_cast<std::size_t>(env) * entry.row_bytes, from,
-                entry.row_bytes);
+    std::memcpy(entry.bytes + at(env) * entry.row_bytes, from, entry.row_bytes);
     from += entry.row_bytes;
   }
 }
 
 void ColumnStore::clear_row(int env) {
   for (Entry& entry : columns_) {
-    std::memset(entry.bytes + static_cast<std::size_t>(env) * entry.row_bytes, 0, entry.row_bytes);
+    std::memset(entry.bytes + at(env) * entry.row_bytes, 0, entry.row_bytes);
   }
 }
 
 void ColumnStore::copy_row_to(ColumnStore& other, int env) const {
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const std::size_t offset = static_cast<std::size_t>(env) * columns_[i].row_bytes;
+    const std::size_t offset = at(env) * columns_[i].row_bytes;
     std::memcpy(other.columns_[i].bytes + offset, columns_[i].bytes + offset,
                 columns_[i].row_bytes);
   }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "core/math/real_functions.h"
 #include "core/scene/mujoco_handle.h"
@@ -44,15 +45,14 @@ int CameraPoses::find(std::string_view name) const {
 
 const CameraChange* CameraPoses::change_of(int camera, const ImageChanges& changes) const {
   if (!changes.cameras) return nullptr;
-  const auto found =
-      std::ranges::find(kSensorCameraNames, cameras_[static_cast<std::size_t>(camera)].name);
+  const auto found = std::ranges::find(kSensorCameraNames, cameras_[at(camera)].name);
   if (found == kSensorCameraNames.end()) return nullptr;
   return &changes.camera[static_cast<std::size_t>(found - kSensorCameraNames.begin())];
 }
 
 Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos,
                                     const ImageChanges& changes) const {
-  const Attachment& attachment = cameras_[static_cast<std::size_t>(camera)].attachment;
+  const Attachment& attachment = cameras_[at(camera)].attachment;
   Frame frame = carried(pose_at(robot_, qpos), attachment);
   if (const CameraChange* change = change_of(camera, changes)) frame = moved(frame, *change);
   Eigen::Isometry3d pose;
@@ -63,7 +63,7 @@ Eigen::Isometry3d CameraPoses::pose(int camera, const double* qpos,
 }
 
 double CameraPoses::focal_length(int camera, int height, const ImageChanges& changes) const {
-  double fovy = cameras_[static_cast<std::size_t>(camera)].fovy;
+  double fovy = cameras_[at(camera)].fovy;
   if (const CameraChange* change = change_of(camera, changes)) fovy += change->fovy;
   return height / 2.0 / real::tan(fovy / 2);
 }

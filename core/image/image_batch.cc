@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "core/math/display_color.h"
 
@@ -38,7 +39,7 @@ SceneViews::SceneViews(const PhysicsModel& model, int workers) : model_(model) {
     robot_bodies_.push_back(attachment_of(model.robot(), body));
   }
   const std::vector<BodyView> one(robot_bodies_.size() + model.props().size());
-  views_.assign(static_cast<std::size_t>(workers), one);
+  views_.assign(at(workers), one);
 }
 
 std::vector<std::string> SceneViews::body_names() const {
@@ -51,12 +52,12 @@ std::vector<std::string> SceneViews::body_names() const {
 }
 
 std::span<const BodyView> SceneViews::view(int worker, const State& state, int env) {
-  std::vector<BodyView>& views = views_[static_cast<std::size_t>(worker)];
+  std::vector<BodyView>& views = views_[at(worker)];
   const std::size_t robot = robot_bodies_.size();
   const RobotPose pose = pose_at(model_.robot_model(), state.qpos.row(env));
   for (std::size_t i = 0; i < robot; ++i) views[i].frame = carried(pose, robot_bodies_[i]);
   for (int prop = 0; prop < state.num_props; ++prop) {
-    BodyView& view = views[robot + static_cast<std::size_t>(prop)];
+    BodyView& view = views[robot + at(prop)];
     view.visible = state.status_of(env, prop) != PropStatus::kHidden;
     if (view.visible) {
       view.frame = make_frame(state.prop_pos_of(env, prop), state.prop_quat_of(env, prop));
@@ -97,8 +98,8 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
     request.camera = find_camera(*source_, name);
     one.push_back(request);
   }
-  requests_.assign(static_cast<std::size_t>(workers), one);
-  faults_.resize(static_cast<std::size_t>(workers));
+  requests_.assign(at(workers), one);
+  faults_.resize(at(workers));
   for (SensorFaults& faults : faults_) {
     if (options.has_faults) faults.reserve(shape.width, shape.height);
   }
@@ -110,7 +111,7 @@ ImageBatch::ImageBatch(const PhysicsModel& model, const std::string& document,
 
 void ImageBatch::render(int worker, const State& state, int env, const ImageChanges* changes,
                         std::uint64_t noise_key) {
-  std::vector<RenderImage>& requests = requests_[static_cast<std::size_t>(worker)];
+  std::vector<RenderImage>& requests = requests_[at(worker)];
   for (std::size_t camera = 0; camera < requests.size(); ++camera) {
     RenderImage& request = requests[camera];
     request.rgb = rgb_.of(env) + 3 * camera;
@@ -119,7 +120,7 @@ void ImageBatch::render(int worker, const State& state, int env, const ImageChan
   }
   source_->render(worker, views_.view(worker, state, env), requests, changes);
   if (changes == nullptr) return;
-  add_faults(faults_[static_cast<std::size_t>(worker)], requests, *changes, noise_key);
+  add_faults(faults_[at(worker)], requests, *changes, noise_key);
 }
 
 void ImageBatch::keep_final(int env) {

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/image/scene_extras.h"
 #include "core/image/scene_from_model.h"
 #include "core/math/real_functions.h"
@@ -55,7 +56,7 @@ struct ImageSource::Scene {
 
   // Bodies without a BodyView stay where the document has them, and as they are.
   bool is_still(int body) const {
-    return std::find(bodies.begin(), bodies.end(), static_cast<std::size_t>(body)) == bodies.end();
+    return std::find(bodies.begin(), bodies.end(), at(body)) == bodies.end();
   }
   void mark_still() {
     for (std::size_t i = 0; i < model.geom_body.size(); ++i) {
@@ -201,13 +202,12 @@ ImageSource::ImageSource(const std::string& document, const std::vector<std::str
   for (const std::string& name : bodies) {
     const int body = mj_name2id(model.get(), mjOBJ_BODY, name.c_str());
     if (body < 0) throw Error(Error::kInternal, "document without a body '" + name + "'");
-    scene->bodies.push_back(static_cast<std::size_t>(body));
+    scene->bodies.push_back(at(body));
   }
   segments_ = name_segments(*model, scene->model);
   if (options.varies) scene->add_changes(*model, segments_);
   scene->mark_still();
-  workspaces_.assign(static_cast<std::size_t>(workers),
-                     Workspace(scene->model, initial_frames(*model)));
+  workspaces_.assign(at(workers), Workspace(scene->model, initial_frames(*model)));
   renderer_ = make_renderer(drawn, options, workers);
   scene_ = std::move(scene);
 }
@@ -216,7 +216,7 @@ ImageSource::~ImageSource() = default;
 
 void ImageSource::render(int worker, std::span<const BodyView> bodies,
                          std::span<const RenderImage> images, const ImageChanges* changes) {
-  Workspace& workspace = workspaces_[static_cast<std::size_t>(worker)];
+  Workspace& workspace = workspaces_[at(worker)];
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     workspace.frames[scene_->bodies[i]] = bodies[i].frame;
     workspace.view_of_body[scene_->bodies[i]] = &bodies[i];

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/index.h"
 #include "core/math/real_functions.h"
 
 namespace engram {
@@ -95,11 +96,11 @@ SceneExtras::SceneExtras(RenderScene& scene, std::vector<std::string>& names)
 void SceneExtras::place(const ImageChanges& changes, float* geom_pose, float* geom_rgba,
                         std::uint8_t* geom_visible) const {
   for (int i = 0; i < kMaxDistractors; ++i) {
-    const std::size_t geom = first_ + static_cast<std::size_t>(i);
+    const std::size_t geom = first_ + at(i);
     geom_visible[geom] = i < changes.distractor_count ? 1 : 0;
     if (i >= changes.distractor_count) continue;
-    const Distractor& distractor = changes.distractors[static_cast<std::size_t>(i)];
-    const DistractorShape& shape = kShapes[static_cast<std::size_t>(i)];
+    const Distractor& distractor = changes.distractors[at(i)];
+    const DistractorShape& shape = kShapes[at(i)];
     const double side = i % 2 == 0 ? 1 : -1;
     const double middle = kMiddleY[static_cast<std::size_t>(i / 2)];
     const Vec3 position(kMiddleX + kReachX * distractor.shift[0],
@@ -110,7 +111,7 @@ void SceneExtras::place(const ImageChanges& changes, float* geom_pose, float* ge
   }
   const auto width = static_cast<int>(std::ceil(kPosts * changes.post_width));
   for (int i = 1; i <= kPosts; ++i) {
-    const std::size_t geom = first_ + kMaxDistractors + static_cast<std::size_t>(i) - 1;
+    const std::size_t geom = first_ + kMaxDistractors + at(i) - 1;
     geom_visible[geom] = i == width ? 1 : 0;
     if (i != width) continue;
     write_pose(0, false, {kPostX, changes.post_y, static_cast<double>(kPostHalfHeight)},

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "core/task/episode.h"
 
@@ -29,7 +30,7 @@ ObjectTokens::ObjectTokens(const std::vector<ObjectDescriptor>& descriptors) {
     };
     set(Layout::kSeen, 1);
     for (int i = 0; i < 3; ++i) {
-      const double scaled = descriptor.half_size[static_cast<std::size_t>(i)] / kSizeScale;
+      const double scaled = descriptor.half_size[at(i)] / kSizeScale;
       set(Layout::kSize + i, std::min(scaled, kMax));
     }
     set(Layout::kColor + descriptor.color, 1);

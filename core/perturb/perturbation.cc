@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "core/robot/robot_params.h"
 
@@ -238,8 +239,7 @@ void Perturbations::add_distractors(int env, ImageChanges& changes) const {
 }
 
 double Perturbations::start_pose(int env, int joint) const {
-  return has(kStartPose) ? kStartPoseTurn * values(env, kStartPose)[static_cast<std::size_t>(joint)]
-                         : 0;
+  return has(kStartPose) ? kStartPoseTurn * values(env, kStartPose)[at(joint)] : 0;
 }
 
 int Perturbations::wording(int env, int count) const {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/math/frame.h"
 #include "core/robot/arm.h"
 
@@ -112,7 +113,7 @@ void read_arm(const mjModel& model, int last_body, RobotModel& robot) {
     require(moving_body(model, model.body_parentid[body]) == ancestor, "seven hinges in a row");
     Frame frame = frame_in(model, body, ancestor);
     if (joint == 0) frame.pos -= Eigen::Map<const Vec3>(robot.base_position);
-    const auto index = static_cast<std::size_t>(joint);
+    const auto index = at(joint);
     set_link(composite_of(model, body, Mat3::Identity(), last_body), frame, robot.links[index]);
     set_quat(rotation_between(model, body, ancestor), robot.link_quat[index]);
   }
@@ -127,7 +128,7 @@ void read_fingers(const mjModel& model, int last_body, RobotModel& robot) {
                 moving_body(model, model.body_parentid[body]) == last_link,
             "two fingers that slide on the last link");
     const Frame frame = frame_in(model, body, last_link);
-    const auto index = static_cast<std::size_t>(finger);
+    const auto index = at(finger);
     set_link(composite_of(model, body, frame.axes, last_body), frame, robot.fingers[index]);
     Eigen::Map<Vec3>(robot.finger_axis[index]) =
         frame.axes * Eigen::Map<const Vec3>(model.jnt_axis + 3 * joint);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/math/eigen_types.h"
 #include "core/scene/proximity.h"
 #include "core/scene/speculative_margin.h"
@@ -185,7 +186,7 @@ void RobotBounds::find_lever_arms(const mjModel& robot) {
   std::vector<double> extent(static_cast<std::size_t>(robot.nbody), 0.0);
   for (const Capsule& capsule : capsules_) {
     const int link = capsule.link < 0 ? 0 : robot.jnt_bodyid[capsule.link];
-    double& reach = extent[static_cast<std::size_t>(link)];
+    double& reach = extent[at(link)];
     reach = std::max(reach, std::max(capsule.a.norm(), capsule.b.norm()) + capsule.radius);
   }
   for (int body = robot.nbody - 1; body > 0; --body) {  // children come after their parents
@@ -197,7 +198,7 @@ void RobotBounds::find_lever_arms(const mjModel& robot) {
       offset += std::max(std::abs(range[0]), std::abs(range[1]));
     }
     double& parent = extent[static_cast<std::size_t>(robot.body_parentid[body])];
-    parent = std::max(parent, offset + extent[static_cast<std::size_t>(body)]);
+    parent = std::max(parent, offset + extent[at(body)]);
   }
   for (int joint = 0; joint < kRobotJoints; ++joint) {
     const double anchor = Eigen::Map<const Vec3>(robot.jnt_pos + 3 * joint).norm();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/index.h"
 #include "core/math/real_functions.h"
 #include "core/math/rotations.h"
 #include "core/sim/action_dim.h"
@@ -157,7 +158,7 @@ void Controller::delta_pose_targets(const State& state, int first, const Column<
       step = Arm::pseudo_inverse_step(jacobian, scaled_displacement(actions.row(first + lane)));
     }
     const ArmVector target = measured_joints(state, first + lane) + step;
-    std::copy_n(target.data(), kArmJoints, drives[static_cast<std::size_t>(lane)].qpos.begin());
+    std::copy_n(target.data(), kArmJoints, drives[at(lane)].qpos.begin());
   }
 }
 

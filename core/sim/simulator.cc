@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/contact/contact_kernel.h"
 #include "core/robot/joint_solver.h"
 #include "core/robot/kernel_selection.h"
@@ -42,7 +43,7 @@ void put_clearance(LaneBlock& block, int lane_index, const RobotBounds::Clearanc
 // Stiffness times target and damping times target velocity: the part of a drive's force that does
 // not depend on the joint's motion, N m, N.
 double drive_bias(const RobotParams& params, const DriveTarget& target, int joint) {
-  const auto i = static_cast<std::size_t>(joint);
+  const auto i = at(joint);
   const double bias = drive_stiffness(params, target.velocity_mode, joint) * target.qpos[i];
   return joint < kArmJoints ? bias + params.drive.damping * target.qvel[i] : bias;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/task/expert.h"
 
 namespace engram {
@@ -40,7 +41,7 @@ void AnswerController::choose(int env, std::span<const int> keys) const {
 
 std::span<const int> AnswerController::choice(int env, int number) const {
   if (number < 0 || number >= choices_made(env)) return {};
-  return (*episodes_[index(env)])[static_cast<std::size_t>(number)];
+  return (*episodes_[index(env)])[at(number)];
 }
 
 const AnswerController* answer_controller_of(Task& task) {

@@ -8,6 +8,7 @@
 
 #include "core/base/checksum.h"
 #include "core/base/error.h"
+#include "core/base/index.h"
 #include "core/base/join.h"
 #include "core/base/nearest.h"
 #include "core/task/task_constant.h"
@@ -112,7 +113,7 @@ void PinTable::check(const std::vector<Pin>& pins) const {
       throw Error(Error::kInvalidArgument, "pin '" + pin.name + "' given twice, once allowed");
     }
     seen |= std::uint64_t{1} << index;
-    const RandomVariable& variable = variables_[static_cast<std::size_t>(index)];
+    const RandomVariable& variable = variables_[at(index)];
     if (pin.values.size() != static_cast<std::size_t>(variable.width)) {
       throw Error(Error::kInvalidArgument,
                   "pin '" + pin.name + "': " + std::to_string(pin.values.size()) +
@@ -202,8 +203,7 @@ void PinTable::set(int env, const std::vector<Pin>& pins) const {
   for (const Pin& pin : pins) {
     const int index = find(pin.name);
     pinned_[env] |= std::uint64_t{1} << index;
-    std::copy(pin.values.begin(), pin.values.end(),
-              values_.row(env) + offsets_[static_cast<std::size_t>(index)]);
+    std::copy(pin.values.begin(), pin.values.end(), values_.row(env) + offsets_[at(index)]);
   }
 }
 

@@ -31,7 +31,7 @@ Result = dict[str, Any]
 
 
 def _with_servers(function: Callable[P, Result]) -> Callable[P, Result]:
-    """The same function, whose policy may be the address of a server."""
+    """A function whose policy may be the address of a server."""
 
     @functools.wraps(function)
     def evaluate(*args: P.args, **kwargs: P.kwargs) -> Result:

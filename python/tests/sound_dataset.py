@@ -51,7 +51,7 @@ def sound_metadata() -> dict[str, Any]:
 
 
 def metadata_text(document: Any) -> str:
-    """What somebody writes who knows the checksum; documents may hold what JSON cannot."""
+    """Writes as a user who knows the checksum; documents may hold what JSON cannot."""
     if not isinstance(document, dict):
         return json.dumps(document)
     line = json.dumps(document, separators=(",", ":"), ensure_ascii=False)

@@ -27,7 +27,7 @@ def reference(id: str, num_envs: int, mode: str, **options):
 
 
 def assert_same_info(ours: dict, theirs: dict) -> None:
-    """The same names, masks, and values where a mask is true."""
+    """Equal names, masks, and values where a mask is true."""
     extra = () if GYMNASIUM_1 else ("_final_obs",)  # 0.29's own name is final_observation
     assert {name for name in ours if name.startswith("_") and ours[name].any()}.difference(
         extra

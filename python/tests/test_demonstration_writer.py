@@ -96,7 +96,7 @@ def test_a_kill_is_repaired_by_the_next_episode(tmp_path: Path, kept: int, when:
     assert not [path for path in (tmp_path / FOLDER).iterdir() if "tmp" in path.name]
 
 
-def test_what_somebody_else_wrote_stays(tmp_path: Path) -> None:
+def test_files_of_others_stay(tmp_path: Path) -> None:
     keep(tmp_path, 0)
     theirs = tmp_path / FOLDER / "train_data_1.npz"
     theirs.write_text("the only copy")

@@ -45,11 +45,11 @@ def test_another_distribution_is_named_once(tmp_path, folder):
     plant(
         tmp_path,
         folder,
-        "Metadata-Version: 2.1\nName: engram\nVersion: 0.1.0a1\nSummary: Notes of somebody\n",
+        "Metadata-Version: 2.1\nName: engram\nVersion: 0.1.0a1\nSummary: Notes of others\n",
     )
     error = import_beside(tmp_path)
     assert error.count("UserWarning") == 1
-    assert "the distribution engram (0.1.0a1: Notes of somebody) is installed in " in error
+    assert "the distribution engram (0.1.0a1: Notes of others) is installed in " in error
     assert str(tmp_path) in error
     assert "`pip uninstall engram`" in error
     assert "engram-sim" in error

@@ -35,7 +35,7 @@ NOT_RUN = {
     "engram probe RememberColor3-VLA-v0 --policy-command": "needs a policy",
     "engram play": "does not end by itself",
     "python -m engram.mikasa": "runs programs of others",
-    "python -m engram.datasets replay played": "needs episodes that somebody has played",
+    "python -m engram.datasets replay played": "needs played episodes",
 }
 PRINTED = {  # what a line of a block prints
     'print("success:"': "success: 1.0\n",

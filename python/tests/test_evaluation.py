@@ -83,7 +83,7 @@ def test_episodes_are_told_on_request_only(tmp_path):
 
     for num_envs in (1, 3):
         engram.evaluate(other, ID, episodes=3, obs="state", num_envs=num_envs, threads=1)
-    # The same in every run.
+    # Equal in every run.
     assert {n for part in numbers[:75] for n in part} == {n for part in numbers[75:] for n in part}
     with pytest.raises(engram.InvalidArgumentError, match="tell_episodes"):
         engram.evaluate(still, ID, tell_episodes=2)

@@ -13,7 +13,7 @@ BALL, CUP = 34, 35  # kinds of a token
 
 
 def places(row, kind):
-    """Of things of that kind, from one side to the other."""
+    """Intervals of things of that kind, from one side to the other."""
     tokens = row[25:].reshape(4, 42)
     return sorted((token[1:3] for token in tokens if token[kind]), key=lambda place: place[1])
 

@@ -48,7 +48,7 @@ def test_a_thousand_batches_leave_nothing_behind():
     for number in range(1000):
         cycle(number)
     after = resources()
-    # Those of tests that ran before may end meanwhile.
+    # Threads of tests that ran before may end meanwhile.
     assert after["threads"] <= before["threads"]
     assert after["descriptors"] <= before["descriptors"]
     # The allocator's own noise is a few MiB; a batch that stayed takes hundreds of KiB.

@@ -242,7 +242,7 @@ std::string CustomTask::instruction(int env) const { return draws_.filled(info_.
 namespace {
 
 [[noreturn]] void refuse_range() {
-  throw Error(Error::kInternal, "a task with batch rules was called for a range");
+  throw Error(Error::kInternal, "a batch task was called for a range");
 }
 
 }  // namespace

@@ -35,6 +35,20 @@ const BannedWord kBanned[] = {
     {"houses?", "project, module"},
     {"whose rules", "rule set"},
     {"haste", "action cost"},
+    {"k (most|least)", "kMax, kMin"},
+    {"so many", "a number or its name"},
+    {"somebody", "caller, user"},
+    {"deeds?", "skill, subtask"},
+    {"hurr(y|ies|ied)", "shorten"},
+    {"strangers?", "unauthenticated client"},
+    {"seed seals?", "seed commitment"},
+    {"past choosers?", "counterfactual"},
+    {"no twins", "no counterfactuals"},
+    {"batch rules", "batch task"},
+    {"external tasks?", "custom task"},
+    {"output turns?", "output buffer"},
+    {"require drained", "check for pending replies"},
+    {"overlap share|anchor share", "Baumgarte factor"},
 };
 
 // Splits names: "glideStep" and "glide_step" hold "glide".
@@ -106,6 +120,8 @@ TEST_CASE("Banned words are found", "[conventions]") {
   CHECK(banned_word_in("class PairSieve {") == "sieve");
   CHECK(banned_word_in("// A mended file") == "mended");
   CHECK(banned_word_in("be it too early") == "be it");
+  CHECK(banned_word_in("constexpr int kMostLanes = 8;") == "k most");
+  CHECK(banned_word_in("// The kernel of so many lanes") == "so many");
   CHECK(banned_word_in("recommended, kinematic, indoors, warehouse").empty());
   CHECK(instead_of("doors") == "API, binding");
 }

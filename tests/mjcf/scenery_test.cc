@@ -79,7 +79,7 @@ TEST_CASE("A scene's colours do not depend on who else draws from rand()", "[mjc
   const std::string text = compose(Scene{}, Detail::kFull);
   const Colors expected(compile(text));
   std::atomic<bool> done = false;
-  std::thread stranger([&done] {
+  std::thread other([&done] {
     while (!done) std::rand();
   });
   bool same = true;
@@ -88,7 +88,7 @@ TEST_CASE("A scene's colours do not depend on who else draws from rand()", "[mjc
     same = same && colors.texels == expected.texels && colors.materials == expected.materials;
   }
   done = true;
-  stranger.join();
+  other.join();
   CHECK(same);
 }
 

@@ -45,7 +45,7 @@ def hidden_numbers(name, task, about):
 
 
 def chi_squared(numbers, episodes):
-    """Of memberships; the usual one where an episode hides one number."""
+    """Chance of memberships; the usual one where an episode hides one number."""
     members = len(episodes[0])
     counts = collections.Counter(number for episode in episodes for number in episode)
     expected = len(episodes) * members / numbers

@@ -53,7 +53,7 @@ def help_lines(function):
 
 
 def fields(indent):
-    """Of each keyword the extension's name, and its conversion."""
+    """Each keyword, the extension's name, and its conversion."""
     result = [indent + "EVALUATION: dict[str, tuple[str, str | dict[str, int]]] = {"]
     for option in EVALUATION:
         if not option["type"] or not option["python"] or option["python"] in BY_HAND:

@@ -6,7 +6,7 @@ from cpp import call
 from table import LIST, comment
 
 GENERATED = [query for query in LIST["query"] if query["form"] != "hand"]
-# Of each type of an argument: in C, in C++.
+# Types of arguments: in C, in C++.
 TYPES = {"text": ("const char*", "const std::string&"), "int": ("int32_t", "int")}
 COPIES = "Copies as engram_instruction does"
 NULLS = "NULL: not wanted. Refused with ENGRAM_BAD_STATE before the first reset"

@@ -11,7 +11,7 @@ WIDTH = 100
 LIST = tomllib.loads((ROOT / "api/surface.toml").read_text())
 ENUMS = {enum["name"]: enum for enum in LIST["enum"]}
 
-# Of each type: in C, in C++, in Python.
+# Types: in C, in C++, in Python.
 TYPES = {
     "bool": ("int32_t", "bool", "bool"),
     "maybe": ("int32_t", "std::optional<bool>", "bool | None"),

@@ -150,7 +150,7 @@ def _parser() -> argparse.ArgumentParser:
     replay.add_argument(
         "--episodes",
         type=_whole(1, checks.MAX_EPISODES),
-        help="only the first so many of each task",
+        help="only the first N of each task",
     )
     return parser
 

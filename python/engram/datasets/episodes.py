@@ -294,7 +294,7 @@ _CONVERTED = {
 
 
 def find_metadata(root: Path | str, format: str, ids: Sequence[str] = ()) -> Sequence[Metadata]:
-    """The same for data sets of a format, which need no NPZ beside them."""
+    """Episodes of data sets of a format, which need no NPZ beside them."""
     if format == "npz" or (Path(root) / "data_npz").is_dir():
         return find_folders(root, ids)
     parent, metadata = _CONVERTED[format]

@@ -49,7 +49,7 @@ def of_images(images: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def of_maps(maps: np.ndarray) -> dict[str, np.ndarray]:
-    """The same of depth or segmentation, (T, H, W): the numbers as they are, shaped (1, 1, 1)."""
+    """Statistics of depth or segmentation, (T, H, W): the numbers as they are, shaped (1, 1, 1)."""
     return _of_channels(maps[..., None], np.arange(int(maps.max()) + 1, dtype=np.float64))
 
 

@@ -67,11 +67,11 @@ class Labels:
         return len(self.steps["subtask_index"])
 
     def subtasks(self) -> list[str]:
-        """Of every step: words of the subtask that is to be done."""
+        """Per step: words of the subtask that is to be done."""
         return [self._plan_at(step)[index] for step, index in self._indices()]
 
     def plans(self) -> list[str]:
-        """Of every step: a numbered list of what is left to do."""
+        """Per step: a numbered list of what is left to do."""
         texts = []
         for step, index in self._indices():
             left = [words for i, words in sorted(self._plan_at(step).items()) if i >= index]
@@ -79,13 +79,13 @@ class Labels:
         return texts
 
     def memories(self) -> list[str]:
-        """Of every step: what has been shown and has to be remembered; "" before that."""
+        """Per step: what has been shown and has to be remembered; "" before that."""
         shown = np.searchsorted(self.memory_step, np.arange(len(self)), side="right")
         texts = ["", *self.memory]
         return [texts[number] for number in shown]
 
     def objects(self) -> list[str]:
-        """Of every step: the object that the subtask is about; "" for none."""
+        """Per step: the object that the subtask is about; "" for none."""
         names = [*self.object_names, ""]
         return [names[index] for index in self.steps["object_index"]]
 
@@ -115,7 +115,7 @@ class Labels:
 
 
 def load(archive: zipfile.ZipFile, steps: int) -> Labels:
-    """Those of a file, whose episode has so many steps."""
+    """Labels of a file, whose episode has `steps` steps."""
     names = set(archive.namelist())
     values: dict[str, Any] = {
         name: read_array(archive, name, kind, (steps, *row))

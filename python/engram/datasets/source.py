@@ -28,7 +28,7 @@ def document(folder: EpisodeSource, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def with_additions(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
-    """The same of a format whose options are the additions."""
+    """A source of a format whose options are the additions."""
     return document(folder, {name: name in added for name in ADDITIONS})
 
 

@@ -102,14 +102,14 @@ def _next_ones(calls: _Calls, iterator: Iterator[In]) -> Iterator[In]:
 
 
 def packed(image: np.ndarray) -> np.ndarray:
-    """The same picture without gaps. Copies pixel by pixel, in half the time of byte by byte."""
+    """The image without gaps. Copies pixel by pixel, in half the time of byte by byte."""
     if image.ndim == 3 and image.itemsize == image.strides[-1] == 1:
         pixels = np.ascontiguousarray(image.view(f"V{image.shape[-1]}"))
         return pixels.view(np.uint8).reshape(image.shape)
     return np.ascontiguousarray(image)
 
 
-# Of PNG files.
+# Constants of PNG files.
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _GREY, _RGB = 0, 2
 _DIFFERENCES = 1

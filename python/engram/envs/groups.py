@@ -11,7 +11,7 @@ from engram._args.options import task_id
 from engram._args.values import constants_json, integer, pin_list, real, text_keys
 from engram.errors import InvalidArgumentError
 
-# Of one task: id, environments, constants, pins and task options, as the extension takes them.
+# A task's share: id, environments, constants, pins and task options, as the extension takes them.
 Share = tuple[str, int, str, list[tuple[str, list[float]]], list[tuple[str, float]]]
 
 # Outputs of several tasks that never change.

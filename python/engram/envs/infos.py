@@ -171,7 +171,7 @@ def _columns(
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
-    """The same memory; what is written into infos would stay there."""
+    """Views of the memory; what is written into infos would stay there."""
     view = array.view()
     view.flags.writeable = False
     return view

@@ -62,7 +62,7 @@ class ImageBox(spaces.Box):
         return self.of_shape(self.shape, deepcopy(self.np_random, memo))
 
     def of_shape(self, shape: Sequence[int], seed: Any) -> ImageBox:
-        """The same numbers in another shape."""
+        """The space's numbers in another shape."""
         return ImageBox(shape, seed, self.dtype, self._most)
 
 

@@ -92,7 +92,7 @@ class SubEnv:
 
     @property
     def task_description(self) -> str:
-        """The same, under LeRobot's name."""
+        """Alias under LeRobot's name."""
         return self.language_instruction
 
     @property

@@ -98,6 +98,6 @@ class Rows:
         self._numbers.flags.writeable = False
 
     def first(self, count: int) -> dict[str, Any]:
-        """The views of the first so many rows, and their number as "n"."""
+        """The views of the first rows, and their number as "n"."""
         rows = {name: view[:count] for name, view in self.views.items()}
         return {**rows, "n": count, "rows": self._numbers[:count]}

@@ -2,7 +2,7 @@
 
 The file is loaded once. Each instance of a task runs in a process of its own, forked off this one,
 and works on rows of columns in memory that both programs share. A message is its length (four
-bytes, the lowest first), then so many bytes.
+bytes, the lowest first), then that many bytes.
 """
 
 from __future__ import annotations

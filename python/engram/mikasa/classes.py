@@ -43,7 +43,7 @@ def _first_of(tasks: list[TaskSummary]) -> TaskSummary:
 
 
 def _warn_of_other_package(tasks: Iterable[TaskSummary]) -> None:
-    """Warns if somebody else has registered ids of these tasks; they become engram's."""
+    """Warns if another package has registered ids of these tasks; they become engram's."""
     taken = [task["id"] for task in tasks if task["id"] in gym.registry]
     if taken:
         entry: Any = gym.registry[taken[0]].entry_point

@@ -382,7 +382,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._begun()
 
     def get_state_dict(self) -> dict[str, Any]:
-        """The same as ``get_state``, in a dict."""
+        """The state of ``get_state`` in a dict."""
         return {"engram": self.get_state()}
 
     def set_state_dict(self, state: Mapping[str, Any], *_: Any) -> None:

@@ -342,7 +342,7 @@ class DictArray:
         return self.buffer_shape
 
     def reshape(self, shape: tuple[int, ...]) -> DictArray:
-        """The same with other first dimensions."""
+        """A copy with other first dimensions."""
         kept = len(self.buffer_shape)
         data = {
             key: value.reshape(shape)

@@ -67,7 +67,7 @@ class ManiSkillVectorEnv(gym.vector.VectorEnv):  # type: ignore[type-arg, unused
 
     @property
     def unwrapped(self) -> Any:
-        """The same."""
+        """Alias of ``base_env``."""
         return self.base_env
 
     @property

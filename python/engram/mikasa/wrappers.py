@@ -266,7 +266,7 @@ def _end_of_cue(base: Any) -> np.ndarray | None:
 
 
 class CurriculumPhaseNoopActionWrapperPdJointPos(CurriculumPhaseNoopActionWrapper):
-    """The same for pd_joint_pos, where zeros are a pose: the frozen hold the one they have."""
+    """Freezes pd_joint_pos, where zeros are a pose: the frozen hold the one they have."""
 
     GRIPPER_LOW = -0.01
     GRIPPER_HIGH = 0.04

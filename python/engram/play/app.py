@@ -106,7 +106,7 @@ class Server:
             await self._done.wait()
         finally:
             self._browser.close()
-            self._context.sources.hurry(0)
+            self._context.sources.shorten_deadline(0)
             with contextlib.suppress(asyncio.TimeoutError, ConnectionError):
                 await asyncio.wait_for(self._close(runner), _SHUTDOWN_SECONDS)
             self._engine.shutdown(wait=False, cancel_futures=True)

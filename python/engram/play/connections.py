@@ -1,8 +1,8 @@
-"""Connections to the server: strangers are few at a time, and only for a moment.
+"""Connections to the server: unauthenticated clients are few at a time, and only for a moment.
 
-Whoever can reach the port can connect to it. A connection is a stranger's until it has sent a
-request with the token. Strangers may neither use up the descriptors nor keep the page out: when
-there are too many of them, the oldest makes room for the newest, which may be the page.
+Any client that reaches the port can connect to it. A connection is unauthenticated until it has
+sent a request with the token. Unauthenticated clients may neither use up the descriptors nor keep
+the page out: when there are too many, the oldest makes room for the newest, which may be the page.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import Any
 
 from engram.play.refusals import Refusals
 
-STRANGERS_OF_AN_ADDRESS = 16
-STRANGERS = 64
+UNAUTHENTICATED_OF_AN_ADDRESS = 16
+UNAUTHENTICATED = 64
 MOST = 256  # with the page's own
-SECONDS = 10.0  # for a stranger's first request with the token
+SECONDS = 10.0  # for a client's first request with the token
 _PAUSE = 0.05  # seconds, when the system has no descriptor left
 
 
@@ -48,7 +48,7 @@ class Connections:
             if self._sockets and not port:  # a free port is the same for all addresses
                 address = (address[0], self._sockets[0].getsockname()[1], *address[2:])
             try:
-                one = socket.create_server(address, family=family, backlog=STRANGERS)
+                one = socket.create_server(address, family=family, backlog=UNAUTHENTICATED)
             except OSError as error:
                 if error.errno not in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
                     raise
@@ -84,7 +84,7 @@ class Connections:
             try:
                 accepted, address = await loop.sock_accept(listening)
             except OSError:  # no descriptor left, or the other end has gone
-                self._drop(self._strangers()[:1], "connection without a descriptor")
+                self._drop(self._unauthenticated()[:1], "connection without a descriptor")
                 await asyncio.sleep(_PAUSE)
                 continue
             self._make_room(address[0])
@@ -102,24 +102,26 @@ class Connections:
             self._open[transport] = _Connection(transport, address[0], time.monotonic())
 
     def _make_room(self, address: str) -> None:
-        """Drops a stranger where one more would be too many."""
+        """Drops an unauthenticated client where one more would be too many."""
         self._forget_closed()
-        strangers = self._strangers()
-        same = [one for one in strangers if one.address == address]
-        if len(same) >= STRANGERS_OF_AN_ADDRESS:
+        clients = self._unauthenticated()
+        same = [one for one in clients if one.address == address]
+        if len(same) >= UNAUTHENTICATED_OF_AN_ADDRESS:
             self._drop(same[:1], "connection of an address with many")
-        elif len(strangers) >= STRANGERS:
-            self._drop(strangers[:1], "connection of many")
+        elif len(clients) >= UNAUTHENTICATED:
+            self._drop(clients[:1], "connection of many")
 
     async def _watch(self) -> None:
-        """Drops strangers that are silent or slow."""
+        """Drops unauthenticated clients that are silent or slow."""
         while True:
             await asyncio.sleep(1)
             self._forget_closed()
             late = time.monotonic() - SECONDS
-            self._drop([one for one in self._strangers() if one.since < late], "idle connection")
+            self._drop(
+                [one for one in self._unauthenticated() if one.since < late], "idle connection"
+            )
 
-    def _strangers(self) -> list[_Connection]:
+    def _unauthenticated(self) -> list[_Connection]:
         """The oldest first."""
         return [one for one in self._open.values() if not one.known]
 

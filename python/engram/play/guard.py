@@ -41,7 +41,7 @@ class Guard:
         if reason is not None:
             self._refusals.add(reason)
             refused = web.HTTPForbidden(text=f"refused: {_MESSAGES[reason]}\n")
-            refused.force_close()  # strangers keep no connection
+            refused.force_close()  # unauthenticated clients keep no connection
             raise refused
 
     def _reason(self, request: web.Request) -> str | None:

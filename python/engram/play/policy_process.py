@@ -55,7 +55,7 @@ class PolicyProcess:
         self._slots = slots
         self._deadline = 0.0
         self._busy = False  # an answer is waited for
-        self._hurried = False
+        self._deadline_shortened = False
         self._greeted = False
         self._process = subprocess.Popen(
             command,
@@ -72,10 +72,10 @@ class PolicyProcess:
         for pipe in (self._input, self._output):
             os.set_blocking(pipe, False)
 
-    def hurry(self, seconds: float) -> None:
+    def shorten_deadline(self, seconds: float) -> None:
         """Brings the deadline of the answer that is waited for forward; from any thread."""
         if self._busy:
-            self._hurried = True
+            self._deadline_shortened = True
             self._deadline = min(self._deadline, time.monotonic() + seconds)
 
     def act(self, env: Any, first: bool) -> Actions:
@@ -117,12 +117,12 @@ class PolicyProcess:
     def _ask(self, env: Any, waiting: list[int]) -> None:
         """One request and its answer, within the timeout."""
         self._deadline = time.monotonic() + self._timeout
-        self._hurried = False
+        self._deadline_shortened = False
         self._busy = True
         try:
             if not self._greeted:
                 self._greet()
-                if not self._hurried:
+                if not self._deadline_shortened:
                     self._deadline = time.monotonic() + self._timeout
             if env.task_id != self._task:
                 self._task = env.task_id

@@ -146,7 +146,7 @@ class Session:
         if self._building is not None:
             self._building.cancel()
             self._building = None
-        self._context.sources.hurry()
+        self._context.sources.shorten_deadline()
 
     async def close(self) -> None:
         """Ends the clock and the view of this page."""

@@ -65,11 +65,11 @@ class Sources:
             self.close()  # the next episode starts a new one
             raise
 
-    def hurry(self, seconds: float = _GRACE) -> None:
+    def shorten_deadline(self, seconds: float = _GRACE) -> None:
         """The answer that is waited for is no longer wanted; from any thread."""
         process = self._process
         if process is not None:
-            process.hurry(seconds)
+            process.shorten_deadline(seconds)
 
     def recording(self, folder: int, task: int, episode: int) -> Recording:
         """An episode of a folder."""

@@ -73,7 +73,7 @@ def _libero8(proprio: Array) -> Array:
 
 
 def _libero_rpy8(proprio: Array) -> Array:
-    """The same with roll, pitch, yaw."""
+    """The pose with roll, pitch, yaw."""
     half = proprio[..., 6:] / 2
     return np.concatenate([proprio[..., :6], half, -half], -1)
 

@@ -68,7 +68,7 @@ def test_an_evaluation_plays_as_learners_do(policy: Any) -> None:
     same = {"rtol": 0, "atol": 0.02}
     assert np.diff(np.sort(expected)).min() > 2 * same["atol"]
     np.testing.assert_allclose(returns_of(runner, "objects", num_envs=50), expected, **same)
-    # The same runner and slots, new episodes: the old memories are gone.
+    # One runner with its slots, new episodes: the old memories are gone.
     np.testing.assert_allclose(returns_of(runner, "objects", num_envs=1), expected, **same)
 
 

@@ -124,7 +124,7 @@ def test_number_words_or_both_tell_the_task() -> None:
 
 @torch.no_grad()
 def test_a_policy_reads() -> None:
-    """The same observation with another instruction: another action. Unknown words: the same."""
+    """One observation with another instruction: another action. Unknown words: the same."""
     inputs, policy = readers([TOUCH, PUSH])
     batch = engram.make_vec(TOUCH, 2, obs_mode="objects", threads=1)
     rows = torch.from_numpy(batch.reset(seed=SEED)[0])
@@ -133,7 +133,7 @@ def test_a_policy_reads() -> None:
     def action(*sentences: str) -> Any:
         return policy(inputs.of_task(TOUCH, rows, sentences)[None])[0].best()[0]
 
-    assert torch.equal(action(touch, touch), action(touch, touch + " Hurry, please!"))
+    assert torch.equal(action(touch, touch), action(touch, touch + " Quickly, please!"))
     changed = (action(touch, touch) - action(touch, push)).abs().amax(-1)
     assert changed[0] == 0
     assert changed[1] > 1e-3

@@ -38,7 +38,7 @@ def untrained(scenes: Any) -> Any:
 
 
 def test_rows_of_one_task_have_the_places_of_the_common_layout() -> None:
-    """The same as in a batch of all: robot, task, and objects, also with Rotate's task cue."""
+    """Equal to a batch of all: robot, task, and objects, also with Rotate's task cue."""
     ids = [COLOR, CUPS, ROTATE]
     scenes = learners.training.ObjectsEnv(ids, 6)
     together = [scenes.reset(seed=7)]
@@ -207,7 +207,7 @@ def pictures() -> Any:
 
 
 def test_rows_from_pictures_have_robot_task_and_objects(pictures: Any) -> None:
-    """The same objects as in the labels, in tokens of the detector; and each task's own words."""
+    """Objects are those of the labels, in tokens of the detector; and each task's own words."""
     rows = pictures.reset(seed=3)
     robot, words = learners.images.views.ROBOT, len(pictures.layout.words)
     agent, tokens = pictures.layout.split(rows)

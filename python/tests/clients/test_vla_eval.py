@@ -65,7 +65,7 @@ def test_the_harness_runs_the_benchmark(tmp_path):
     (task,) = result["tasks"]
     assert (task["task"], task["num_episodes"], task["avg_steps"]) == (TASK, EPISODES, 25)
     assert "num_errors" not in task
-    # The same policy, in a loop of our own.
+    # One policy, in a loop of our own.
     env, step = engram.make(TASK, obs_mode="rgb"), 0
     for episode in range(EPISODES):
         obs, info = env.reset(seed=4242424242 + episode)

@@ -53,7 +53,7 @@ def test_a_task_that_is_registered_again_takes_the_place_of_the_earlier_one() ->
     assert (steps_to_success(early), steps_to_success(late)) == (3, 5)
 
 
-def test_arrays_that_somebody_keeps_outlive_the_batch() -> None:
+def test_arrays_that_a_caller_keeps_outlive_the_batch() -> None:
     kept = []
 
     class Keeper(lamp(3)):  # type: ignore[misc]

@@ -50,5 +50,5 @@ class Reaching:
 
 
 def as_engram(policy: Any) -> Any:
-    """The same for engram.evaluate."""
+    """A policy for engram.evaluate."""
     return lambda observation: policy.answer(observation["rgb"], observation["proprio"])

@@ -215,7 +215,7 @@ with warnings.catch_warnings(record=True) as caught:
     assert set(texts[:4] + texts[5:]) == {""}
 
 
-def test_ids_that_somebody_else_registered(tmp_path):
+def test_ids_that_another_package_registered(tmp_path):
     before = """
 import gymnasium as gym
 gym.register("TakeItBack-VLA-v0", entry_point="mani_skill.utils.registration:make")

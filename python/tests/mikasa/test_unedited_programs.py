@@ -219,7 +219,7 @@ def test_the_benchmark_class_of_vla_eval(tmp_path):
     (task,) = written["result"]
     assert (task["task"], task["num_episodes"], task["avg_steps"]) == (id, 2, 25)
     assert "num_errors" not in task
-    # The same actions in a loop of our own, which resets without a seed as the class does.
+    # Equal actions in a loop of our own, which resets without a seed as the class does.
     env = gym.make(id, num_envs=1, obs_mode="rgb", render_mode="cameras")
     env = mikasa.StateOnlyTensorToDictWrapper(env)
     step = 0

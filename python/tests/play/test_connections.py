@@ -1,4 +1,4 @@
-"""Connections of strangers, and requests that are none: few, short and counted."""
+"""Connections of clients, and requests that are none: few, short and counted."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ BROKEN = [
 ]
 
 
-def stranger(server: Server, data: bytes = b"") -> socket.socket:
+def unauthenticated_client(server: Server, data: bytes = b"") -> socket.socket:
     host, _, port = server.host.rpartition(":")
     one = socket.create_connection((host, int(port)), timeout=SECONDS)
     if data:
@@ -47,7 +47,7 @@ def stranger(server: Server, data: bytes = b"") -> socket.socket:
 def answer_to(server: Server, data: bytes) -> bytes:
     """All that the server says until it closes the connection."""
     parts = []
-    with stranger(server) as one, contextlib.suppress(ConnectionError):
+    with unauthenticated_client(server) as one, contextlib.suppress(ConnectionError):
         one.sendall(data)
         one.shutdown(socket.SHUT_WR)
         while part := one.recv(65536):
@@ -68,7 +68,7 @@ def test_idle_connections_do_not_keep_the_page_out(own: Server):
         for i in range(400):
             data = b"GET / HT" if i % 2 else b""
             with contextlib.suppress(ConnectionError):
-                open_ones.enter_context(stranger(own, data))
+                open_ones.enter_context(unauthenticated_client(own, data))
         assert len(own.get("tasks.json")) >= 97
         with own.page() as page:
             page.play(TASK, 3)
@@ -107,9 +107,11 @@ def test_random_requests_leave_the_server_as_it_was(own: Server):
     assert len(log.splitlines()) <= 4
 
 
-def test_strangers_keep_no_connection(own: Server):
+def test_clients_keep_no_connection(own: Server):
     """After a refused request, the connection is closed: nothing more can be tried with it."""
-    with stranger(own, b"GET /wrong/ HTTP/1.1\r\nHost: " + own.host.encode() + b"\r\n\r\n") as one:
+    with unauthenticated_client(
+        own, b"GET /wrong/ HTTP/1.1\r\nHost: " + own.host.encode() + b"\r\n\r\n"
+    ) as one:
         data = b""
         while part := one.recv(65536):
             data += part
@@ -167,26 +169,26 @@ def run_with(test) -> Refusals:
     return refusals
 
 
-def test_the_oldest_strangers_make_room():
+def test_the_oldest_clients_make_room():
     async def test(port: int) -> None:
         page = await connect(port, known=True)
-        many = [await connect(port) for _ in range(connections.STRANGERS_OF_AN_ADDRESS + 3)]
+        many = [await connect(port) for _ in range(connections.UNAUTHENTICATED_OF_AN_ADDRESS + 3)]
         others = [await connect(port, f"127.0.0.{i}") for i in range(2, 6)]
         assert [await closed(one[0]) for one in many[:4]] == [True, True, True, False]
         assert not await closed(many[-1][0])
         assert not await closed(page[0])
         for i in range(2, 12):
-            for _ in range(connections.STRANGERS_OF_AN_ADDRESS - 1):
+            for _ in range(connections.UNAUTHENTICATED_OF_AN_ADDRESS - 1):
                 others.append(await connect(port, f"127.0.0.{i}"))
         still = [one for one in [*many, *others] if not await closed(one[0], 0.01)]
-        assert len(still) <= connections.STRANGERS
+        assert len(still) <= connections.UNAUTHENTICATED
         assert not await closed(page[0])
 
     counts = run_with(test).counts
     assert counts["connection of an address with many"] == 3
 
 
-def test_silent_strangers_are_dropped_and_the_page_is_not(monkeypatch):
+def test_silent_clients_are_dropped_and_the_page_is_not(monkeypatch):
     monkeypatch.setattr(connections, "SECONDS", 0.5)
 
     async def test(port: int) -> None:

@@ -420,7 +420,7 @@ def test_folders_and_processes_of_the_command_line_can_be_watched(tmp_path):
         page.send("run", on=True)
         page.receive("running")
         page.receive("grid")
-    # The same as `engram eval` plays with it.
+    # Equal to what `engram eval` plays with it.
     outside = tmp_path / "outside"
     command = [*engram_command, "eval", TASK, "--policy-command", policy, "--episodes=1"]
     subprocess.run([*command, "--out", outside], check=True, capture_output=True, timeout=SECONDS)

@@ -79,7 +79,7 @@ class Files:
 
 
 class _FileNumbers:
-    """Numbers of files, so many to a chunk."""
+    """Numbers of files, CHUNK to a chunk."""
 
     def __init__(self) -> None:
         self.number = 0

@@ -17,7 +17,7 @@ from engram.datasets.checks import DatasetError
 from engram.datasets.work import packed
 
 _OF_DISKS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-# Of 128 x 128 pictures: 0.4 ms and 1.9 KB a frame, 32 dB; AV1 takes 1.7 ms and 2.2 KB for that.
+# 128 x 128 images: 0.4 ms and 1.9 KB a frame, 32 dB; AV1 takes 1.7 ms and 2.2 KB for that.
 _QUALITY = {
     "libx264": {"crf": "24", "preset": "veryfast"},
     "libsvtav1": {"crf": "30", "preset": "12"},

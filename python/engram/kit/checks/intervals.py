@@ -17,7 +17,7 @@ def interval(successes: int, episodes: int) -> tuple[float, float]:
 
 
 def _root(successes: int, episodes: int) -> float:
-    """The rate with which so many successes or more are just too improbable."""
+    """The rate with which `successes` or more are just too improbable."""
     low, high = 0.0, 1.0
     for _ in range(40):
         middle = (low + high) / 2

@@ -93,7 +93,7 @@ function showOnly(id) {
   find('playback-instruction').hidden = id !== 'playback';
 }
 
-// The result is shown at the end, or when somebody asks for it.
+// The result is shown at the end, or on request.
 function tell() {
   if (resultShown) return;
   resultShown = true;

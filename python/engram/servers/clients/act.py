@@ -23,7 +23,7 @@ class ActConnection(Connection):
 
     async def _connect(self) -> None:
         await self.close()
-        # Whether somebody listens: HTTP itself connects with the first question.
+        # Whether a server listens: HTTP itself connects with the first question.
         _, writer = await asyncio.open_connection(self.options.host, self.options.port)
         writer.close()
         with contextlib.suppress(OSError):

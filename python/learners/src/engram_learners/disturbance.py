@@ -16,7 +16,7 @@ class Disturbance:
     """
 
     def __init__(self, share, horizons, actions):
-        """Of episodes of so many steps (N, 1), with actions of so many numbers."""
+        """Disturbances of episodes by their steps, (N, 1), and the size of actions."""
         chosen, later, begin, steps, strength = torch.rand(5, *horizons.shape)
         self.begin = (LATEST * horizons * begin * (later < 0.5)).floor()
         most = (LONGEST * horizons).clamp(1, STEPS)

@@ -258,7 +258,7 @@ def transfer(policy, ids, episodes=200):
 
 
 def rates(infos, part):
-    """Of some environments of a batch, all of one task. None: the task has no answer."""
+    """Answers of some environments of a batch, all of one task. None: the task has no answer."""
     answers = infos.get("first_answer_correct")
     if answers is not None and not infos["_first_answer_correct"][part].all():
         answers = None

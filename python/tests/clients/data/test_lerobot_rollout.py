@@ -77,7 +77,7 @@ def envs(config):
 
 
 def own_episodes(id: str, count: int, policy: str) -> list[dict]:
-    """The same in a loop of our own: one environment per episode."""
+    """Rollouts in a loop of our own: one environment per episode."""
     played = []
     env = engram.make(id)
     for number in range(count):

@@ -83,7 +83,7 @@ class ZooPolicy(nn.Module):
         return self.norm_remembered(remembered), bodies, *after
 
     def figures(self, cpu_s, steps):
-        """For the result of a training of so many environment steps and processor seconds."""
+        """Facts of a training: environment steps and processor seconds."""
         return {
             "memory": self.kind,
             "parameters": memories.parameters(self.remember),
