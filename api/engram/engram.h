@@ -310,7 +310,7 @@ class VectorEnv {
   std::unique_ptr<engram_env, Close> handle_;
   std::string id_;
   ObsMode obs_mode_ = ObsMode::kState;
-  bool double_buffered_ = false;  // outputs take turns
+  bool double_buffered_ = false;  // outputs have a second array
   int num_envs_ = 0;
   int action_dim_ = 0;
   int state_dim_ = 0;

@@ -66,7 +66,7 @@ typedef struct engram_task_callbacks {
   /** Gives it the columns of a batch. */
   int (*bind)(void* instance, const engram_task_array* arrays, size_t count, int32_t num_envs,
               engram_task_reply* reply);
-  /** Works on all rows of `all`, or else on the first `rows` rows of `some`. method: an
+  /** Works on all rows of `all`, or else on the first `rows` rows of `subset_rows`. method: an
    * engram_task_method. */
   int (*call)(void* instance, int32_t method, int32_t rows, int32_t of_all,
               engram_task_reply* reply);

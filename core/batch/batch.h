@@ -128,7 +128,7 @@ class Batch {
   void attach(const OutputCopies* copies) { copies_ = copies; }
   // Arrays that take the place of this batch's own images, and outlive it; null: its own.
   void draw_into(const ImageTargets& now, const ImageTargets& finals = {});
-  // Two such arrays take turns: the next step draws into these.
+  // Double buffer: the next step draws into these arrays.
   void swap_to(const ImageTargets& now);
 
   // The engine's columns, for tools and tests that look inside.

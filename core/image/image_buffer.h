@@ -44,13 +44,13 @@ class ImageBuffer {
       finals_ = finals;
     }
   }
-  // Two arrays take turns: the next images go into this one.
+  // Double buffer: the next images go into this array.
   void swap_to(T* now) {
     if (size_ == 0 || now == nullptr) return;
     before_ = now_;
     now_ = now;
   }
-  // The image stays as it was before the turn.
+  // The image stays as it was before the swap.
   void repeat(int env) {
     if (now_ != before_) std::copy_n(before_ + at(env), size_, of(env));
   }
@@ -63,7 +63,7 @@ class ImageBuffer {
   AlignedArray<T> own_;
   AlignedArray<T> own_finals_;
   T* now_ = nullptr;
-  T* before_ = nullptr;  // where the images before the last turn are
+  T* before_ = nullptr;  // where the images before the last swap are
   T* finals_ = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// Kernels for few robots: no wider than they fill, and those of one lane.
+// Selection of a kernel that the robots of a batch fill, and kernels of one lane.
 #pragma once
 
 #include "core/robot/lane_kernel.h"

@@ -1,5 +1,5 @@
-// Rules of a task that are called for many environments at once, instead of for ranges on several
-// threads: for tasks that are written in another language.
+// A task that is called for many environments at once, instead of for ranges on several threads:
+// for tasks that are written in another language.
 #pragma once
 
 #include <span>

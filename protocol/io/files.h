@@ -43,7 +43,7 @@ class OpenFolder {
 
   // A folder in it, made if need be. Throws Error (kIo) if it is a link or no folder.
   OpenFolder subfolder(const std::string& name) const;
-  // As the functions above, for a file in it.
+  // Write and read a file in it, as the functions above.
   void write_file(const std::string& name, std::span<const std::byte> bytes) const;
   void write_file(const std::string& name, std::string_view text) const;
   std::optional<std::string> read_file(const std::string& name) const;

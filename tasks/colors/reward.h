@@ -1,4 +1,4 @@
-// Rules and dense rewards of BunchOfColors, SeqOfColors and ChainOfColors (docs/tasks/colors.md).
+// Touches and dense rewards of BunchOfColors, SeqOfColors and ChainOfColors (docs/tasks/colors.md).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The words of episodes of a task with rules outside of the library: texts of its description, and
+// The words of episodes of a custom task: texts of its description, and
 // columns that its rules write.
 #pragma once
 

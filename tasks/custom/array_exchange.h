@@ -1,4 +1,4 @@
-// The columns of a batch that rules outside of the library work on. Where they concern some
+// The columns of a batch that a custom task works on. Where they concern some
 // environments only, rows travel to spare ones and back, so that rules never see others.
 #pragma once
 

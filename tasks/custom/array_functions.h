@@ -1,5 +1,5 @@
-// What scripts of tasks outside of the library are built on, over arrays with a row per
-// environment: the experts' servos and tours, grasps, guesses.
+// Functions for scripts of custom tasks, over arrays with a row per environment: the experts'
+// servos and tours, grasps, guesses.
 #pragma once
 
 #include <cstdint>

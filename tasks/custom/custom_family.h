@@ -1,4 +1,4 @@
-// Families of tasks with rules outside of the library.
+// Families of custom tasks.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// A task with rules outside of the library: made from its description, with the engine's
-// columns handed to its rules.
+// A custom task, whose rules are outside of the library: made from its description, with the
+// engine's columns handed to its rules.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What a task with rules outside of the library says of itself: facts, scene, draws, columns.
+// The description of a custom task: facts, scene, draws, columns.
 #pragma once
 
 #include <optional>

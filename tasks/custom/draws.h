@@ -1,4 +1,4 @@
-// Random variables of a task with rules outside of the library: declared from its description,
+// Random variables of a custom task: declared from its description,
 // sampled into columns.
 #pragma once
 

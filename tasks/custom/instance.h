@@ -1,4 +1,4 @@
-// A task's rules outside of the library, behind one interface: callbacks of a program, or another
+// The rules of a custom task, behind one interface: callbacks of a program, or another
 // process.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Rules of GatherAndRecall: cubes that count, the flash, the dense reward.
+// Cubes that count, the flash and the dense reward of GatherAndRecall.
 #pragma once
 
 #include <Eigen/Dense>

@@ -19,10 +19,10 @@ class EpisodeActor {
  public:
   virtual ~EpisodeActor() = default;
 
-  // An episode begins in the environment `slot`.
+  // An episode begins in the environment `env`.
   virtual void start(int env, const EpisodeLabel& label) = 0;
-  // Replaces the scene without telling the policy: it remembers what it did, and
-  // only its actions on the way are dropped.
+  // Replaces the scene without telling the policy: it remembers what it did; its actions on the
+  // way are dropped.
   virtual void replace_scene(int env, const EpisodeLabel& label) = 0;
   virtual void finish(int env) = 0;
   // Actions of all environments; zeros for those without an episode. commanded: 0 for those that

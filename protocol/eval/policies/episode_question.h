@@ -1,5 +1,5 @@
 // Questions of a batch's running episodes, for a caller who answers them while the episode is
-// shown; the hand that carries the answers out is the blind policy (docs/choices.md).
+// shown; the controller that carries the answers out is the blind policy (docs/choices.md).
 #pragma once
 
 #include <span>
@@ -13,10 +13,10 @@ namespace engram {
 // All of them throw Error: kInvalidArgument for a task without choices, kBadState before the first
 // reset.
 
-// From now on the hand of an environment's episode waits for answers. For each episode anew.
+// From now on the controller of an environment's episode waits for answers. For each episode anew.
 void ask_questions(const Batch& batch, int index);
-// {due, question, choices, least, most, repeats}. due: the hand cannot go on without an answer. The
-// order of the choices is that of evaluations.
+// {due, question, choices, least, most, repeats}. due: the controller cannot go on without an
+// answer. The order of the choices is that of evaluations.
 JsonTable describe_question(const Batch& batch, int index);
 // Answers the question that is due, by indices of the choices as they are listed. Throws Error,
 // kBadState if none is due, and kInvalidArgument, naming what is allowed, for another form.

@@ -12,7 +12,7 @@ class SeedCommitment {
  public:
   // Throws Error (kInvalidArgument) unless it is one line of 32 to 1,024 printable characters.
   explicit SeedCommitment(std::string secret);
-  // A seal of which the hash alone is known. Throws Error (kIo) if it is none.
+  // A commitment of which the hash alone is known. Throws Error (kIo) if it is none.
   static SeedCommitment of_hash(std::string hash);
   // The secret in a file. "-", /dev/fd/N and /proc/self/fd/N are descriptors that this process has
   // inherited: they are closed afterwards, so that no other process inherits them. Throws Error:

@@ -36,7 +36,7 @@ struct EvaluationSettings : RunOptions {
   std::optional<SeedCommitment> commitment;  // of a sealed run, whose start_seed follows from it
   bool revealed = false;  // documents tell the seed and the secret of a sealed run
 
-  // Seals the run; the seed is set if the secret is known.
+  // Commits the run to a secret; the seed is set if it is known.
   void set_commitment(SeedCommitment seed);
   // True if documents tell the seeds.
   bool tells_seeds() const { return !commitment || revealed; }
