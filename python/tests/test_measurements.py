@@ -103,4 +103,6 @@ def test_a_command_that_fails_ends_a_suite(tmp_path: Path) -> None:
     before = (common.DATA / "determinism.csv").read_bytes()
     with pytest.raises(SystemExit, match="verify --json: no such task"):
         measure.main(["determinism", "--engram", engram])
+    with pytest.raises(SystemExit, match="absent: No such file or directory; --engram names"):
+        measure.main(["determinism", "--engram", str(tmp_path / "absent")])
     assert (common.DATA / "determinism.csv").read_bytes() == before

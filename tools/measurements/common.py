@@ -14,7 +14,10 @@ PAGE = DATA / "README.md"
 
 def run(words):
     """Standard output of a command; ends the program if it fails."""
-    done = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run([str(w) for w in words], capture_output=True, text=True, check=False)
+    except OSError as error:
+        sys.exit(f"{words[0]}: {error.strerror}; --engram names the command")
     if done.returncode != 0:
         sys.exit(f"{' '.join(map(str, words))}: {done.stderr.strip()}")
     return done.stdout
