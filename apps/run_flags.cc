@@ -12,10 +12,6 @@ namespace {
 
 // Each option as its type has it.
 
-void add(const Command& command, const std::string& flag, bool& value, const std::string& help) {
-  command.add_flag(flag, value, help);
-}
-
 void add(const Command& command, const std::string& flag, std::uint64_t& seed,
          const std::string& help) {
   add_seed(command, seed, help, flag).type_name("S");

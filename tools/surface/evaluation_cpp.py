@@ -152,9 +152,10 @@ def flags(indent):
     for option in ordered([o for o in OF_RUN if "cli" in o], LIST["order"]["flags"]):
         names = ", ".join(f'"{name}"' for name in option["commands"])
         limits = [str(option["low"]), camel_limit(option)] if option["type"] == "int" else []
-        arguments = ["command", f'"{option["flag"]}"', *limits, f"run.{option['core']}"]
+        arguments = [f'"{option["flag"]}"', *limits, f"run.{option['core']}", f'"{option["cli"]}"']
+        head = "command.add_flag(" if option["type"] == "bool" else "add(command, "
         result.append(f"{indent}if (in({{{names}}})) {{")
-        result.append(call(f"{indent}  add(", [*arguments, f'"{option["cli"]}"']))
+        result.append(call(f"{indent}  {head}", arguments))
         result.append(indent + "}")
     return result
 
