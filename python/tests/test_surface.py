@@ -64,3 +64,85 @@ def test_orders_name_what_the_tables_have(module):
         assert set(order[function]) == {o["python"] for o in python.keywords(function)}
     options = {option["name"] for option in table.OPTIONS}
     assert set(order["c"]) <= options
+
+
+def test_a_query_of_a_text_is_one_call_in_each_language(module, monkeypatch):
+    cpp, python = module("queries_cpp"), module("queries_python")
+    query = {
+        "name": "timing",
+        "form": "text",
+        "engine": "describe_timing",
+        "header": "times.h",
+        "meaning": "The time",
+        "privileged": True,
+        "summary": "The times.",
+        "returns": "A dictionary.",
+        "single": "The time.",
+    }
+    monkeypatch.setattr(cpp, "GENERATED", [query])
+    monkeypatch.setattr(python, "METHODS", [query])
+    c = "engram_status engram_timing(engram_env* env, int32_t index, char* text, size_t capacity, "
+    about, declared = cpp.c_declarations("text")("")[0], cpp.c_declarations("text")("")[-1]
+    assert about.startswith("/** The time. Privileged: not for policies. Copies as")
+    assert declared == f"ENGRAM_API {c}size_t* length);"
+    assert cpp.c_definitions("") == [
+        f"{c}size_t* length) {{",
+        "  return text_query(env, index, text, capacity, length, engram::describe_timing);",
+        "}",
+    ]
+    assert cpp.includes("") == ['#include "times.h"']
+    assert cpp.bindings("") == ['.def("timing", &Batch::text_query<&engram_timing>, "index"_a)']
+    assert "def timing(self) -> list[dict[str, Any]]:" in python.mixin("")
+    assert "    return self.batch.timing()[0]" in python.single("")
+
+
+def test_a_query_of_arrays_knows_their_widths(module, monkeypatch):
+    cpp = module("queries_cpp")
+    outputs = [{"name": "speed", "shape": [2, 3]}]
+    arguments = [{"name": "frame", "type": "text"}]
+    query = {"name": "speeds", "form": "arrays", "outputs": outputs, "arguments": arguments}
+    monkeypatch.setattr(cpp, "GENERATED", [query])
+    assert cpp.c_definitions("") == [
+        "engram_status engram_speeds(engram_env* env, const char* frame, float* speed) {",
+        '  if (frame == nullptr) return refuse_null("frame");',
+        "  return with_env(env, [&](engram_env& of) {",
+        "    of.queries.speeds(frame, rows(of, speed, 6));",
+        "  });",
+        "}",
+    ]
+    assert "  return batch.arrays({{2, 3}}, [&](engram_env* env, float* const* out) {" in (
+        cpp.extension("")
+    )
+
+
+def test_an_option_of_a_run_is_said_in_every_layer(module, monkeypatch):
+    cpp = module("evaluation_cpp")
+    option = {
+        "name": "pause",
+        "core": "pause",
+        "type": "int",
+        "default": 2,
+        "low": 1,
+        "high": 10_000,
+        "meaning": "steps of rest",
+        "of": "run",
+        "key": "pause",
+        "flag": "--pause",
+        "commands": ["eval"],
+        "cli": 'Rest, "idle" steps',
+    }
+    for name in ("EVALUATION", "OF_C", "OF_RUN", "WRITTEN"):
+        monkeypatch.setattr(cpp, name, [option])
+    assert cpp.init("") == ["options->pause = 2;"]
+    assert cpp.constants("") == ["inline constexpr int kMaxPause = 10'000;"]
+    assert cpp.run_fields("") == ["// Steps of rest. 1 to 10,000.", "int pause = 2;"]
+    assert cpp.conversions("") == [
+        'convert("pause", options.pause, 1, engram::kMaxPause, settings.pause);'
+    ]
+    assert cpp.reads("") == ['read(document, "pause", 1, kMaxPause, settings.pause);']
+    assert cpp.own_keys(first=False)("") == [
+        'add("pause", settings.pause != usual.pause, settings.pause);'
+    ]
+    assert cpp.flags("")[1] == (
+        '  add(command, "--pause", 1, kMaxPause, run.pause, "Rest, \\"idle\\" steps");'
+    )

@@ -1,4 +1,6 @@
-"""Calls and default values in C and C++."""
+"""Calls, texts and default values in C and C++."""
+
+import json
 
 from table import ENUMS, camel, constant, enumerator
 
@@ -6,6 +8,10 @@ from table import ENUMS, camel, constant, enumerator
 def call(head, arguments, tail=");"):
     """A call or a signature in one line; head ends with "("."""
     return head + ", ".join(arguments) + tail
+
+
+def quoted(text):
+    return json.dumps(text, ensure_ascii=False)
 
 
 def default_in_c(option):

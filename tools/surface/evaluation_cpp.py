@@ -1,6 +1,6 @@
 """Code that follows from the options of an evaluation, in C, C++ and for the command."""
 
-from cpp import call, default_in_c, default_in_cpp
+from cpp import call, default_in_c, default_in_cpp, quoted
 from table import (
     EVALUATION,
     LIST,
@@ -152,7 +152,7 @@ def flags(indent):
     for option in ordered([o for o in OF_RUN if "cli" in o], LIST["order"]["flags"]):
         names = ", ".join(f'"{name}"' for name in option["commands"])
         limits = [str(option["low"]), camel_limit(option)] if option["type"] == "int" else []
-        arguments = [f'"{option["flag"]}"', *limits, f"run.{option['core']}", f'"{option["cli"]}"']
+        arguments = [f'"{option["flag"]}"', *limits, f"run.{option['core']}", quoted(option["cli"])]
         head = "command.add_flag(" if option["type"] == "bool" else "add(command, "
         result.append(f"{indent}if (in({{{names}}})) {{")
         result.append(call(f"{indent}  {head}", arguments))

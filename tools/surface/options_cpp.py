@@ -1,6 +1,6 @@
 """Code that follows from the list of options, in C, C++ and for the command."""
 
-from cpp import call, default_in_c, default_in_cpp
+from cpp import call, default_in_c, default_in_cpp, quoted
 from table import (
     CONVERTED,
     ENUMS,
@@ -214,6 +214,6 @@ def switches(indent):
         for switch in cli if isinstance(cli, list) else [cli]:
             sets = str(switch["sets"]).lower()
             arguments = [f'"{switch["name"]}"', f"options.{option['core']}", sets]
-            help_ = f'"{switch["help"]}"'
+            help_ = quoted(switch["help"])
             result.append(call(f"{indent}add_switch(", ["command", *arguments, help_]))
     return result
