@@ -45,7 +45,7 @@ class BatteryChecker final : public FamilyBase {
         annotator_({.params = params_, .rack = rack_, .button = button_, .check = check_}) {
     scene_.render_view = mjcf::RenderView::kTable;
     describe_batteries(params, info_);
-    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    info_.reward_terms = reward_terms_of(BatteryReward{});
     declare_state(*this);
   }
 
@@ -131,12 +131,7 @@ class BatteryChecker final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      const BatteryRewardInputs in = measure(env);
-      const BatteryRewardTerms terms = battery_reward(in, params_.smoothness, upstream_rewards_);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
-    }
+    reward_dict_.write(envs, out, [&](int env) { return measure(env); });
   }
 
   // --- observation ---
@@ -228,10 +223,10 @@ class BatteryChecker final : public FamilyBase {
     }
   }
 
-  BatteryRewardInputs measure(int env) const {
+  BatteryReward measure(int env) const {
     const Eigen::Vector3d tool = tcp_pos(env);
     const int active = std::max(check_.active[env], 0);
-    BatteryRewardInputs in;
+    BatteryReward in;
     in.stage = check_.stage[env];
     for (int battery = 0; battery < rack_.batteries(); ++battery) {
       if (contains(check_.checked(env), battery)) continue;
@@ -256,6 +251,8 @@ class BatteryChecker final : public FamilyBase {
     in.working = check_.target_count[env];
     in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
     in.success = engine_.success[env] != 0;
+    in.smoothness = params_.smoothness;
+    in.upstream = upstream_rewards_;
     return in;
   }
 

@@ -47,34 +47,30 @@ bool return_by_itself(CheckState& state, CheckEvents& events) {
   return true;
 }
 
-BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs,
-                                  const SmoothnessParams& weights, bool upstream) {
+double BatteryReward::compute() {
   const auto nearness = [](double sharpness, double distance) {
     return distance < 0 ? 0.0 : 1 - real::tanh(sharpness * distance);
   };
-  const CheckEvents& events = inputs.events;
-  BatteryRewardTerms terms;
-  terms.reach = nearness(4, inputs.unchecked_distance);
-  terms.carry = nearness(4, inputs.carry_distance);
-  terms.back = nearness(6, inputs.home_distance);
-  terms.button_reach = nearness(8, upstream ? inputs.socket_distance : inputs.button_distance);
-  terms.press = std::clamp(inputs.press_depth, 0.0, 1.0);
-  terms.newly_found = !upstream && events.newly_found;
-  terms.wrong_press =
-      inputs.pressed && inputs.stage != STAGE_CONFIRM && (upstream || !events.confirm);
-  terms.smooth = smoothness(inputs.action_cost, weights);
+  reach = nearness(4, unchecked_distance);
+  carry = nearness(4, carry_distance);
+  back = nearness(6, home_distance);
+  button_reach = nearness(8, upstream ? socket_distance : button_distance);
+  press = std::clamp(press_depth, 0.0, 1.0);
+  newly_found = !upstream && events.newly_found;
+  wrong_press = pressed && stage != STAGE_CONFIRM && (upstream || !events.confirm);
+  smooth = tasks::smoothness(action_cost, smoothness);
+  if (success) return kBatterySuccessReward;
 
-  double reward = -terms.smooth.penalty;
-  if (inputs.stage == STAGE_INSERT) reward += 1.2 * terms.reach + 2.0 * terms.carry;
-  if (inputs.stage == STAGE_RETURN) reward += 3.0 * terms.back;
-  if (inputs.stage == STAGE_CONFIRM) reward += 1.8 * terms.button_reach + 2.5 * terms.press;
+  double reward = -smooth.penalty;
+  if (stage == STAGE_INSERT) reward += 1.2 * reach + 2.0 * carry;
+  if (stage == STAGE_RETURN) reward += 3.0 * back;
+  if (stage == STAGE_CONFIRM) reward += 1.8 * button_reach + 2.5 * press;
   if (events.insert) reward += 5;
   if (events.returned) reward += 6;
   if (events.confirm) reward += 7;
-  if (terms.newly_found) reward += 12;
-  if (terms.wrong_press) reward -= 2;
-  terms.reward = inputs.success ? kBatterySuccessReward : reward;
-  return terms;
+  if (newly_found) reward += 12;
+  if (wrong_press) reward -= 2;
+  return reward;
 }
 
 }  // namespace engram::tasks

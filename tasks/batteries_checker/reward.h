@@ -61,8 +61,9 @@ bool return_by_itself(CheckState& state, CheckEvents& events);
 
 inline constexpr double kBatterySuccessReward = 40;
 
-// Distances in m; negative where there is nothing to measure.
-struct BatteryRewardInputs {
+// Dense reward (tasks/common/reward_dict.h). Distances in m; negative where there is nothing to
+// measure.
+struct BatteryReward {
   int stage = STAGE_INSERT;        // after this step's transitions
   double unchecked_distance = -1;  // TCP to the nearest unchecked battery
   double carry_distance = -1;      // battery in the hand to the socket
@@ -71,15 +72,15 @@ struct BatteryRewardInputs {
   double socket_distance = 0;      // TCP to the socket
   double press_depth = 0;          // of the button, as a fraction of its travel
   bool pressed = false;
-  CheckEvents events;
+  CheckEvents events = {};
   int checked = 0;  // batteries
   int found = 0;    // working ones that were checked
   int working = 0;  // all working ones
-  ActionCost action_cost;
+  ActionCost action_cost = {};
   bool success = false;
-};
-
-struct BatteryRewardTerms {
+  SmoothnessParams smoothness = {};
+  bool upstream = false;  // with the three terms that differ from what is meant
+  // Terms.
   double reach = 0;
   double carry = 0;
   double back = 0;
@@ -87,34 +88,29 @@ struct BatteryRewardTerms {
   double press = 0;
   bool newly_found = false;
   bool wrong_press = false;
-  SmoothnessTerms smooth;
-  double reward = 0;
+  SmoothnessTerms smooth = {};
+
+  double compute();
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    row.term("stage_insert", "", stage == STAGE_INSERT);
+    row.term("stage_return", "", stage == STAGE_RETURN);
+    row.term("stage_confirm", "", stage == STAGE_CONFIRM);
+    row.term("reach_unchecked_reward", "", reach);
+    row.term("carry_to_socket_reward", "", carry);
+    row.term("return_reward", "", back);
+    row.term("button_reach_reward", "", button_reach);
+    row.term("button_press_reward", "", press);
+    row.term("new_insert_event", "", events.insert);
+    row.term("new_return_event", "", events.returned);
+    row.term("new_confirm_event", "", events.confirm);
+    row.term("newly_found_working", "", newly_found);
+    row.term("wrong_phase_press", "", wrong_press);
+    row.term("checked_count", "", checked);
+    row.term("found_working_count", "", found);
+    row.term("target_working_count", "", working);
+    smooth.list_terms(row);
+  }
 };
-
-template <class Visitor>
-void list_terms(Visitor& row, const BatteryRewardInputs& in, const BatteryRewardTerms& terms) {
-  row.term("stage_insert", "", in.stage == STAGE_INSERT);
-  row.term("stage_return", "", in.stage == STAGE_RETURN);
-  row.term("stage_confirm", "", in.stage == STAGE_CONFIRM);
-  row.term("reach_unchecked_reward", "", terms.reach);
-  row.term("carry_to_socket_reward", "", terms.carry);
-  row.term("return_reward", "", terms.back);
-  row.term("button_reach_reward", "", terms.button_reach);
-  row.term("button_press_reward", "", terms.press);
-  row.term("new_insert_event", "", in.events.insert);
-  row.term("new_return_event", "", in.events.returned);
-  row.term("new_confirm_event", "", in.events.confirm);
-  row.term("newly_found_working", "", terms.newly_found);
-  row.term("wrong_phase_press", "", terms.wrong_press);
-  row.term("checked_count", "", in.checked);
-  row.term("found_working_count", "", in.found);
-  row.term("target_working_count", "", in.working);
-  list_smoothness(row, terms.smooth);
-  row.term("smooth_penalty", "", terms.smooth.penalty);
-}
-
-// upstream: with the three terms that differ from what is meant.
-BatteryRewardTerms battery_reward(const BatteryRewardInputs& inputs,
-                                  const SmoothnessParams& weights, bool upstream);
 
 }  // namespace engram::tasks

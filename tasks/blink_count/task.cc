@@ -71,7 +71,7 @@ class BlinkCount final : public FamilyBase {
                     .presses = press_count_}) {
     scene_.render_view = mjcf::RenderView::kTable;
     describe_blink_count(params, info_);
-    info_.reward_terms = reward_terms_of([](auto& row) { list_blink_terms(row, {}, {}); });
+    info_.reward_terms = reward_terms_of(BlinkReward{params_});
     declare_state(*this);
     declare_sampled_values(*this);
   }
@@ -148,12 +148,7 @@ class BlinkCount final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      const BlinkRewardInputs in = reward_inputs(env);
-      const BlinkRewardTerms terms = blink_reward(in, params_);
-      *out.row(env) = static_cast<float>(terms.reward);
-      reward_dict_.note(env, [&](auto& row) { list_blink_terms(row, in, terms); });
-    }
+    reward_dict_.write(envs, out, [&](int env) { return measure(env); });
   }
 
   // --- observation ---
@@ -266,12 +261,12 @@ class BlinkCount final : public FamilyBase {
     }
   }
 
-  BlinkRewardInputs reward_inputs(int env) const {
+  BlinkReward measure(int env) const {
     const Eigen::Map<const Eigen::Vector3d> tcp(engine_.state->tcp_pos.row(env));
     const auto distance = [&tcp](const double* pos) {
       return (Eigen::Map<const Eigen::Vector3d>(pos) - tcp).norm();
     };
-    BlinkRewardInputs in;
+    BlinkReward in{params_};
     in.height = tcp.z();
     in.xy_distance = red_.distance(env);
     in.cap_distance = distance(red_.cap_pos(env));

@@ -84,28 +84,20 @@ int answer_number(const std::int32_t* order, int length) {
   return number;
 }
 
-ColorTouchRewardTerms color_touch_terms(const ColorTouchRewardInputs& in) {
-  const double reaching = 1 - real::tanh(10 * in.goal_distance);
-  const double stillness = 1 - real::tanh(5 * in.arm_speed);
-  return {reaching,
-          reaching + 0.5 * stillness + 90.0 * in.tally.correct / in.length - 10.0 * in.tally.wrong};
+double ColorTouchReward::compute() {
+  reaching = 1 - real::tanh(10 * goal_distance);
+  const double stillness = 1 - real::tanh(5 * arm_speed);
+  sum = reaching + 0.5 * stillness + 90.0 * tally.correct / length - 10.0 * tally.wrong;
+  if (success) return kColorTouchSuccessReward;
+  return acting ? sum : 0;
 }
 
-ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params) {
-  ColorRewardTerms terms;
-  terms.touches = color_touch_terms(in.touches);
-  terms.smooth = smoothness(in.action_cost, params);
-  terms.displacement_penalty = CUBE_DISPLACEMENT_PENALTY_COEF * in.mean_displacement;
-  if (in.touches.acting) {
-    terms.reward = terms.touches.reward - terms.smooth.penalty - terms.displacement_penalty;
-  }
-  if (in.touches.success) terms.reward = kColorSuccessReward;
-  return terms;
-}
-
-double color_touch_reward(const ColorTouchRewardInputs& in, const ColorTouchRewardTerms& terms) {
-  if (in.success) return kColorTouchSuccessReward;
-  return in.acting ? terms.reward : 0;
+double ColorReward::compute() {
+  touches.compute();
+  smooth = tasks::smoothness(action_cost, smoothness);
+  displacement_penalty = CUBE_DISPLACEMENT_PENALTY_COEF * mean_displacement;
+  if (touches.success) return kColorSuccessReward;
+  return touches.acting ? touches.sum - smooth.penalty - displacement_penalty : 0;
 }
 
 }  // namespace engram::tasks

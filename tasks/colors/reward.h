@@ -34,79 +34,63 @@ TouchTally tally_touches(ColorRule rule, std::span<const std::int32_t> targets,
 // touches at most, -1 where there is none yet.
 int answer_number(const std::int32_t* order, int length);
 
-// Reward of touches: how near the next target is, how still the arm, and how many touches are
-// right.
-struct ColorTouchRewardInputs {
+// Dense reward of the RL tasks (tasks/common/reward_dict.h): how near the next target is, how still
+// the arm, and how many touches are right.
+struct ColorTouchReward {
   double goal_distance = 0;  // m
   double arm_speed = 0;      // norm of the arm joint velocities, rad/s
-  TouchTally tally;
+  TouchTally tally = {};
   int length = 1;  // colours in the cue
   bool acting = false;
   bool success = false;
-  bool robot_static = false;  // for reward_dict alone
-};
-
-struct ColorTouchRewardTerms {
+  bool robot_static = false;           // for reward_dict alone
+  ColorRule rule = ColorRule::kBunch;  // likewise
+  // Terms.
   double reaching = 0;
-  double reward = 0;  // whatever the phase, and without success
+  double sum = 0;  // whatever the phase, and without success
+
+  double compute();
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    const bool ordered = rule == ColorRule::kChain;
+    row.term("reaching_reward", "", reaching);
+    row.term(ordered ? "correct_touches_in_order" : "correct_touches", "", tally.correct);
+    row.term("wrong_touches", "", tally.wrong);
+    row.term("is_robot_static", "", robot_static);
+    row.term("touched_cubes", "", tally.touched);
+    row.term("sequence_cubes_mask", "", length);
+    row.term("all_seq_touched", "", tally.all_touched);
+    row.term("no_extra_touched", "", tally.no_extra);
+  }
 };
 
-ColorTouchRewardTerms color_touch_terms(const ColorTouchRewardInputs& in);
-
-// The terms of info "reward_dict", name beside value.
-template <class Visitor>
-void list_color_touch_terms(Visitor& row, ColorRule rule, const ColorTouchRewardInputs& in,
-                            const ColorTouchRewardTerms& terms) {
-  const bool ordered = rule == ColorRule::kChain;
-  row.term("reaching_reward", "", terms.reaching);
-  row.term(ordered ? "correct_touches_in_order" : "correct_touches", "", in.tally.correct);
-  row.term("wrong_touches", "", in.tally.wrong);
-  row.term("is_robot_static", "", in.robot_static);
-  row.term("touched_cubes", "", in.tally.touched);
-  row.term("sequence_cubes_mask", "", in.length);
-  row.term("all_seq_touched", "", in.tally.all_touched);
-  row.term("no_extra_touched", "", in.tally.no_extra);
-}
-
-// --- the VLA tasks: moving cubes costs something ---
-
+inline constexpr double kColorTouchSuccessReward = 100;
 inline constexpr double kColorSuccessReward = 400;
 inline constexpr double CUBE_DISPLACEMENT_PENALTY_COEF = 20.0;
 
-struct ColorRewardInputs {
-  ColorTouchRewardInputs touches;
-  ActionCost action_cost;
+// Dense reward of the VLA tasks: moving cubes costs something.
+struct ColorReward {
+  ColorTouchReward touches = {};
+  ActionCost action_cost = {};
   double mean_displacement = 0;  // of the cubes, m
   // For reward_dict alone.
   double max_displacement = 0;  // of the cubes, m
   bool displaced = false;       // a cube is too far from where it appeared
-};
-
-struct ColorRewardTerms {
-  ColorTouchRewardTerms touches;
-  SmoothnessTerms smooth;
+  SmoothnessParams smoothness = {};
+  // Terms.
+  SmoothnessTerms smooth = {};
   double displacement_penalty = 0;
-  double reward = 0;
+
+  double compute();
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    touches.list_terms(row);
+    smooth.list_terms(row);
+    row.term("mean_cube_displacement_xy", "m", mean_displacement);
+    row.term("max_cube_displacement_xy", "m", max_displacement);
+    row.term("cube_displacement_penalty", "", displacement_penalty);
+    row.term("strong_cube_displacement", "", displaced);
+  }
 };
-
-ColorRewardTerms color_reward(const ColorRewardInputs& in, const SmoothnessParams& params);
-
-// The terms of info "reward_dict" after those of list_color_touch_terms.
-template <class Visitor>
-void list_color_terms(Visitor& row, const ColorRewardInputs& in, const ColorRewardTerms& terms) {
-  list_smoothness(row, terms.smooth);
-  row.term("smooth_penalty", "", terms.smooth.penalty);
-  row.term("mean_cube_displacement_xy", "m", in.mean_displacement);
-  row.term("max_cube_displacement_xy", "m", in.max_displacement);
-  row.term("cube_displacement_penalty", "", terms.displacement_penalty);
-  row.term("strong_cube_displacement", "", in.displaced);
-}
-
-// --- the RL tasks ---
-
-inline constexpr double kColorTouchSuccessReward = 100;
-
-// The dense reward; terms: of color_touch_terms.
-double color_touch_reward(const ColorTouchRewardInputs& in, const ColorTouchRewardTerms& terms);
 
 }  // namespace engram::tasks

@@ -30,7 +30,7 @@ class ColorRecall final : public ColorTouchBase {
                  .button = &button_,
                  .button_pressed = &button_pressed_}),
         annotator_(expert_) {
-    info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, params.rule, {}, {}); });
+    info_.reward_terms = reward_terms_of(ColorReward{.touches = {.rule = params.rule}});
     declare_state(*this);
   }
 
@@ -92,17 +92,14 @@ class ColorRecall final : public ColorTouchBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      ColorRewardInputs in;
-      in.touches = reward_inputs(env);
-      in.action_cost = measure_action_cost(engine_, env);
-      in.mean_displacement = displacement_.row(env)[0];
-      in.max_displacement = displacement_.row(env)[1];
-      in.displaced = strong_displacement_[env] != 0;
-      const ColorRewardTerms terms = color_reward(in, params_.smoothness);
-      *out.row(env) = static_cast<float>(terms.reward);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, rule_, in, terms); });
-    }
+    reward_dict_.write(envs, out, [&](int env) {
+      return ColorReward{.touches = touch_reward(env),
+                         .action_cost = measure_action_cost(engine_, env),
+                         .mean_displacement = displacement_.row(env)[0],
+                         .max_displacement = displacement_.row(env)[1],
+                         .displaced = strong_displacement_[env] != 0,
+                         .smoothness = params_.smoothness};
+    });
   }
 
   // --- observation ---
@@ -127,13 +124,6 @@ class ColorRecall final : public ColorTouchBase {
   const Annotator* annotator() const override { return &annotator_; }
 
  private:
-  template <class Visitor>
-  static void list_terms(Visitor& row, ColorRule rule, const ColorRewardInputs& in,
-                         const ColorRewardTerms& terms) {
-    list_color_touch_terms(row, rule, in.touches, terms.touches);
-    list_color_terms(row, in, terms);
-  }
-
   // Goal vector: to the button once it may be pressed, until it has been. next: the colour to be
   // touched, -1: none.
   Eigen::Vector3d goal(int env, int next) const {

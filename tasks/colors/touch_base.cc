@@ -118,14 +118,15 @@ bool ColorTouchBase::in_sequence(int env, int color) const {
   return std::find(colors.begin(), colors.end(), color) != colors.end();
 }
 
-ColorTouchRewardInputs ColorTouchBase::reward_inputs(int env) const {
+ColorTouchReward ColorTouchBase::touch_reward(int env) const {
   return {.goal_distance = Eigen::Map<const Eigen::Vector3d>(goal_.row(env)).norm(),
           .arm_speed = Eigen::Map<const ArmVector>(engine_.state->qvel.row(env)).norm(),
           .tally = count_touches(env),
           .length = params_.SEQUENCE_LENGTH,
           .acting = is_acting(env),
           .success = engine_.success[env] != 0,
-          .robot_static = is_robot_static_[env] != 0};
+          .robot_static = is_robot_static_[env] != 0,
+          .rule = params_.rule};
 }
 
 // --- overlay ---

@@ -56,7 +56,7 @@ class ColorTouchBase : public FamilyBase {
     return tally_touches(rule_, sequence(env), {touch_.touched(env), at(params_.COLORS)},
                          touch_.order(env));
   }
-  ColorTouchRewardInputs reward_inputs(int env) const;
+  ColorTouchReward touch_reward(int env) const;
 
   // The first fields of the state observation.
   template <class Visitor>

@@ -15,8 +15,7 @@ ColorTouch::ColorTouch(const RegistryEntry& entry, const ColorRecallParams& para
       annotator_(expert_) {
   // Seq is judged as Bunch is: in any order, the lowest colour being the next target.
   if (rule_ == ColorRule::kSeq) rule_ = ColorRule::kBunch;
-  info_.reward_terms =
-      reward_terms_of([&](auto& row) { list_color_touch_terms(row, params.rule, {}, {}); });
+  info_.reward_terms = reward_terms_of(ColorTouchReward{.rule = params.rule});
   declare_state(*this);
 }
 
@@ -43,13 +42,7 @@ void ColorTouch::evaluate(Range envs) {
 }
 
 void ColorTouch::dense_reward(Range envs, FloatRows out) {
-  for (int env = envs.begin; env < envs.end; ++env) {
-    const ColorTouchRewardInputs in = reward_inputs(env);
-    const ColorTouchRewardTerms terms = color_touch_terms(in);
-    *out.row(env) = static_cast<float>(color_touch_reward(in, terms));
-    reward_dict_.note(env,
-                      [&](auto& row) { list_color_touch_terms(row, params_.rule, in, terms); });
-  }
+  reward_dict_.write(envs, out, [&](int env) { return touch_reward(env); });
 }
 
 // The colour to be touched next, -1: none. In Chain the last one of the cue stays the goal.

@@ -28,21 +28,25 @@ enum class FirstChange { kNone, kFromZero };
 ActionCost measure_action_cost(const Bindings& engine, int env,
                                FirstChange first = FirstChange::kNone);
 
+// Terms of a reward (tasks/common/reward_dict.h).
 struct SmoothnessTerms {
   double action_l2 = 0;
   double action_delta_l2 = 0;
   double qvel_l2 = 0;
   double penalty = 0;
-};
 
-// Parts of the penalty, as terms of the reward; "smooth_penalty" itself stands apart, where each
-// family has it.
-template <class Visitor>
-void list_smoothness(Visitor& row, const SmoothnessTerms& terms) {
-  row.term("action_l2", "", terms.action_l2);
-  row.term("delta_action_l2", "", terms.action_delta_l2);
-  row.term("qvel_l2", "", terms.qvel_l2);
-}
+  template <class Visitor>
+  void list_parts(Visitor& row) const {
+    row.term("action_l2", "", action_l2);
+    row.term("delta_action_l2", "", action_delta_l2);
+    row.term("qvel_l2", "", qvel_l2);
+  }
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    list_parts(row);
+    row.term("smooth_penalty", "", penalty);
+  }
+};
 
 SmoothnessTerms smoothness(const ActionCost& cost, const SmoothnessParams& params);
 // The penalty; nothing is computed where it weighs nothing.

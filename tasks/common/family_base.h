@@ -67,6 +67,10 @@ class FamilyBase : public Task {
   Eigen::Vector3d prop_pos(int env, int prop) const {
     return tasks::prop_pos(*engine_.state, env, prop);
   }
+  double gripper_width(int env) const {  // m, the sum of both finger positions
+    const double* fingers = engine_.state->qpos.row(env) + kArmJoints;
+    return fingers[0] + fingers[1];
+  }
   Pose prop_pose(int env, int prop) const { return tasks::prop_pose(*engine_.state, env, prop); }
 
   TaskInfo info_;

@@ -1,16 +1,16 @@
 // Info "reward_dict": what the dense reward is made of. The original computes the reward after it
 // exports the info, so the values are those of the step before; NaN where there are none.
 //
-// A family lists its terms once, name beside value:
+// The reward of a family is one struct: what it depends on, and its terms. compute() works out the
+// terms and returns the reward; list_terms() names them, each beside its value:
 //   template <class Row>
-//   void list_terms(Row& row, const Inputs& in, const Terms& terms) {
-//     row.term("tcp_to_obj_dist", "m", in.distance);
+//   void list_terms(Row& row) const {
+//     row.term("tcp_to_obj_dist", "m", distance);
 //   }
-// reward_terms_of() reads the names, RewardDict::note() the values.
+// reward_terms_of() reads the names, RewardDict the values.
 #pragma once
 
 #include <algorithm>
-#include <concepts>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -43,11 +43,10 @@ class TermWriter {
   float* out_;
 };
 
-// The terms that `list`, a callable with a row, names.
-template <class List>
-std::vector<Field> reward_terms_of(const List& list) {
+template <class Reward>
+std::vector<Field> reward_terms_of(const Reward& reward) {
   TermLister lister;
-  list(lister);
+  reward.list_terms(lister);
   return lister.take();
 }
 
@@ -74,12 +73,22 @@ class RewardDict {
     std::fill_n(next_.row(env), next_.width(), kNone);
   }
 
-  // Notes the terms of this step; `list` is the one that TaskInfo::reward_terms came from.
-  template <class List>
-  requires std::invocable<const List&, TermWriter&>
-  void note(int env, const List& list) const {
+  // Computes the reward of this step and notes its terms.
+  template <class Reward>
+  double compute(int env, Reward& reward) const {
+    const double value = reward.compute();
     TermWriter writer(next_.row(env));
-    list(writer);
+    reward.list_terms(writer);
+    return value;
+  }
+
+  // Writes the rewards of this step; `measure` gives what that of an environment depends on.
+  template <class Measure>
+  void write(Range envs, FloatRows out, const Measure& measure) const {
+    for (int env = envs.begin; env < envs.end; ++env) {
+      auto reward = measure(env);
+      *out.row(env) = static_cast<float>(compute(env, reward));
+    }
   }
 
  private:

@@ -15,8 +15,8 @@ namespace engram::tasks {
 inline constexpr double GOAL_THRESH = 0.05;         // m, unless a user changes it
 inline constexpr double kTouchSuccessReward = 3.0;  // dense reward of a success step
 
-// Inputs of the reward.
-struct TouchRewardInputs {
+// Dense reward (tasks/common/reward_dict.h).
+struct TouchReward {
   double distance = 0;           // TCP to target, m
   double arm_speed = 0;          // norm of the arm joint velocities, rad/s
   double action_norm = 0;        // of the action as received
@@ -27,26 +27,38 @@ struct TouchRewardInputs {
   double offset_x = 0;  // TCP to target along each axis, m; for reward_dict alone
   double offset_y = 0;
   double goal_thresh = 0;  // m, within which reward_dict says that it is reached
-};
-
-struct TouchRewardTerms {
+  // Weights of the action cost; none: the reward knows no such cost.
+  std::optional<SmoothnessParams> smoothness = {};
+  // Terms.
   double reaching = 0;
   double stillness = 0;
-  SmoothnessTerms smooth;
-  double reward = 0;
-};
+  SmoothnessTerms smooth = {};
 
-// The dense reward; a success step is worth exactly 3.
-TouchRewardTerms touch_reward(const TouchRewardInputs& inputs, const SmoothnessParams& params);
+  // A success step is worth exactly 3.
+  double compute();
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    row.term("tcp_to_obj_dist", "m", distance);
+    row.term("reaching_reward", "", reaching);
+    row.term("is_robot_static", "", robot_static);
+    row.term("reached", "", distance < goal_thresh);
+    row.term("success", "", success);
+    row.term("static_reward", "", stillness);
+    if (smoothness) smooth.list_terms(row);
+    row.term("obj_to_goal_pos_y", "m", offset_y);
+    row.term("obj_to_goal_pos_x", "m", offset_x);
+  }
+};
 
 class TouchTarget {
  public:
-  // smoothness: weights of the action cost; none: rewards know no such cost.
   TouchTarget(double goal_thresh, const std::optional<SmoothnessParams>& smoothness)
       : goal_thresh_(goal_thresh), smoothness_(smoothness) {}
 
   // The values in info "reward_dict".
-  std::vector<Field> reward_terms() const;
+  std::vector<Field> reward_terms() const {
+    return reward_terms_of(TouchReward{.smoothness = smoothness_});
+  }
 
   void bind(const Bindings& bindings);
   // Whether success needs a robot that stands still.
@@ -54,9 +66,13 @@ class TouchTarget {
   bool static_needed() const { return static_needed_; }
   // `acting`: the manipulation phase has begun.
   void evaluate(int env, const double* target_pos, bool acting) const;
-  double dense_reward(int env) const;
+  void dense_reward(Range envs, FloatRows out) const {
+    reward_dict_.write(envs, out, [&](int env) { return measure(env); });
+  }
 
  private:
+  TouchReward measure(int env) const;
+
   double goal_thresh_;  // m
   std::optional<SmoothnessParams> smoothness_;
   bool static_needed_ = true;

@@ -28,17 +28,15 @@ bool update_flash(Flash& flash, int cubes_on_disc, int trigger_count, int durati
   return flash.triggered && elapsed - flash.start < duration;
 }
 
-GatherRewardTerms gather_reward(const GatherRewardInputs& inputs) {
-  GatherRewardTerms terms;
-  terms.reaching = 1 - real::tanh(8 * inputs.goal_distance);
-  terms.progress = static_cast<double>(inputs.cubes_on_disc) / inputs.cubes;
-  terms.press = inputs.all_on_disc ? std::clamp(inputs.correct_depth, 0.0, 1.0) : 0.0;
-  terms.smooth = smoothness(inputs.action_cost, inputs.smoothness);
-  terms.reward = 2 * terms.reaching + 10 * terms.progress + 5 * terms.press - terms.smooth.penalty;
-  if (inputs.all_on_disc) terms.reward += 3 * terms.reaching;
-  if (inputs.failed) terms.reward = -FAILURE_PENALTY;
-  if (inputs.success) terms.reward = kGatherSuccessReward;
-  return terms;
+double GatherReward::compute() {
+  reaching = 1 - real::tanh(8 * goal_distance);
+  progress = static_cast<double>(cubes_on_disc) / cubes;
+  press = all_on_disc ? std::clamp(correct_depth, 0.0, 1.0) : 0.0;
+  smooth = tasks::smoothness(action_cost, smoothness);
+  if (success) return kGatherSuccessReward;
+  if (failed) return -FAILURE_PENALTY;
+  const double reward = 2 * reaching + 10 * progress + 5 * press - smooth.penalty;
+  return all_on_disc ? reward + 3 * reaching : reward;
 }
 
 }  // namespace engram::tasks

@@ -34,36 +34,33 @@ struct Flash {
 // Begins the flash once enough cubes have been on the disc. True while it lasts.
 bool update_flash(Flash& flash, int cubes_on_disc, int trigger_count, int duration, int elapsed);
 
-struct GatherRewardInputs {
+// Dense reward (tasks/common/reward_dict.h).
+struct GatherReward {
   double goal_distance = 0;  // norm of obj_to_goal_pos, m
   int cubes = 1;             // of the variant
   int cubes_on_disc = 0;     // that have been there
   bool all_on_disc = false;
   double correct_depth = 0;  // of the correct button, as a fraction of its travel
-  ActionCost action_cost;
+  ActionCost action_cost = {};
   bool failed = false;
   bool success = false;
   SmoothnessParams smoothness = kGatherSmoothness;
-};
-
-struct GatherRewardTerms {
+  // Terms.
   double reaching = 0;
   double progress = 0;
   double press = 0;
-  SmoothnessTerms smooth;
-  double reward = 0;
+  SmoothnessTerms smooth = {};
+
+  double compute();
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    row.term("reaching_reward", "", reaching);
+    row.term("place_progress", "", progress);
+    row.term("n_on_disc", "", cubes_on_disc);
+    row.term("button_press_reward", "", press);
+    row.term("smooth_penalty", "", smooth.penalty);
+    smooth.list_parts(row);
+  }
 };
-
-template <class Visitor>
-void list_terms(Visitor& row, const GatherRewardInputs& in, const GatherRewardTerms& terms) {
-  row.term("reaching_reward", "", terms.reaching);
-  row.term("place_progress", "", terms.progress);
-  row.term("n_on_disc", "", in.cubes_on_disc);
-  row.term("button_press_reward", "", terms.press);
-  row.term("smooth_penalty", "", terms.smooth.penalty);
-  list_smoothness(row, terms.smooth);
-}
-
-GatherRewardTerms gather_reward(const GatherRewardInputs& inputs);
 
 }  // namespace engram::tasks

@@ -50,7 +50,7 @@ class GatherAndRecall final : public FamilyBase {
                     .n_on_disc = n_on_disc_,
                     .all_on_disc = all_on_disc_}) {
     describe_gather(info_);
-    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    info_.reward_terms = reward_terms_of(GatherReward{});
     declare_state(*this);
     declare_sampled_values(*this);
   }
@@ -157,21 +157,17 @@ class GatherAndRecall final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      GatherRewardInputs in;
-      in.goal_distance = Eigen::Map<const Eigen::Vector3d>(goal_.row(env)).norm();
-      in.cubes = cubes_;
-      in.cubes_on_disc = n_on_disc_[env];
-      in.all_on_disc = all_on_disc_[env] != 0;
-      in.correct_depth = button(flash_color_[env]).press_fraction(env);
-      in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
-      in.failed = engine_.failed[env] != 0;
-      in.success = engine_.success[env] != 0;
-      in.smoothness = params_.smoothness;
-      const GatherRewardTerms terms = gather_reward(in);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
-    }
+    reward_dict_.write(envs, out, [&](int env) {
+      return GatherReward{.goal_distance = Eigen::Map<const Eigen::Vector3d>(goal_.row(env)).norm(),
+                          .cubes = cubes_,
+                          .cubes_on_disc = n_on_disc_[env],
+                          .all_on_disc = all_on_disc_[env] != 0,
+                          .correct_depth = button(flash_color_[env]).press_fraction(env),
+                          .action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero),
+                          .failed = engine_.failed[env] != 0,
+                          .success = engine_.success[env] != 0,
+                          .smoothness = params_.smoothness};
+    });
   }
 
   // --- observation ---

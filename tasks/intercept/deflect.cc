@@ -9,8 +9,7 @@
 #include "tasks/common/poses.h"
 #include "tasks/common/reward_dict.h"
 #include "tasks/common/variant.h"
-#include "tasks/intercept/annotator.h"
-#include "tasks/intercept/ball_launch.h"
+#include "tasks/intercept/ball_game.h"
 #include "tasks/intercept/expert.h"
 
 namespace engram::tasks {
@@ -53,42 +52,26 @@ constexpr mjcf::Rgba kTargetRed = {194 / 255.0, 19 / 255.0, 22 / 255.0, 1};
 
 constexpr int kGoalProp = 1;
 
-template <class Visitor>
-void list_terms(Visitor& row, const InterceptRewardTerms& terms) {
-  row.term("reaching_reward", "", terms.reaching);
-  row.term("reached_status", "", terms.reached);
-  row.term("place_reward", "", terms.place);
-  row.term("tcp_to_hit_pose_dist", "m", terms.tcp_to_hit_pose_dist);
-}
-
-class Intercept final : public FamilyBase {
+class Intercept final : public BallGame {
  public:
   Intercept(const RegistryEntry& entry, const Params& params)
-      : FamilyBase(entry),
+      : BallGame(entry, params.ball, kStartRadii * params.ball.BALL_RADIUS,
+                 InterceptGoal::kDeflect),
         params_(params),
-        launch_({RandomVariables(info_.random_variables), params.ball},
-                kStartRadii * params.ball.BALL_RADIUS),
         goal_y_(RandomVariables(info_.random_variables)
                     .real("goal_y", {-kGoalSpan, kGoalSpan}, "m", "where the target lies")),
         expert_({.engine = engine_,
                  .goal_prop = kGoalProp,
                  .ball = params.ball,
-                 .goal_radius = params.GOAL_RADIUS}),
-        annotator_(engine_, InterceptGoal::kDeflect) {
-    describe_launch(info_);
+                 .goal_radius = params.GOAL_RADIUS}) {
     info_.success_reward = kSuccessReward;
-    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}); });
+    info_.reward_terms = reward_terms_of(InterceptReward{});
     declare_state(*this);
-    declare_sampled_values(*this);
-    scene_.props = {launched_ball(params.ball.BALL_RADIUS),
-                    mjcf::target_disc("goal_region", params.GOAL_RADIUS, kTargetRed)};
-    scene_.table_ends = true;
+    scene_.props.push_back(mjcf::target_disc("goal_region", params.GOAL_RADIUS, kTargetRed));
   }
 
   void bind(const Bindings& bindings) override {
-    FamilyBase::bind(bindings);
-    launch_.bind(bindings);
-    reward_dict_.bind(bindings, info_.reward_terms.size());
+    BallGame::bind(bindings);
     reached_ = bindings.memory->add<std::uint8_t>("reached");
   }
 
@@ -96,28 +79,16 @@ class Intercept final : public FamilyBase {
 
   void reset(const Episode& episode) override {
     const int env = episode.env();
-    launch_.reset(episode);
-    const double goal[3] = {launch_.ball(env).x() + kGoalAhead, goal_y_.sample(episode),
-                            kGoalHeight};
+    BallGame::reset(episode);
+    const double goal[3] = {ball(env).x() + kGoalAhead, goal_y_.sample(episode), kGoalHeight};
     engine_.state->place_prop(env, kGoalProp, goal, kUprightQuat);
-  }
-
-  // --- phases: none, and nothing is hidden at any time ---
-
-  void advance(Range /*envs*/) override {}
-  int cue_end(int /*env*/) const override { return 0; }
-  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
-  template <class Visitor>
-  void sampled_row(Visitor& row, int env) const {
-    row.field("initial_velocity", 3, "m/s", "of the ball",
-              [&] { return launch_.initial_velocity(env); });
   }
 
   // --- success ---
 
   void evaluate(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      launch_.publish_velocity(env);
+      publish_velocity(env);
       engine_.success[env] = goal_distance(env) < params_.GOAL_RADIUS ? 1 : 0;
       reward_dict_.publish(env);
     }
@@ -127,13 +98,15 @@ class Intercept final : public FamilyBase {
 
   void dense_reward(Range envs, FloatRows out) override {
     for (int env = envs.begin; env < envs.end; ++env) {
-      const InterceptRewardTerms terms =
-          intercept_reward({launch_.ball(env), goal(env), launch_.tcp(env), reached_[env] != 0,
-                            engine_.success[env] != 0, params_.ball.BALL_RADIUS,
-                            params_.ball.penalty(engine_, env)});
-      reached_[env] = terms.reached ? 1 : 0;
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
+      InterceptReward reward{.ball = ball(env),
+                             .goal = goal(env),
+                             .tcp = tcp_pos(env),
+                             .reached = reached_[env] != 0,
+                             .success = engine_.success[env] != 0,
+                             .ball_radius = params_.ball.BALL_RADIUS,
+                             .penalty = params_.ball.penalty(engine_, env)};
+      *out.row(env) = static_cast<float>(reward_dict_.compute(env, reward));
+      reached_[env] = reward.reached ? 1 : 0;
     }
   }
 
@@ -144,51 +117,35 @@ class Intercept final : public FamilyBase {
   template <class Visitor>
   void state_row(Visitor& row, int env) const {
     row.field("goal_pos", 3, "m", "centre of the target", [&] { return goal(env); });
-    row.field("ball_pose", 7, "m", "position, quaternion (w, x, y, z)",
-              [&](RowWriter& out) { launch_.add_pose(env, out); });
-    row.field("oracle_info", 3, "m/s", "initial velocity of the ball",
-              [&] { return launch_.initial_velocity(env); });
-    row.field("ball_linear_vel", 3, "m/s", "", [&] { return launch_.linear_velocity(env); });
-    row.field("ball_angular_vel", 3, "rad/s", "about the world's axes",
-              [&] { return launch_.angular_velocity(env); });
-    row.field("tcp_to_ball_pos", 3, "m", "",
-              [&] { return Vector(launch_.ball(env) - launch_.tcp(env)); });
-    row.field("ball_to_goal_pos", 3, "m", "",
-              [&] { return Vector(goal(env) - launch_.ball(env)); });
+    launch_fields(row, env);
+    motion_fields(row, env);
+    row.field("ball_to_goal_pos", 3, "m", "", [&] { return Vector(goal(env) - ball(env)); });
   }
 
   // --- expert ---
 
   const Expert& expert() const override { return expert_; }
-  const Annotator* annotator() const override { return &annotator_; }
 
  private:
-  Vector goal(int env) const {
-    return Eigen::Map<const Vector>(engine_.state->prop_pos_of(env, kGoalProp));
-  }
-  double goal_distance(int env) const { return (launch_.ball(env) - goal(env)).head<2>().norm(); }
+  Vector goal(int env) const { return prop_pos(env, kGoalProp); }
+  double goal_distance(int env) const { return (ball(env) - goal(env)).head<2>().norm(); }
 
   Params params_;
-  BallLaunch launch_;
   RealVariable goal_y_;
-  RewardDict reward_dict_;
   Column<std::uint8_t> reached_;  // latched: the hand was once behind the ball
   DeflectExpert expert_;
-  InterceptAnnotator annotator_;
 };
 
 }  // namespace
 
-InterceptRewardTerms intercept_reward(const InterceptRewardInputs& in) {
-  InterceptRewardTerms terms;
-  const Vector hit = in.ball + (in.ball_radius + kHitGap) * (in.ball - in.goal).normalized();
-  terms.tcp_to_hit_pose_dist = (hit - in.tcp).norm();
-  terms.reached = in.reached || terms.tcp_to_hit_pose_dist < kReachedDistance;
-  terms.reaching = 1 - real::tanh(2 * terms.tcp_to_hit_pose_dist);
-  terms.place = 1 - real::tanh((in.ball - in.goal).head<2>().norm());
-  terms.reward = (terms.reached ? 5 * terms.place : 2 * terms.reaching) - in.penalty;
-  if (in.success) terms.reward = kSuccessReward;
-  return terms;
+double InterceptReward::compute() {
+  const Vector hit = ball + (ball_radius + kHitGap) * (ball - goal).normalized();
+  tcp_to_hit_pose_dist = (hit - tcp).norm();
+  reached = reached || tcp_to_hit_pose_dist < kReachedDistance;
+  reaching = 1 - real::tanh(2 * tcp_to_hit_pose_dist);
+  place = 1 - real::tanh((ball - goal).head<2>().norm());
+  if (success) return kSuccessReward;
+  return (reached ? 5 * place : 2 * reaching) - penalty;
 }
 
 constexpr auto kRows = rows_of(kVariants);

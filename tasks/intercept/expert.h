@@ -4,7 +4,7 @@
 #pragma once
 
 #include "core/task/expert.h"
-#include "tasks/intercept/ball_launch.h"
+#include "tasks/intercept/ball_game.h"
 
 namespace engram::tasks {
 

@@ -201,11 +201,7 @@ void ObjectRecall::note_answer(int env) const {
   if (key >= 0) engine_.answers.give(env, key, key == target_[env]);
 }
 
-void ObjectRecall::dense_reward(Range envs, FloatRows out) {
-  for (int env = envs.begin; env < envs.end; ++env) {
-    *out.row(env) = static_cast<float>(touch_.dense_reward(env));
-  }
-}
+void ObjectRecall::dense_reward(Range envs, FloatRows out) { touch_.dense_reward(envs, out); }
 
 // --- observation ---
 

@@ -29,12 +29,6 @@ constexpr double kPi = std::numbers::pi;
 
 // --- parameters ---
 
-// Names of reward terms, which the original spells in several ways.
-struct TermNames {
-  const char* correct_angle;
-  const char* angle_diff;
-};
-
 struct Params {
   TaskSpec task;
   RotateMode MODE;
@@ -47,7 +41,9 @@ struct Params {
   // None: rewards know no action cost.
   std::optional<SmoothnessParams> smoothness = SmoothnessParams{};
 
-  TermNames term_names() const;
+  RotateTermNames term_names() const;
+  // What rewards of all steps depend on.
+  RotateReward reward_form() const;
   void declare(ConstantBinder& constants);
   void check(int horizon) const;
 };
@@ -70,10 +66,19 @@ void Params::declare(ConstantBinder& constants) {
   if (smoothness) smoothness->declare(constants);
 }
 
-TermNames Params::term_names() const {
+RotateTermNames Params::term_names() const {
   if (!task.is_rl()) return {"correct_angle", strict ? "y_angle_diff_deg" : "angle_diff_deg"};
   if (strict) return {"correct_angle", "y_angle_diff"};
   return {"self.correct_angle", "self.angle_diff"};
+}
+
+RotateReward Params::reward_form() const {
+  return {.angle_threshold = angle_threshold,
+          .smoothness = smoothness.value_or(SmoothnessParams{}),
+          .success_reward = success_reward,
+          .strict = strict,
+          .names = term_names(),
+          .lists_smoothness = smoothness.has_value()};
 }
 
 void Params::check(int horizon) const {
@@ -180,7 +185,7 @@ class Rotate final : public FamilyBase {
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
     info_.task_cue_dim = 1;
-    info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
+    info_.reward_terms = reward_terms_of(params.reward_form());
     info_.phases = {{"manipulation", "always"}};
     declare_state(*this);
     declare_sampled_values(*this);
@@ -276,48 +281,17 @@ class Rotate final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      RotateRewardInputs in;
-      in.distance = (prop_pos(env, kPeg) - tcp_pos(env)).norm();
-      in.error = measure(env).error;
-      in.x_pos_error = position_error(env).x();
-      in.y_pos_error = position_error(env).y();
-      in.action_cost = measure_action_cost(engine_, env);
-      in.robot_static = robot_is_static(*engine_.state, env);
-      in.success = engine_.success[env] != 0;
-      in.angle_threshold = params_.angle_threshold;
-      in.smoothness = params_.smoothness.value_or(SmoothnessParams{});
-      in.success_reward = params_.success_reward;
-      const RotateRewardTerms terms =
-          params_.strict ? rotate_strict_reward(in) : rotate_lenient_reward(in);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
-    }
-  }
-
-  template <class Visitor>
-  void list_terms(Visitor& row, const RotateRewardInputs& in,
-                  const RotateRewardTerms& terms) const {
-    row.term("to_grip_dist", "m", in.distance);
-    row.term("reaching_reward", "", terms.reaching);
-    row.term("reached_status", "", terms.reached);
-    row.term("y_angle_reward", "", terms.rotate);
-    const TermNames names = params_.term_names();
-    row.term(names.correct_angle, "", is_correct(in.error, in.angle_threshold));
-    row.term(names.angle_diff, "deg", in.error * 180 / kPi);
-    row.term("agent_is_static", "", in.robot_static);
-    row.term("success", "", in.success);
-    if (params_.strict) {
-      row.term("x_pos_error", "m", in.x_pos_error);
-      row.term("y_pos_error", "m", in.y_pos_error);
-      row.term("x_pos_reward", "", terms.x_pos);
-      row.term("y_pos_reward", "", terms.y_pos);
-      row.term("position_ok", "", terms.position_ok);
-    }
-    if (params_.smoothness) {
-      list_smoothness(row, terms.smooth);
-      row.term("smooth_penalty", "", terms.smooth.penalty);
-    }
+    reward_dict_.write(envs, out, [&](int env) {
+      RotateReward reward = params_.reward_form();
+      reward.distance = (prop_pos(env, kPeg) - tcp_pos(env)).norm();
+      reward.error = measure(env).error;
+      reward.x_pos_error = position_error(env).x();
+      reward.y_pos_error = position_error(env).y();
+      reward.action_cost = measure_action_cost(engine_, env);
+      reward.robot_static = robot_is_static(*engine_.state, env);
+      reward.success = engine_.success[env] != 0;
+      return reward;
+    });
   }
 
   // --- observation ---
@@ -393,41 +367,38 @@ class Rotate final : public FamilyBase {
 
 }  // namespace
 
-RotateRewardTerms rotate_lenient_reward(const RotateRewardInputs& in) {
-  const double error = std::abs(in.error);
-  const bool correct = is_correct(in.error, in.angle_threshold);
-  RotateRewardTerms terms;
-  terms.smooth = smoothness(in.action_cost, in.smoothness);
-  terms.reaching = real::exp(-5 * in.distance);
-  terms.reached = in.distance < 0.1;
-  terms.rotate = real::exp(-1.5 * error);
-  terms.reward = terms.reaching - terms.smooth.penalty;
-  if (terms.reached) terms.reward += 15 * terms.rotate;
-  if (correct) terms.reward += 5;
-  if (correct && in.robot_static) terms.reward += 2;
-  if (in.success) terms.reward = in.success_reward;
-  return terms;
+double RotateReward::compute() {
+  smooth = tasks::smoothness(action_cost, smoothness);
+  const double value = strict ? strict_value() : lenient_value();
+  return success ? success_reward : value;
 }
 
-RotateRewardTerms rotate_strict_reward(const RotateRewardInputs& in) {
-  const double error = std::abs(in.error);
-  RotateRewardTerms terms;
-  terms.smooth = smoothness(in.action_cost, in.smoothness);
-  terms.reaching = 0.5 * real::exp(-3 * in.distance);
-  terms.reached = in.distance < 0.04;
-  terms.x_pos = real::exp(-5 * std::abs(in.x_pos_error));
-  terms.y_pos = real::exp(-5 * std::abs(in.y_pos_error));
-  terms.position_ok = std::max(std::abs(in.x_pos_error), std::abs(in.y_pos_error)) < kMaxOffset;
-  terms.rotate = real::exp(-1.0 * error);
-  terms.reward = terms.reaching - terms.smooth.penalty;
-  const bool at_work = terms.reached && terms.position_ok;
-  const bool correct = at_work && is_correct(in.error, in.angle_threshold);
-  if (terms.reached) terms.reward += 5 * terms.x_pos + 5 * terms.y_pos;
-  if (at_work) terms.reward += 35 * terms.rotate;
-  if (correct) terms.reward += 10;
-  if (correct && in.robot_static) terms.reward += 5;
-  if (in.success) terms.reward = in.success_reward;
-  return terms;
+double RotateReward::lenient_value() {
+  reaching = real::exp(-5 * distance);
+  reached = distance < 0.1;
+  rotate = real::exp(-1.5 * std::abs(error));
+  double value = reaching - smooth.penalty;
+  if (reached) value += 15 * rotate;
+  if (is_correct()) value += 5;
+  if (is_correct() && robot_static) value += 2;
+  return value;
+}
+
+double RotateReward::strict_value() {
+  reaching = 0.5 * real::exp(-3 * distance);
+  reached = distance < 0.04;
+  x_pos = real::exp(-5 * std::abs(x_pos_error));
+  y_pos = real::exp(-5 * std::abs(y_pos_error));
+  position_ok = std::max(std::abs(x_pos_error), std::abs(y_pos_error)) < kMaxOffset;
+  rotate = real::exp(-1.0 * std::abs(error));
+  double value = reaching - smooth.penalty;
+  const bool at_work = reached && position_ok;
+  const bool correct = at_work && is_correct();
+  if (reached) value += 5 * x_pos + 5 * y_pos;
+  if (at_work) value += 35 * rotate;
+  if (correct) value += 10;
+  if (correct && robot_static) value += 5;
+  return value;
 }
 
 constexpr auto kLenientRows = rows_of(kLenient);

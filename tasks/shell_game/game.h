@@ -121,12 +121,6 @@ class ShellGame : public FamilyBase {
   // To be called by bind(): memory is not needed.
   void reveal_answer();
 
-  // --- observation ---
-
-  void add_pose(int env, int prop, RowWriter& out) const {
-    out.add_pose(engine_.state->prop_pos_of(env, prop), engine_.state->prop_quat_of(env, prop));
-  }
-
   Mugs mugs_;
   Column<std::int32_t> target_;  // hidden cup or colour
 

@@ -20,6 +20,7 @@ inline constexpr double HEIGHT_OFFSET = 1000;  // m, added to the height of what
 
 // What has to come into the goal region of ShellGamePush and ShellGamePick.
 enum class GoalItem { kBall, kMug };
+inline constexpr double kMinBallTravel = 0.01;  // m, where the ball's slot is in the region
 
 // One row of a family's table.
 struct ShellGameParams {

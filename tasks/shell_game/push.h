@@ -5,8 +5,8 @@
 
 namespace engram::tasks {
 
-// Inputs of the dense reward.
-struct PushInputs {
+// Dense reward (tasks/common/reward_dict.h): 0 outside the manipulation phase, 4 at success.
+struct PushReward {
   double distance = 0;   // TCP to the mug, m
   double to_goal = 0;    // mug or ball to the goal's centre, m
   double arm_speed = 0;  // rad/s
@@ -14,18 +14,26 @@ struct PushInputs {
   bool placed = false;
   bool manipulation = false;
   bool success = false;
-};
-
-struct PushTerms {
+  bool lists_static = true;  // in reward_dict
+  // Terms.
   double reaching = 0;
   double place = 0;
   double stillness = 0;
   bool reached = false;
-  double reward = 0;
-};
 
-// The dense reward: 0 outside the manipulation phase, 4 at success.
-PushTerms push_reward(const PushInputs& inputs);
+  double compute();
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    row.term("reaching_reward", "", reaching);
+    row.term("static_reward", "", stillness);
+    if (lists_static) row.term("is_robot_static", "", robot_static);
+    row.term("place_reward", "", place);
+    row.term("tcp_to_obj_dist", "m", distance);
+    row.term("obj_to_goal_dist", "m", to_goal);
+    row.term("info[\"is_obj_placed\"]", "", placed);
+    row.term("reached_status", "", reached);
+  }
+};
 
 // ShellGamePush-VLA-v0 and ShellGamePush-v0.
 extern const Family kShellGamePush;

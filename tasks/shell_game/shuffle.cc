@@ -120,9 +120,8 @@ class ShuffleTouch final : public ShellGame {
   template <class Visitor>
   void state_row(Visitor& row, int env) const {
     row.field("obj_pose", 7, "m", "of the mug over the ball",
-              [&](RowWriter& out) { add_pose(env, target_[env], out); });
-    row.field("ball_pose", 7, "m", "of the red ball",
-              [&](RowWriter& out) { add_pose(env, ball_, out); });
+              [&] { return prop_pose(env, target_[env]); });
+    row.field("ball_pose", 7, "m", "of the red ball", [&] { return prop_pose(env, ball_); });
     row.field("oracle_info", 1, "", "slot of the ball after the shuffle",
               [&] { return answer(env); });
   }

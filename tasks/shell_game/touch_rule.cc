@@ -10,25 +10,11 @@ constexpr double MUG_DISPLACEMENT_PENALTY_COEF = 0.1;
 constexpr double MUG_DISPLACEMENT_SUCCESS_THRESH = 0.05;  // m
 constexpr double kSuccessReward = 3;
 
-bool meets_extra_condition(double displacement) {
+}  // namespace
+
+bool TouchRule::meets_extra_condition(double displacement) {
   return displacement <= MUG_DISPLACEMENT_SUCCESS_THRESH;
 }
-
-template <class Visitor>
-void list_terms(Visitor& row, const TouchRule::Form& form, const TouchRule::RewardInputs& in,
-                const TouchRule::RewardTerms& terms) {
-  row.term("reaching_reward", "", terms.reaching);
-  row.term("static_reward", "", terms.stillness);
-  row.term("tcp_to_obj_dist", "m", in.distance);
-  if (form.shoving) {
-    row.term("mug_max_displacement", "m", in.displacement);
-    row.term("mug_shift_penalty", "", terms.shift);
-    row.term("is_mug_displacement_ok", "", meets_extra_condition(in.displacement));
-  }
-  row.term(form.placed_term, "", in.placed);
-}
-
-}  // namespace
 
 void TouchRule::declare(ConstantBinder& constants) {
   constants.fixed({{"MUG_DISPLACEMENT_PENALTY_COEF", MUG_DISPLACEMENT_PENALTY_COEF},
@@ -36,7 +22,7 @@ void TouchRule::declare(ConstantBinder& constants) {
 }
 
 void TouchRule::describe(TaskInfo& info) const {
-  info.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, form_, {}, {}); });
+  info.reward_terms = reward_terms_of(Reward{.form = form_});
   info.answer =
       "the first cup within GOAL_THRESH of which the robot rests in the manipulation phase, the "
       "nearest one if there are several; its slot";
@@ -74,30 +60,23 @@ int TouchRule::touched_mug(const ShellGame& game, int env) const {
 
 // --- reward ---
 
-TouchRule::RewardTerms TouchRule::reward(const RewardInputs& in) {
-  RewardTerms terms;
-  terms.reaching = 1 - real::tanh(5 * in.distance);
-  terms.stillness = 1 - real::tanh(5 * in.arm_speed);
-  terms.shift = MUG_DISPLACEMENT_PENALTY_COEF * real::tanh(10 * in.displacement);
-  if (in.success) {
-    terms.reward = kSuccessReward;
-  } else if (in.manipulation) {
-    const double placed = in.placed ? terms.stillness + (in.robot_static ? 1 : 0) : 0;
-    terms.reward = terms.reaching + placed - terms.shift;
-  }
-  return terms;
+double TouchRule::Reward::compute() {
+  reaching = 1 - real::tanh(5 * distance);
+  stillness = 1 - real::tanh(5 * arm_speed);
+  shift = MUG_DISPLACEMENT_PENALTY_COEF * real::tanh(10 * displacement);
+  if (success) return kSuccessReward;
+  if (!manipulation) return 0;
+  return reaching + (placed ? stillness + (robot_static ? 1 : 0) : 0) - shift;
 }
 
 void TouchRule::dense_reward(const ShellGame& game, Range envs, FloatRows out) const {
-  for (int env = envs.begin; env < envs.end; ++env) {
-    RewardInputs in;
-    in.distance = game.obj_to_goal(env).norm();
-    in.displacement = displacement_[env];
-    game.fill_in(env, in);
-    const RewardTerms terms = reward(in);
-    game.reward_dict().note(env, [&](auto& row) { list_terms(row, form_, in, terms); });
-    *out.row(env) = static_cast<float>(terms.reward);
-  }
+  game.reward_dict().write(envs, out, [&](int env) {
+    Reward reward{.distance = game.obj_to_goal(env).norm(),
+                  .displacement = displacement_[env],
+                  .form = form_};
+    game.fill_in(env, reward);
+    return reward;
+  });
 }
 
 }  // namespace engram::tasks

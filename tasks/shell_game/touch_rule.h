@@ -9,7 +9,14 @@ namespace engram::tasks {
 
 class TouchRule {
  public:
-  struct RewardInputs {
+  // Name of a term of reward_dict in some games.
+  static constexpr const char* kPlacedInfo = "info[\"is_obj_placed\"]";
+  struct Form {
+    bool shoving = false;  // info shows how far mugs were shoved, and success depends on it
+    const char* placed_term = "is_obj_placed";  // in reward_dict
+  };
+  // Dense reward (tasks/common/reward_dict.h): 0 outside the manipulation phase, 3 at success.
+  struct Reward {
     double distance = 0;      // TCP to goal, m
     double arm_speed = 0;     // rad/s
     double displacement = 0;  // farthest that a mug was shoved, m
@@ -17,25 +24,30 @@ class TouchRule {
     bool placed = false;
     bool manipulation = false;
     bool success = false;
-  };
-  struct RewardTerms {
+    Form form = {};
+    // Terms.
     double reaching = 0;
     double stillness = 0;
     double shift = 0;
-    double reward = 0;
+
+    double compute();
+    template <class Visitor>
+    void list_terms(Visitor& row) const {
+      row.term("reaching_reward", "", reaching);
+      row.term("static_reward", "", stillness);
+      row.term("tcp_to_obj_dist", "m", distance);
+      if (form.shoving) {
+        row.term("mug_max_displacement", "m", displacement);
+        row.term("mug_shift_penalty", "", shift);
+        row.term("is_mug_displacement_ok", "", meets_extra_condition(displacement));
+      }
+      row.term(form.placed_term, "", placed);
+    }
   };
-  // The dense reward: 0 outside the manipulation phase, 3 at success.
-  static RewardTerms reward(const RewardInputs& inputs);
 
   // Class constants of the games in which mugs may be shoved.
   static void declare(ConstantBinder& constants);
 
-  // Name of a term of reward_dict in some games.
-  static constexpr const char* kPlacedInfo = "info[\"is_obj_placed\"]";
-  struct Form {
-    bool shoving = false;  // info shows how far mugs were shoved, and success depends on it
-    const char* placed_term = "is_obj_placed";  // in reward_dict
-  };
   TouchRule(const TouchParams& params, const Form& form)
       : goal_thresh_(params.GOAL_THRESH), form_(form) {}
 
@@ -52,6 +64,9 @@ class TouchRule {
   // none.
   int touched_mug(const ShellGame& game, int env) const;
   void dense_reward(const ShellGame& game, Range envs, FloatRows out) const;
+
+  // Whether mugs that were shoved by at most `displacement` m leave a success.
+  static bool meets_extra_condition(double displacement);
 
  private:
   double goal_thresh_;  // m

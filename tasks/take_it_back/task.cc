@@ -127,6 +127,14 @@ double guess_rate(double radius) {
   return right / static_cast<double>(kGrid * kGrid * kSlots * kSlots);
 }
 
+// What rewards of all steps depend on.
+TakeItBackReward form_of(const Params& params) {
+  return {.cube_halfsize = params.CUBE_HALFSIZE,
+          .smoothness = params.smoothness.value_or(SmoothnessParams{}),
+          .shaping = params.shaping,
+          .lists_smoothness = params.smoothness.has_value()};
+}
+
 class TakeItBack final : public FamilyBase {
  public:
   TakeItBack(const RegistryEntry& entry, const Params& params)
@@ -156,7 +164,7 @@ class TakeItBack final : public FamilyBase {
     info_.success_reward = kSuccessReward;
     info_.oracle_dim = 3;
     info_.oracle_is_real = true;
-    info_.reward_terms = reward_terms_of([&](auto& row) { list_terms(row, {}, {}); });
+    info_.reward_terms = reward_terms_of(form_of(params));
     info_.phases = {{"there", "the cube has not been on the target"},
                     {"back", "the cube has been on the target"}};
     declare_state(*this);
@@ -234,43 +242,18 @@ class TakeItBack final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      TakeItBackRewardInputs in;
-      in.cube = cube(env);
-      in.tcp = tcp_pos(env);
-      in.goal = goal(env);
-      in.initial = initial(env);
-      in.action_cost = measure_action_cost(engine_, env);
-      in.on_target = goal_achieved_[env] != 0;
-      in.reached = reached_[env] != 0;
-      in.success = engine_.success[env] != 0;
-      in.cube_halfsize = params_.CUBE_HALFSIZE;
-      in.smoothness = params_.smoothness.value_or(SmoothnessParams{});
-      in.shaping = params_.shaping;
-      const TakeItBackRewardTerms terms = take_it_back_reward(in);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
-    }
-  }
-
-  template <class Visitor>
-  void list_terms(Visitor& row, const TakeItBackRewardInputs& in,
-                  const TakeItBackRewardTerms& terms) const {
-    row.term("reached_push", "", terms.at_push_point);
-    row.term("reached_pull", "", terms.at_pull_point);
-    row.term("tcp_push_dist", "m", terms.push_distance);
-    row.term("tcp_pull_dist", "m", terms.pull_distance);
-    row.term("reaching_reward_push", "", terms.reaching_push);
-    row.term("reaching_reward_pull", "", terms.reaching_pull);
-    if (params_.shaping.contact_weight > 0) row.term("keep_contact_reward", "", terms.contact);
-    row.term("goal_achieved", "", in.on_target);
-    row.term("goal_reached_status", "", in.reached);
-    row.term("place_in_goal_reward", "", terms.in_goal);
-    row.term("place_back_reward", "", terms.back);
-    if (params_.smoothness) {
-      list_smoothness(row, terms.smooth);
-      row.term("smooth_penalty", "", terms.smooth.penalty);
-    }
+    reward_dict_.write(envs, out, [&](int env) {
+      TakeItBackReward reward = form_of(params_);
+      reward.cube = cube(env);
+      reward.tcp = tcp_pos(env);
+      reward.goal = goal(env);
+      reward.initial = initial(env);
+      reward.action_cost = measure_action_cost(engine_, env);
+      reward.on_target = goal_achieved_[env] != 0;
+      reward.reached = reached_[env] != 0;
+      reward.success = engine_.success[env] != 0;
+      return reward;
+    });
   }
 
   // --- observation ---
@@ -363,32 +346,26 @@ class TakeItBack final : public FamilyBase {
 
 }  // namespace
 
-TakeItBackRewardTerms take_it_back_reward(const TakeItBackRewardInputs& in) {
+double TakeItBackReward::compute() {
   constexpr double kPushGap = 0.005;  // m from the cube's face
   constexpr double kPullGap = 0.01;   // m
-  TakeItBackRewardTerms terms;
-  terms.smooth = smoothness(in.action_cost, in.smoothness);
-  terms.push_distance = (in.cube + Vector(-in.cube_halfsize - kPushGap, 0, 0) - in.tcp).norm();
-  terms.pull_distance = (in.cube + Vector(in.cube_halfsize + kPullGap, 0, 0) - in.tcp).norm();
-  terms.at_push_point = terms.push_distance < in.shaping.in_place;
-  terms.at_pull_point = terms.pull_distance < in.shaping.in_place;
-  terms.reaching_push = 1 - real::tanh(5 * terms.push_distance);
-  terms.reaching_pull = 1 - real::tanh(5 * terms.pull_distance);
-  terms.contact = 1 - real::tanh(6 * (in.cube - in.tcp).norm());
-  terms.in_goal = 1 - real::tanh(5 * (in.cube.head<2>() - in.goal).norm());
-  terms.back = 1 - real::tanh(5 * (in.cube.head<2>() - in.initial).norm());
-  if (in.success) {
-    terms.reward = kSuccessReward;
-  } else if (in.reached) {
-    terms.reward =
-        10 * terms.reaching_pull + in.shaping.contact_weight * terms.contact - terms.smooth.penalty;
-    if (terms.at_pull_point) terms.reward += 15 * terms.back;
-  } else {
-    terms.reward =
-        2 * terms.reaching_push + in.shaping.in_goal_weight * terms.in_goal - terms.smooth.penalty;
-    if (terms.at_push_point) terms.reward += 5 * terms.in_goal;
+  smooth = tasks::smoothness(action_cost, smoothness);
+  push_distance = (cube + Vector(-cube_halfsize - kPushGap, 0, 0) - tcp).norm();
+  pull_distance = (cube + Vector(cube_halfsize + kPullGap, 0, 0) - tcp).norm();
+  at_push_point = push_distance < shaping.in_place;
+  at_pull_point = pull_distance < shaping.in_place;
+  reaching_push = 1 - real::tanh(5 * push_distance);
+  reaching_pull = 1 - real::tanh(5 * pull_distance);
+  contact = 1 - real::tanh(6 * (cube - tcp).norm());
+  in_goal = 1 - real::tanh(5 * (cube.head<2>() - goal).norm());
+  back = 1 - real::tanh(5 * (cube.head<2>() - initial).norm());
+  if (success) return kSuccessReward;
+  if (reached) {
+    const double reward = 10 * reaching_pull + shaping.contact_weight * contact - smooth.penalty;
+    return at_pull_point ? reward + 15 * back : reward;
   }
-  return terms;
+  const double reward = 2 * reaching_push + shaping.in_goal_weight * in_goal - smooth.penalty;
+  return at_push_point ? reward + 5 * in_goal : reward;
 }
 
 constexpr auto kRows = rows_of(kVariants);

@@ -24,21 +24,19 @@ CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window) {
   return phase;
 }
 
-TransferRewardTerms transfer_reward(const TransferRewardInputs& in) {
-  TransferRewardTerms terms;
-  terms.reaching = 1 - real::tanh(10 * in.tcp_to_cube);
-  terms.place = 1 - real::tanh(5 * in.cube_to_goal);
-  terms.stillness = 1 - real::tanh(5 * in.action_cost.arm_speed);
-  terms.smooth = smoothness(in.action_cost, in.smoothness);
-  if (in.count.signal_on) {
-    terms.reward = 2 * terms.reaching + (in.grasped ? 3 : 0) - terms.smooth.penalty;
-    if (in.grasped && in.count.in_window) terms.reward += 20 * terms.place;
-    if (in.on_red && in.count.in_window) terms.reward += 5 + 3 * terms.stillness;
-    if (in.on_red && in.count.before_window) terms.reward -= 5;
-  }
-  if (in.success) terms.reward = kTimedTransferSuccessReward;
-  if (in.failed) terms.reward = -FAILURE_PENALTY;
-  return terms;
+double TransferReward::compute() {
+  reaching = 1 - real::tanh(10 * tcp_to_cube);
+  place = 1 - real::tanh(5 * cube_to_goal);
+  stillness = 1 - real::tanh(5 * action_cost.arm_speed);
+  smooth = tasks::smoothness(action_cost, smoothness);
+  if (failed) return -FAILURE_PENALTY;
+  if (success) return kTimedTransferSuccessReward;
+  if (!count.signal_on) return 0;
+  double reward = 2 * reaching + (grasped ? 3 : 0) - smooth.penalty;
+  if (grasped && count.in_window) reward += 20 * place;
+  if (on_red && count.in_window) reward += 5 + 3 * stillness;
+  if (on_red && count.before_window) reward -= 5;
+  return reward;
 }
 
 }  // namespace engram::tasks

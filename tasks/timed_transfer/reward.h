@@ -33,39 +33,36 @@ struct CountPhase {
 };
 CountPhase count_phase(int elapsed, int signal_step, const TimeWindow& window);
 
-struct TransferRewardInputs {
+// Dense reward (tasks/common/reward_dict.h).
+struct TransferReward {
   double tcp_to_cube = 0;   // m
   double cube_to_goal = 0;  // m
-  ActionCost action_cost;
-  CountPhase count;
+  ActionCost action_cost = {};
+  CountPhase count = {};
   bool grasped = false;
   bool on_red = false;
   bool success = false;
   bool failed = false;
   SmoothnessParams smoothness = kTimedTransferSmoothness;
-};
-
-struct TransferRewardTerms {
+  // Terms.
   double reaching = 0;
   double place = 0;
   double stillness = 0;
-  SmoothnessTerms smooth;
-  double reward = 0;
+  SmoothnessTerms smooth = {};
+
+  double compute();
+  template <class Visitor>
+  void list_terms(Visitor& row) const {
+    row.term("reaching_reward", "", reaching);
+    row.term("place_reward", "", place);
+    row.term("is_grasped", "", grasped);
+    row.term("tcp_to_cube_dist", "m", tcp_to_cube);
+    row.term("obj_to_goal_dist", "m", cube_to_goal);
+    row.term("cube_on_red", "", on_red);
+    row.term("static_reward", "", stillness);
+    row.term("smooth_penalty", "", smooth.penalty);
+    smooth.list_parts(row);
+  }
 };
-
-template <class Visitor>
-void list_terms(Visitor& row, const TransferRewardInputs& in, const TransferRewardTerms& terms) {
-  row.term("reaching_reward", "", terms.reaching);
-  row.term("place_reward", "", terms.place);
-  row.term("is_grasped", "", in.grasped);
-  row.term("tcp_to_cube_dist", "m", in.tcp_to_cube);
-  row.term("obj_to_goal_dist", "m", in.cube_to_goal);
-  row.term("cube_on_red", "", in.on_red);
-  row.term("static_reward", "", terms.stillness);
-  row.term("smooth_penalty", "", terms.smooth.penalty);
-  list_smoothness(row, terms.smooth);
-}
-
-TransferRewardTerms transfer_reward(const TransferRewardInputs& inputs);
 
 }  // namespace engram::tasks

@@ -214,7 +214,7 @@ class TimedTransfer final : public FamilyBase {
     info_.oracle_dim = 1;
     info_.oracle_is_real = true;
     info_.hidden_variable = "signal_step";
-    info_.reward_terms = reward_terms_of([](auto& row) { list_terms(row, {}, {}); });
+    info_.reward_terms = reward_terms_of(TransferReward{});
     describe_window();
     declare_state(*this);
     declare_sampled_values(*this);
@@ -309,21 +309,18 @@ class TimedTransfer final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      TransferRewardInputs in;
-      in.tcp_to_cube = (prop_pos(env, kCube) - tcp_pos(env)).norm();
-      in.cube_to_goal = (prop_pos(env, kRedDisc) - prop_pos(env, kCube)).norm();
-      in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
-      in.count = count(env);
-      in.grasped = is_grasped_[env] != 0;
-      in.on_red = cube_on_red_[env] != 0;
-      in.success = engine_.success[env] != 0;
-      in.failed = engine_.failed[env] != 0;
-      in.smoothness = params_.smoothness;
-      const TransferRewardTerms terms = transfer_reward(in);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
-    }
+    reward_dict_.write(envs, out, [&](int env) {
+      return TransferReward{
+          .tcp_to_cube = (prop_pos(env, kCube) - tcp_pos(env)).norm(),
+          .cube_to_goal = (prop_pos(env, kRedDisc) - prop_pos(env, kCube)).norm(),
+          .action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero),
+          .count = count(env),
+          .grasped = is_grasped_[env] != 0,
+          .on_red = cube_on_red_[env] != 0,
+          .success = engine_.success[env] != 0,
+          .failed = engine_.failed[env] != 0,
+          .smoothness = params_.smoothness};
+    });
   }
 
   // --- observation ---

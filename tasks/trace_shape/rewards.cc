@@ -14,38 +14,30 @@ double nearness(double slope, double distance) { return 1 - real::tanh(slope * d
 
 }  // namespace
 
-TraceRewardTerms trace_reward(const TraceRewardInputs& in, const SmoothnessParams& weights) {
-  TraceRewardTerms terms;
-  terms.reaching = nearness(5, in.tcp_to_cube);
-  terms.grasping = in.tcp_to_cube < kGraspDistance ? 1 : 0;
-  terms.nearest = in.all_visited ? 0 : terms.grasping * nearness(5, in.nearest_unvisited);
-  terms.closure = in.all_visited ? nearness(5, in.start_distance) : 0;
-  terms.reward = in.acting ? terms.reaching + 2 * terms.grasping + 3 * in.visit_fraction +
-                                 2 * terms.nearest + 2 * terms.closure
-                           : 0.5 * terms.reaching;
-  terms.smooth = smoothness(in.action_cost, weights);
-  terms.reward -= terms.smooth.penalty;
-  if (in.success) terms.reward = kTraceShapeSuccessReward;
-  return terms;
+double TraceReward::compute() {
+  reaching = nearness(5, tcp_to_cube);
+  grasping = tcp_to_cube < kGraspDistance ? 1 : 0;
+  nearest = all_visited ? 0 : grasping * nearness(5, nearest_unvisited);
+  closure = all_visited ? nearness(5, start_distance) : 0;
+  smooth = tasks::smoothness(action_cost, smoothness);
+  if (success) return kTraceShapeSuccessReward;
+  const double reward =
+      acting ? reaching + 2 * grasping + 3 * visit_fraction + 2 * nearest + 2 * closure
+             : 0.5 * reaching;
+  return reward - smooth.penalty;
 }
 
-TraceSeqRewardTerms trace_seq_reward(const TraceSeqRewardInputs& in,
-                                     const SmoothnessParams& weights) {
-  const TraceRewardInputs& trace = in.trace;
-  TraceSeqRewardTerms terms;
-  terms.reaching = nearness(5, trace.tcp_to_cube);
-  terms.grasping = trace.tcp_to_cube < kGraspDistance ? 1 : 0;
-  terms.closure = trace.all_visited ? nearness(5, trace.start_distance) : 0;
-  terms.button_reach = in.button_awaits ? nearness(8, in.button_distance) : 0;
-  terms.button_press = in.button_awaits ? std::clamp(in.press_fraction, 0.0, 1.0) : 0;
-  terms.smooth = smoothness(trace.action_cost, weights);
-  terms.reward = trace.acting ? terms.reaching + 1.8 * terms.grasping + 2.5 * trace.visit_fraction +
-                                    3 * in.progress + 2 * terms.closure
-                              : 0.5 * terms.reaching;
-  terms.reward += 1.5 * terms.button_reach + 2.5 * terms.button_press - terms.smooth.penalty;
-  if (in.failed_submit) terms.reward = kFailedSubmitReward;
-  if (trace.success) terms.reward = kTraceShapeSeqSuccessReward;
-  return terms;
+double TraceSeqReward::compute() {
+  trace.compute();
+  button_reach = button_awaits ? nearness(8, button_distance) : 0;
+  button_press = button_awaits ? std::clamp(press_fraction, 0.0, 1.0) : 0;
+  if (trace.success) return kTraceShapeSeqSuccessReward;
+  if (failed_submit) return kFailedSubmitReward;
+  const double reward = trace.acting
+                            ? trace.reaching + 1.8 * trace.grasping + 2.5 * trace.visit_fraction +
+                                  3 * progress + 2 * trace.closure
+                            : 0.5 * trace.reaching;
+  return reward + (1.5 * button_reach + 2.5 * button_press - trace.smooth.penalty);
 }
 
 }  // namespace engram::tasks

@@ -53,8 +53,7 @@ class TraceShapeSeq final : public FamilyBase {
         "that is due: the shapes so far, a digit each, id + 1";
     info_.answer_rate = answer_rate(params);
     info_.hidden_variable = hidden_variable(params);
-    info_.reward_terms =
-        reward_terms_of([](auto& row) { list_terms(row, TraceSeqRewardInputs{}, {}); });
+    info_.reward_terms = reward_terms_of(TraceSeqReward{});
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS) + " L");
     declare_state(*this);
     declare_sampled_values(*this);
@@ -137,25 +136,23 @@ class TraceShapeSeq final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
-      const Contour contour = active_contour(env);
-      TraceSeqRewardInputs in;
-      in.trace.tcp_to_cube = (prop_pos(env, demo_.green_cube()) - tcp_pos(env)).norm();
-      in.trace.acting = demo_.is_acting(env);
-      in.trace.visit_fraction = demo_.contours().visited_fraction(visited_[env]);
-      in.trace.all_visited = visited_[env] == demo_.contours().all_visited();
-      in.trace.start_distance = (contour.checkpoint(0) - demo_.green_at(env)).norm();
-      in.trace.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
-      in.trace.success = engine_.success[env] != 0;
-      in.progress = progress(env);
-      in.button_awaits = button_awaits(env);
-      in.button_distance = (button_.above(env) - tcp_pos(env)).norm();
-      in.press_fraction = button_.press_fraction(env);
-      in.failed_submit = failed_submit_[env] != 0;
-      const TraceSeqRewardTerms terms = trace_seq_reward(in, params_.smoothness);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
-    }
+    reward_dict_.write(envs, out, [&](int env) {
+      const TraceReward trace{
+          .tcp_to_cube = (prop_pos(env, demo_.green_cube()) - tcp_pos(env)).norm(),
+          .acting = demo_.is_acting(env),
+          .visit_fraction = demo_.contours().visited_fraction(visited_[env]),
+          .all_visited = visited_[env] == demo_.contours().all_visited(),
+          .start_distance = (active_contour(env).checkpoint(0) - demo_.green_at(env)).norm(),
+          .action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero),
+          .success = engine_.success[env] != 0,
+          .smoothness = params_.smoothness};
+      return TraceSeqReward{.trace = trace,
+                            .progress = progress(env),
+                            .button_awaits = button_awaits(env),
+                            .button_distance = (button_.above(env) - tcp_pos(env)).norm(),
+                            .press_fraction = button_.press_fraction(env),
+                            .failed_submit = failed_submit_[env] != 0};
+    });
   }
 
   // --- observation ---

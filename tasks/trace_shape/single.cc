@@ -37,8 +37,7 @@ class TraceShape final : public FamilyBase {
         "turned as the one that was shown, to whose checkpoints it has come nearest; its id";
     info_.answer_rate = answer_rate(params);
     info_.hidden_variable = hidden_variable(params);
-    info_.reward_terms =
-        reward_terms_of([](auto& row) { list_terms(row, TraceRewardInputs{}, {}); });
+    info_.reward_terms = reward_terms_of(TraceReward{});
     info_.phases = trace_phases("P + " + std::to_string(params.contours.NUM_WAYPOINTS));
     declare_state(*this);
     declare_sampled_values(*this);
@@ -120,23 +119,20 @@ class TraceShape final : public FamilyBase {
   // --- reward ---
 
   void dense_reward(Range envs, FloatRows out) override {
-    for (int env = envs.begin; env < envs.end; ++env) {
+    reward_dict_.write(envs, out, [&](int env) {
       const Contour contour = demo_.contour(env, 0);
       const Vec2 green = demo_.green_at(env);
       const int nearest = nearest_checkpoint(contour, green, visited_[env]);
-      TraceRewardInputs in;
-      in.tcp_to_cube = cube_from_tcp(env).norm();
-      in.acting = demo_.is_acting(env);
-      in.visit_fraction = demo_.contours().visited_fraction(visited_[env]);
-      in.all_visited = visited_[env] == demo_.contours().all_visited();
-      in.start_distance = (contour.checkpoint(0) - green).norm();
-      in.nearest_unvisited = (contour.checkpoint(nearest) - green).norm();
-      in.action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero);
-      in.success = engine_.success[env] != 0;
-      const TraceRewardTerms terms = trace_reward(in, params_.smoothness);
-      reward_dict_.note(env, [&](auto& row) { list_terms(row, in, terms); });
-      *out.row(env) = static_cast<float>(terms.reward);
-    }
+      return TraceReward{.tcp_to_cube = cube_from_tcp(env).norm(),
+                         .acting = demo_.is_acting(env),
+                         .visit_fraction = demo_.contours().visited_fraction(visited_[env]),
+                         .all_visited = visited_[env] == demo_.contours().all_visited(),
+                         .start_distance = (contour.checkpoint(0) - green).norm(),
+                         .nearest_unvisited = (contour.checkpoint(nearest) - green).norm(),
+                         .action_cost = measure_action_cost(engine_, env, FirstChange::kFromZero),
+                         .success = engine_.success[env] != 0,
+                         .smoothness = params_.smoothness};
+    });
   }
 
   // --- observation ---

@@ -126,30 +126,32 @@ const ActionCost kActionCost{
 
 TEST_CASE("The battery reward's examples", "[battery][reward]") {
   CHECK(smoothness(kActionCost, kWeights).penalty == Approx(0.036606).margin(1e-6));
-  BatteryRewardInputs insert;
+  BatteryReward insert{.smoothness = kWeights};
   insert.unchecked_distance = 0.08;
   insert.home_distance = 0.3;
   insert.button_distance = insert.socket_distance = 0.3;
   insert.action_cost = kActionCost;
-  CHECK(battery_reward(insert, kWeights, false).reward == Approx(0.791985).margin(1e-6));
+  CHECK(insert.compute() == Approx(0.791985).margin(1e-6));
 
-  BatteryRewardInputs confirm = insert;
+  BatteryReward confirm = insert;
   confirm.stage = STAGE_CONFIRM;
   confirm.button_distance = 0.084 - 0.063;
   confirm.socket_distance = 0.317043;
   confirm.press_depth = 0.004 / 0.014;
-  CHECK(battery_reward(confirm, kWeights, false).reward == Approx(2.178093).margin(1e-6));
-  CHECK(battery_reward(confirm, kWeights, true).reward == Approx(0.700095).margin(1e-6));
+  CHECK(confirm.compute() == Approx(2.178093).margin(1e-6));
+  confirm.upstream = true;
+  CHECK(confirm.compute() == Approx(0.700095).margin(1e-6));
 }
 
 TEST_CASE("What a valid confirmation is worth", "[battery][reward]") {
-  BatteryRewardInputs in;
+  BatteryReward in{.smoothness = kWeights};
   in.stage = STAGE_INSERT;
   in.pressed = true;
   in.events.confirm = true;
   const auto bonus = [&](bool works, bool upstream) {
     in.events.newly_found = works;
-    return battery_reward(in, kWeights, upstream).reward;
+    in.upstream = upstream;
+    return in.compute();
   };
   CHECK(bonus(true, false) == Approx(19));
   CHECK(bonus(false, false) == Approx(7));

@@ -300,7 +300,8 @@ TEST_CASE("Environments pay the worked rewards", "[reward][blink_count]") {
 
 TEST_CASE("The blink reward has the worked value of a step with an abrupt action",
           "[reward][blink_count]") {
-  tasks::BlinkRewardInputs in;
+  const tasks::BlinkCountParams params;
+  tasks::BlinkReward in{params};
   in.height = 0.12;
   in.xy_distance = 0.01;
   in.cap_distance = std::hypot(0.01, 0.12 - 0.044);
@@ -311,20 +312,18 @@ TEST_CASE("The blink reward has the worked value of a step with an abrupt action
   in.red.released = true;
   in.acting = true;
   in.action_cost = {1, 0.2, 0.5};
-  const tasks::BlinkRewardTerms terms = tasks::blink_reward(in, {});
-  CHECK(terms.reward == Approx(7.7361566).margin(6e-7));
-  CHECK(terms.smooth.penalty == Approx(0.0401040).margin(6e-7));
-  const auto list = [&](auto& row) { tasks::list_blink_terms(row, in, terms); };
+  CHECK(in.compute() == Approx(7.7361566).margin(6e-7));
+  CHECK(in.smooth.penalty == Approx(0.0401040).margin(6e-7));
   std::vector<std::string> names;
-  for (const Field& term : tasks::reward_terms_of(list)) names.push_back(term.name);
+  for (const Field& term : tasks::reward_terms_of(in)) names.push_back(term.name);
   REQUIRE(names.size() == 37);
   CHECK(names[36] == "smooth_penalty");
   std::vector<float> values(names.size());
   tasks::TermWriter writer(values.data());
-  list(writer);
+  in.list_terms(writer);
   CHECK(static_cast<double>(values[36]) == Approx(0.0401040).margin(6e-7));
   in.acting = false;
-  CHECK(tasks::blink_reward(in, {}).reward == 0);
+  CHECK(in.compute() == 0);
 }
 
 TEST_CASE("The first action is compared with zero", "[reward][blink_count]") {

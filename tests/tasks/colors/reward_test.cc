@@ -92,7 +92,7 @@ TEST_CASE("Upstream's Seq asks for the order too", "[touch]") {
 TEST_CASE("The colour reward has the worked values", "[reward]") {
   const auto reward = [](int length, double goal, double speed, int correct, int wrong,
                          double displacement) {
-    ColorRewardInputs in;
+    ColorReward in;
     in.touches.length = length;
     in.touches.goal_distance = goal;
     in.touches.arm_speed = speed;
@@ -102,7 +102,7 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
     in.mean_displacement = displacement;
     return in;
   };
-  const auto value = [](const ColorRewardInputs& in) { return color_reward(in, {}).reward; };
+  const auto value = [](ColorReward in) { return in.compute(); };
   CHECK(value(reward(3, 0.1, 0.1, 1, 1, 0.002)) == Approx(20.467347).margin(6e-7));
   CHECK(value(reward(3, 0.1, 0.1, 1, 2, 0.002)) == Approx(10.467347).margin(6e-7));
   CHECK(value(reward(3, 0.25, 0.4, 0, 0, 0)) == Approx(0.0313719).margin(6e-8));
@@ -111,32 +111,32 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
         Approx(0.0511684).margin(6e-8));
   CHECK(value(reward(5, 0, 0.02, 5, 0, 0.004)) / kColorSuccessReward ==
         Approx(0.2284254).margin(6e-8));
-  ColorRewardInputs early = reward(3, 0, 0, 3, 0, 0);
+  ColorReward early = reward(3, 0, 0, 3, 0, 0);
   early.touches.acting = false;
   CHECK(value(early) == 0);
-  ColorRewardInputs done = reward(3, 0.3, 1, 3, 0, 0.02);
+  ColorReward done = reward(3, 0.3, 1, 3, 0, 0.02);
   done.touches.success = true;
   CHECK(value(done) == 400);
 }
 
 TEST_CASE("The RL tasks' colour reward has the worked values", "[reward][rl]") {
   const auto value = [](int length, double goal, double speed, int correct, int wrong) {
-    ColorTouchRewardInputs in;
+    ColorTouchReward in;
     in.length = length;
     in.goal_distance = goal;
     in.arm_speed = speed;
     in.tally.correct = correct;
     in.tally.wrong = wrong;
     in.acting = true;
-    return color_touch_reward(in, color_touch_terms(in));
+    return in.compute();
   };
   CHECK(value(3, 0.1, 0.1, 1, 1) == Approx(20.507347).margin(6e-7));
   CHECK(value(3, 0.25, 0.4, 0, 0) == Approx(0.031372).margin(6e-7));
   CHECK(value(5, 0, 0.02, 5, 0) == Approx(91.450166).margin(6e-7));
-  ColorTouchRewardInputs in;
-  CHECK(color_touch_reward(in, color_touch_terms(in)) == 0);  // too early
+  ColorTouchReward in;
+  CHECK(in.compute() == 0);  // too early
   in.success = true;
-  CHECK(color_touch_reward(in, color_touch_terms(in)) == 100);
+  CHECK(in.compute() == 100);
 }
 
 TEST_CASE("A touch is a mistake where it can no longer be corrected", "[touch][answer]") {

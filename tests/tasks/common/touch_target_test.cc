@@ -17,7 +17,7 @@ constexpr SmoothnessParams kColor = {0.02, 0.05, 0.01};
 TEST_CASE("The touch reward has the worked values", "[reward]") {
   struct Row {
     const char* name;
-    TouchRewardInputs in;
+    TouchReward in;
     double reach;
     double penalty;
     double reward;
@@ -57,15 +57,17 @@ TEST_CASE("The touch reward has the worked values", "[reward]") {
        0.528743},
       {"success", {0.03, 0.05, 0.1, 0.1, true, true, true}, 0.708687, 0.028050, 3, 1, 1},
   };
-  for (const Row& line : rows) {
-    const TouchRewardTerms terms = touch_reward(line.in, kColor);
+  for (Row line : rows) {
+    TouchReward& reward = line.in;
+    reward.smoothness = kColor;
+    const double value = reward.compute();
     INFO(line.name);
-    CHECK(terms.reaching == Approx(line.reach).margin(6e-7));
-    CHECK(terms.smooth.penalty == Approx(line.penalty).margin(6e-7));
-    CHECK(terms.reward == Approx(line.reward).margin(6e-7));
-    CHECK(terms.reward / kTouchSuccessReward == Approx(line.normalized).margin(6e-7));
-    CHECK(touch_reward(line.in, {}).reward / kTouchSuccessReward ==
-          Approx(line.without_penalty).margin(6e-7));
+    CHECK(reward.reaching == Approx(line.reach).margin(6e-7));
+    CHECK(reward.smooth.penalty == Approx(line.penalty).margin(6e-7));
+    CHECK(value == Approx(line.reward).margin(6e-7));
+    CHECK(value / kTouchSuccessReward == Approx(line.normalized).margin(6e-7));
+    reward.smoothness.reset();
+    CHECK(reward.compute() / kTouchSuccessReward == Approx(line.without_penalty).margin(6e-7));
   }
 }
 
@@ -73,7 +75,7 @@ TEST_CASE("The touch reward has the worked values", "[reward]") {
 double expected_reward(const Batch& batch, const std::vector<float>& action,
                        const std::vector<float>& previous, const SmoothnessParams& params) {
   const float* delta = row<float>(batch.output("obj_to_goal_pos"), 0);
-  TouchRewardInputs in;
+  TouchReward in;
   in.distance = std::hypot(static_cast<double>(delta[0]), static_cast<double>(delta[1]),
                            static_cast<double>(delta[2]));
   double speed = 0;
@@ -90,19 +92,20 @@ double expected_reward(const Batch& batch, const std::vector<float>& action,
   in.robot_static = *row<std::uint8_t>(batch.output("is_robot_static"), 0) != 0;
   in.placed = *row<std::uint8_t>(batch.output("is_obj_placed"), 0) != 0;
   in.success = batch.success()[0] != 0;
-  return touch_reward(in, params).reward;
+  in.smoothness = params;
+  return in.compute();
 }
 
 TEST_CASE("Without action cost, the touch reward equals its published values", "[reward]") {
   const auto reward = [](double distance, double speed, bool still) {
-    TouchRewardInputs in;
+    TouchReward in;
     in.distance = distance;
     in.arm_speed = speed;
     in.action_norm = 1;
     in.action_delta_norm = 1;
     in.robot_static = still;
     in.placed = distance <= 0.05;
-    return touch_reward(in, {}).reward;
+    return in.compute();
   };
   CHECK(reward(0.12, 0.6, false) == Approx(0.168818).margin(6e-7));
   CHECK(reward(0.06, 0.05, true) == Approx(0.840491).margin(6e-7));

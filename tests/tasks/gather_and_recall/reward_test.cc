@@ -45,21 +45,21 @@ TEST_CASE("The lamp flashes once, from the step that triggers it", "[gather]") {
 }
 
 TEST_CASE("The gathering reward's examples", "[gather][reward]") {
-  GatherRewardInputs in;
+  GatherReward in;
   in.goal_distance = 0.25;
   in.cubes = 5;
   in.cubes_on_disc = 2;
   in.action_cost = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
-  CHECK(gather_reward(in).smooth.penalty == Approx(0.046606).margin(1e-6));
-  CHECK(gather_reward(in).reward == Approx(4.025338).margin(1e-6));
+  CHECK(in.compute() == Approx(4.025338).margin(1e-6));
+  CHECK(in.smooth.penalty == Approx(0.046606).margin(1e-6));
   in.correct_depth = 0.5;  // pressing too early is worth nothing
-  CHECK(gather_reward(in).reward == Approx(4.025338).margin(1e-6));
+  CHECK(in.compute() == Approx(4.025338).margin(1e-6));
   in.all_on_disc = true;
-  CHECK(gather_reward(in).reward == Approx(4.025338 + 1.5 * 0.071945 + 2.5).margin(1e-6));
+  CHECK(in.compute() == Approx(4.025338 + 1.5 * 0.071945 + 2.5).margin(1e-6));
   in.failed = true;
-  CHECK(gather_reward(in).reward == -25);
+  CHECK(in.compute() == -25);
   in.success = true;
-  CHECK(gather_reward(in).reward == 50);
+  CHECK(in.compute() == 50);
 }
 
 }  // namespace

@@ -95,20 +95,20 @@ TEST_CASE("A ball in the target ends an RL episode, unless the user wants it to 
 
 TEST_CASE("The reward of InterceptGrab as an RL task equals its published values",
           "[intercept][rl]") {
-  tasks::GrabRewardInputs in;
+  tasks::GrabReward in;
   in.bonuses = {.attempt = 45, .grasp = 100};
   in.ball = {-0.2, -0.1, 0.02};
   in.tcp = {-0.2, -0.09, 0.03};
   in.gripper_width = 0.08;
-  CHECK(tasks::grab_reward(in).reward == Approx(123.940290).margin(1e-5));
+  CHECK(in.compute() == Approx(123.940290).margin(1e-5));
   in.tcp = in.ball;
   in.gripper_width = 0.05;
-  CHECK(tasks::grab_reward(in).reward == Approx(185));
+  CHECK(in.compute() == Approx(185));
   in.grasped = true;
   in.gripper_width = 0.0401;
-  CHECK(tasks::grab_reward(in).reward == Approx(285));
+  CHECK(in.compute() == Approx(285));
   in.gripper_width = 0.0399;
-  CHECK(tasks::grab_reward(in).reward == Approx(140));
+  CHECK(in.compute() == Approx(140));
 }
 
 TEST_CASE("In an RL episode one slow ball in ten drifts into the target by itself",

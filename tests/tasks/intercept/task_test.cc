@@ -23,50 +23,50 @@ const std::map<std::string, std::pair<double, double>> kSpeeds = {
 bool is_grab(const std::string& id) { return id.find("Grab") != std::string::npos; }
 
 TEST_CASE("The reward of Intercept equals the worked examples", "[intercept]") {
-  tasks::InterceptRewardInputs in;
+  tasks::InterceptReward in;
   in.ball = {-0.2, -0.5, 0.02};
   in.goal = {0, 0, 0.001};
   in.tcp = {-0.07, 0, 0.318};
-  tasks::InterceptRewardTerms terms = tasks::intercept_reward(in);
-  CHECK(terms.tcp_to_hit_pose_dist == Approx(0.656385).margin(1e-6));
-  CHECK(terms.reward == Approx(0.270051).margin(1e-6));
-  CHECK_FALSE(terms.reached);
+  double reward = in.compute();
+  CHECK(in.tcp_to_hit_pose_dist == Approx(0.656385).margin(1e-6));
+  CHECK(reward == Approx(0.270051).margin(1e-6));
+  CHECK_FALSE(in.reached);
   in.reached = true;
-  terms = tasks::intercept_reward(in);
-  CHECK(terms.reward == Approx(2.540679).margin(1e-6));
-  CHECK(terms.reached);
+  reward = in.compute();
+  CHECK(reward == Approx(2.540679).margin(1e-6));
+  CHECK(in.reached);
 
   in.reached = false;
   in.ball = {-0.1, -0.2, 0.02};
   in.goal = {0.1, 0, 0.001};
   in.tcp = {-0.15, -0.25, 0.025};
-  terms = tasks::intercept_reward(in);
-  CHECK(terms.tcp_to_hit_pose_dist == Approx(0.000921).margin(1e-6));
-  CHECK(terms.reached);
-  CHECK(terms.reward == Approx(3.622330).margin(1e-6));
+  reward = in.compute();
+  CHECK(in.tcp_to_hit_pose_dist == Approx(0.000921).margin(1e-6));
+  CHECK(in.reached);
+  CHECK(reward == Approx(3.622330).margin(1e-6));
   in.success = true;
-  CHECK(tasks::intercept_reward(in).reward == 30);
+  CHECK(in.compute() == 30);
 }
 
 TEST_CASE("The reward of InterceptGrab equals the worked examples", "[intercept]") {
-  tasks::GrabRewardInputs in;
+  tasks::GrabReward in;
   in.ball = {-0.2, -0.5, 0.02};
   in.tcp = {-0.07, 0, 0.318};
   in.gripper_width = 0.08;
-  CHECK(tasks::grab_reward(in).reward == Approx(0.543210).margin(1e-6));
+  CHECK(in.compute() == Approx(0.543210).margin(1e-6));
   in.ball = {-0.2, -0.1, 0.02};
   in.tcp = {-0.2, -0.09, 0.03};
-  CHECK(tasks::grab_reward(in).reward == Approx(123.940290).margin(1e-5));
+  CHECK(in.compute() == Approx(123.940290).margin(1e-5));
   in.tcp = in.ball;
   in.gripper_width = 0.05;
-  CHECK(tasks::grab_reward(in).reward == Approx(230));
+  CHECK(in.compute() == Approx(230));
   in.grasped = true;
   in.gripper_width = 0.0401;
-  CHECK(tasks::grab_reward(in).reward == Approx(430));
+  CHECK(in.compute() == Approx(430));
   in.gripper_width = 0.0399;
-  CHECK(tasks::grab_reward(in).reward == Approx(240));
+  CHECK(in.compute() == Approx(240));
   in.success = true;
-  CHECK(tasks::grab_reward(in).reward == 300);
+  CHECK(in.compute() == 300);
 }
 
 TEST_CASE("Launches cover their ranges", "[intercept]") {

@@ -81,16 +81,16 @@ TEST_CASE("Info and reward terms of Rotate's RL tasks have the published names",
 }
 
 TEST_CASE("The reward of RotateLenient as an RL task equals its published values", "[rotate][rl]") {
-  tasks::RotateRewardInputs in;
+  tasks::RotateReward in;
   in.distance = 0.05;
   in.error = 0.05;
   in.success_reward = 25;
-  CHECK(tasks::rotate_lenient_reward(in).reward == Approx(19.694953).margin(1e-6));
+  CHECK(in.compute() == Approx(19.694953).margin(1e-6));
   in.distance = 0.30;
   in.robot_static = true;  // too early for success
-  CHECK(tasks::rotate_lenient_reward(in).reward == Approx(7.223130).margin(1e-6));
+  CHECK(in.compute() == Approx(7.223130).margin(1e-6));
   in.success = true;
-  CHECK(tasks::rotate_lenient_reward(in).reward == 25);
+  CHECK(in.compute() == 25);
 }
 
 // Turns the peg to an angle and lets a step pass.

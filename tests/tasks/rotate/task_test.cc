@@ -23,13 +23,13 @@ const std::vector<std::string> kIds = {"RotateLenientPos-VLA-v0", "RotateLenient
 
 TEST_CASE("The lenient reward equals the worked examples", "[rotate]") {
   const auto reward = [](double distance, double error, bool still) {
-    tasks::RotateRewardInputs in;
+    tasks::RotateReward in;
     in.distance = distance;
     in.error = error;
     in.robot_static = still;
     in.success = std::abs(error) < 0.1 && still;
     in.success_reward = 60;
-    return tasks::rotate_lenient_reward(in).reward;
+    return in.compute();
   };
   CHECK(reward(0.30, 0.8, true) == Approx(0.223130).margin(1e-6));
   CHECK(reward(0.05, 0.8, false) == Approx(5.296714).margin(1e-6));
@@ -41,7 +41,7 @@ TEST_CASE("The lenient reward equals the worked examples", "[rotate]") {
 
 TEST_CASE("The strict reward equals the worked examples", "[rotate]") {
   const auto reward = [](double distance, double x, double y, double error, bool still) {
-    tasks::RotateRewardInputs in;
+    tasks::RotateReward in;
     in.distance = distance;
     in.error = error;
     in.x_pos_error = x;
@@ -49,7 +49,8 @@ TEST_CASE("The strict reward equals the worked examples", "[rotate]") {
     in.robot_static = still;
     in.success = std::abs(error) < 0.1 && still && std::max(std::abs(x), std::abs(y)) < 0.05;
     in.success_reward = 100;
-    return tasks::rotate_strict_reward(in).reward;
+    in.strict = true;
+    return in.compute();
   };
   CHECK(reward(0.30, 0, 0, 0.8, true) == Approx(0.203285).margin(1e-6));
   CHECK(reward(0.03, 0.01, -0.02, 0.8, false) == Approx(25.463814).margin(1e-6));

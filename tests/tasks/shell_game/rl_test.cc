@@ -329,27 +329,27 @@ TEST_CASE("The cue of RL shell games is a range that users may change", "[shell]
 
 TEST_CASE("Rewards of RL shell games equal the worked values", "[shell][rl]") {
   using tasks::TouchRule;
-  CHECK(TouchRule::reward({0.2, 0.6, 0, false, false, true, false}).reward ==
+  CHECK(TouchRule::Reward{0.2, 0.6, 0, false, false, true, false}.compute() ==
         Approx(0.238406).margin(1e-6));
-  CHECK(TouchRule::reward({0.07, 0.3, 0, false, true, true, false}).reward ==
+  CHECK(TouchRule::Reward{0.07, 0.3, 0, false, true, true, false}.compute() ==
         Approx(0.758476).margin(1e-6));
-  const std::array<std::pair<tasks::PushInputs, double>, 3> pushes = {{
+  const std::array<std::pair<tasks::PushReward, double>, 3> pushes = {{
       {{0.15, 0.1, 0.4, false, false, true, false}, 0.094852},
       {{0.07, 0.1, 0.4, false, false, true, false}, 1.471398},
       {{0.07, 0.05, 0.6, false, true, true, false}, 1.906784},
   }};
-  for (const auto& [in, reward] : pushes) {
-    CHECK(tasks::push_reward(in).reward == Approx(reward).margin(1e-6));
+  for (auto [in, reward] : pushes) {
+    CHECK(in.compute() == Approx(reward).margin(1e-6));
   }
   const auto pick = [](double distance, double to_goal, double speed, bool still) {
-    tasks::MugPickInputs in;
+    tasks::MugPickReward in;
     in.offset = {0, 0, distance};
     in.to_goal = to_goal;
     in.arm_speed = speed;
     in.robot_static = still;
     in.placed = to_goal <= 0.08;
     in.manipulation = true;
-    return tasks::mug_pick_reward(in).reward;
+    return in.compute();
   };
   CHECK(pick(0.1, 0.1042722, 0.4, false) == Approx(0.715218).margin(1e-6));
   CHECK(pick(0.03, 0.1042722, 0.1, true) == Approx(19.763570).margin(1e-6));

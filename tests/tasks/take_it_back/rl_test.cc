@@ -37,7 +37,7 @@ TEST_CASE("TakeItBack as an RL task has the published facts", "[take_it_back][rl
 TEST_CASE("The reward of TakeItBack as an RL task equals its published values",
           "[take_it_back][rl]") {
   const auto reward = [](Vector cube, Vector tcp, bool reached) {
-    tasks::TakeItBackRewardInputs in;
+    tasks::TakeItBackReward in;
     in.cube = cube;
     in.tcp = tcp;
     in.goal = {0.22, 0};
@@ -45,7 +45,7 @@ TEST_CASE("The reward of TakeItBack as an RL task equals its published values",
     in.reached = reached;
     in.smoothness = {};
     in.shaping = kShaping;
-    return Approx(tasks::take_it_back_reward(in).reward).margin(1e-6);
+    return Approx(in.compute()).margin(1e-6);
   };
   CHECK(0.160261 == reward({0, 0.1, 0.02}, {-0.0707, 0, 0.318}, false));
   CHECK(4.091661 == reward({0.1, 0.05, 0.02}, {0.07, 0.05, 0.02}, false));

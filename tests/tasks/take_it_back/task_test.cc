@@ -42,14 +42,14 @@ bool visible(const Batch& batch, int prop) {
 
 TEST_CASE("The reward of TakeItBack equals the worked examples", "[take_it_back]") {
   const auto reward = [](Eigen::Vector3d cube, Eigen::Vector3d tcp, bool reached, bool success) {
-    tasks::TakeItBackRewardInputs in;
+    tasks::TakeItBackReward in;
     in.cube = cube;
     in.tcp = tcp;
     in.goal = {0.22, 0};
     in.initial = {0, 0.1};
     in.reached = reached;
     in.success = success;
-    return tasks::take_it_back_reward(in).reward;
+    return in.compute();
   };
   const auto near = [](double value) { return Approx(value).margin(1e-6); };
   CHECK(reward({0, 0.1, 0.02}, {-0.0707, 0, 0.318}, false, false) == near(0.406005));

@@ -75,27 +75,27 @@ TEST_CASE("The count of the example: D = 100, s = 2", "[timed]") {
 }
 
 TEST_CASE("TimedTransfer rewards as in the worked example", "[timed]") {
-  TransferRewardInputs in;
+  TransferReward in;
   in.count = count_phase(100, 2, time_window(2, 100));
   in.grasped = true;
   in.tcp_to_cube = 0.01;
   in.cube_to_goal = 0.12;
   // The first action of an episode, a change from zeros.
   in.action_cost = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
-  const double reward = transfer_reward(in).reward;
+  const double reward = in.compute();
   CHECK(reward == Approx(14.013066).margin(2e-6));
   CHECK(reward / kTimedTransferSuccessReward == Approx(0.467102).margin(1e-6));
 
   in.on_red = true;
-  CHECK(transfer_reward(in).reward == Approx(reward + 5 + 3 * (1 - std::tanh(2.0))).margin(1e-9));
+  CHECK(in.compute() == Approx(reward + 5 + 3 * (1 - std::tanh(2.0))).margin(1e-9));
   in.count = count_phase(50, 2, time_window(2, 100));
-  CHECK(transfer_reward(in).reward == Approx(1.800664 + 3 - 5 - 0.046606).margin(2e-6));
+  CHECK(in.compute() == Approx(1.800664 + 3 - 5 - 0.046606).margin(2e-6));
   in.count = count_phase(1, 2, time_window(2, 100));
-  CHECK(transfer_reward(in).reward == 0);  // before the signal, the penalty too
+  CHECK(in.compute() == 0);  // before the signal, the penalty too
   in.success = true;
-  CHECK(transfer_reward(in).reward == 30);
+  CHECK(in.compute() == 30);
   in.failed = true;  // applied last
-  CHECK(transfer_reward(in).reward == -25);
+  CHECK(in.compute() == -25);
 }
 
 }  // namespace

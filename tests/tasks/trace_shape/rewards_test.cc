@@ -19,47 +19,47 @@ TEST_CASE("The smoothness penalty of these families", "[trace]") {
 }
 
 TEST_CASE("TraceShape rewards as in the worked example", "[trace]") {
-  TraceRewardInputs in;
+  TraceReward in{.smoothness = kWeights};
   in.acting = true;
   in.tcp_to_cube = 0.03;
   in.visit_fraction = 5.0 / 12;
   in.nearest_unvisited = 0.04;
   in.start_distance = 0.1;
   in.action_cost = kActionCost;
-  const TraceRewardTerms terms = trace_reward(in, kWeights);
-  CHECK(terms.reaching == Approx(0.851115).margin(1e-6));
-  CHECK(terms.grasping == 1);
-  CHECK(terms.reward == Approx(5.659758).margin(2e-6));
-  CHECK(terms.reward / kTraceShapeSuccessReward == Approx(0.188659).margin(1e-6));
+  const double reward = in.compute();
+  CHECK(in.reaching == Approx(0.851115).margin(1e-6));
+  CHECK(in.grasping == 1);
+  CHECK(reward == Approx(5.659758).margin(2e-6));
+  CHECK(reward / kTraceShapeSuccessReward == Approx(0.188659).margin(1e-6));
 
   in.acting = false;
-  CHECK(trace_reward(in, kWeights).reward == Approx(0.5 * 0.851115 - 0.046606).margin(2e-6));
+  CHECK(in.compute() == Approx(0.5 * 0.851115 - 0.046606).margin(2e-6));
   in.success = true;
-  CHECK(trace_reward(in, kWeights).reward == 30);
+  CHECK(in.compute() == 30);
 }
 
 TEST_CASE("A visited contour pulls to its start, not to checkpoints", "[trace]") {
-  TraceRewardInputs in;
+  TraceReward in{.smoothness = kWeights};
   in.acting = true;
   in.tcp_to_cube = 0.06;  // not a grasp
   in.visit_fraction = 1;
   in.all_visited = true;
   in.start_distance = 0.2;
-  const TraceRewardTerms terms = trace_reward(in, kWeights);
-  CHECK(terms.grasping == 0);
-  CHECK(terms.nearest == 0);
-  CHECK(terms.closure == Approx(1 - std::tanh(1.0)));
-  CHECK(terms.reward == Approx(1 - std::tanh(0.3) + 3 + 2 * (1 - std::tanh(1.0))));
+  const double reward = in.compute();
+  CHECK(in.grasping == 0);
+  CHECK(in.nearest == 0);
+  CHECK(in.closure == Approx(1 - std::tanh(1.0)));
+  CHECK(reward == Approx(1 - std::tanh(0.3) + 3 + 2 * (1 - std::tanh(1.0))));
 }
 
 TEST_CASE("TraceShapeSeq rewards as in the worked examples", "[trace]") {
-  TraceSeqRewardInputs in;
+  TraceSeqReward in{.trace = {.smoothness = kWeights}};
   in.trace.acting = true;
   in.trace.tcp_to_cube = 0.03;
   in.trace.visit_fraction = 4.0 / 12;
   in.trace.action_cost = kActionCost;
   in.progress = 1.0 / 3;
-  CHECK(trace_seq_reward(in, kWeights).reward == Approx(4.437842).margin(2e-6));
+  CHECK(in.compute() == Approx(4.437842).margin(2e-6));
 
   in.trace.tcp_to_cube = 0.3;
   in.trace.visit_fraction = 1;
@@ -69,13 +69,12 @@ TEST_CASE("TraceShapeSeq rewards as in the worked examples", "[trace]") {
   in.button_awaits = true;
   in.button_distance = 0.084 - 0.063;
   in.press_fraction = 0.004 / 0.014;
-  const TraceSeqRewardTerms terms = trace_seq_reward(in, kWeights);
-  CHECK(terms.reward == Approx(7.989687).margin(2e-6));
+  CHECK(in.compute() == Approx(7.989687).margin(2e-6));
 
   in.failed_submit = true;
-  CHECK(trace_seq_reward(in, kWeights).reward == -2);
+  CHECK(in.compute() == -2);
   in.trace.success = true;  // applied last
-  CHECK(trace_seq_reward(in, kWeights).reward == 40);
+  CHECK(in.compute() == 40);
 }
 
 }  // namespace

@@ -158,20 +158,22 @@ TEST_CASE("The cap sinks as far as BUTTON_CAP_TRAVEL", "[variants][blink_count]"
 }
 
 TEST_CASE("Rewards count in travels and lifts", "[variants][blink_count]") {
-  tasks::BlinkRewardInputs in;
+  tasks::BlinkCountParams params;
+  tasks::BlinkReward in{params};
   in.depth = in.black_depth = 0.007;
   in.pending = true;
   in.start_height = 0.07;
   in.height = 0.11;
-  tasks::BlinkCountParams params;
   for (const double travel : {0.01, 0.014, 0.028}) {
     params.button.BUTTON_CAP_TRAVEL = travel;
-    CHECK(blink_reward(in, params).press == Approx(0.007 / travel));
-    CHECK(blink_reward(in, params).black_press == Approx(0.007 / travel));
+    in.compute();
+    CHECK(in.press == Approx(0.007 / travel));
+    CHECK(in.black_press == Approx(0.007 / travel));
   }
   for (const double lift : {0.02, 0.1, 0.2}) {
     params.button.REQUIRED_LIFT_HEIGHT = lift;
-    CHECK(blink_reward(in, params).lift_gap == Approx(std::max(0.0, lift - 0.04)).margin(1e-12));
+    in.compute();
+    CHECK(in.lift_gap == Approx(std::max(0.0, lift - 0.04)).margin(1e-12));
   }
 }
 

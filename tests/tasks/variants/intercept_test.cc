@@ -97,23 +97,26 @@ TEST_CASE("The ball is as large and as heavy as its radius says", "[variants][in
 }
 
 TEST_CASE("Rewards know the ball's radius", "[variants][intercept]") {
-  tasks::InterceptRewardInputs in;
+  tasks::InterceptReward in;
   in.ball = {0, 0, 0.03};
   in.goal = {1, 0, 0.03};
   in.tcp = {-0.08, 0, 0.03};
   in.ball_radius = 0.03;
-  CHECK(tasks::intercept_reward(in).tcp_to_hit_pose_dist == Approx(0).margin(1e-12));
+  in.compute();
+  CHECK(in.tcp_to_hit_pose_dist == Approx(0).margin(1e-12));
   in.ball_radius = 0.02;
-  CHECK(tasks::intercept_reward(in).tcp_to_hit_pose_dist == Approx(0.01));
+  in.compute();
+  CHECK(in.tcp_to_hit_pose_dist == Approx(0.01));
 
-  tasks::GrabRewardInputs grab;
+  tasks::GrabReward grab;
   grab.gripper_width = 0.07;  // too wide for a ball of 2 cm, not for one of 3 cm
   grab.ball_radius = 0.02;
-  const double wide = tasks::grab_reward(grab).reward;
+  const double wide = grab.compute();
   grab.ball_radius = 0.03;
-  CHECK(tasks::grab_reward(grab).reward > wide + 90);
+  CHECK(grab.compute() > wide + 90);
   grab.gripper_width = 0.05;  // narrower than the ball
-  CHECK_FALSE(tasks::grab_reward(grab).in_gripper);
+  grab.compute();
+  CHECK_FALSE(grab.in_gripper);
 }
 
 TEST_CASE("The target is as forgiving as its radius says", "[variants][intercept]") {

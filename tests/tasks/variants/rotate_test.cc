@@ -100,13 +100,15 @@ TEST_CASE("The rate of lucky guesses is that of targets drawn twice", "[variants
 }
 
 TEST_CASE("The threshold counts in both rewards", "[variants][rotate]") {
-  tasks::RotateRewardInputs in;
+  tasks::RotateReward in;
   in.error = 0.2;
-  const double lenient = tasks::rotate_lenient_reward(in).reward;
-  const double strict = tasks::rotate_strict_reward(in).reward;
+  const double lenient = in.compute();
+  in.strict = true;
+  const double strict = in.compute();
   in.angle_threshold = 0.25;
-  CHECK(tasks::rotate_lenient_reward(in).reward == Approx(lenient + 5));
-  CHECK(tasks::rotate_strict_reward(in).reward == Approx(strict + 10));
+  CHECK(in.compute() == Approx(strict + 10));
+  in.strict = false;
+  CHECK(in.compute() == Approx(lenient + 5));
 }
 
 TEST_CASE("The peg is as large and as heavy as its sizes say", "[variants][rotate]") {

@@ -76,12 +76,14 @@ TEST_CASE("The cube is as large and as heavy as its size says", "[variants][take
     CHECK(test::mass_in(document, "cube") == Approx(8000 * half * half * half));
     CHECK(test::make_still(kId, constants)->state().prop_pos_of(0, kCube)[2] == half);
   }
-  tasks::TakeItBackRewardInputs in;
+  tasks::TakeItBackReward in;
   in.cube_halfsize = 0.03;
   in.tcp = {-0.035, 0, 0};
-  CHECK(tasks::take_it_back_reward(in).push_distance == Approx(0).margin(1e-12));
+  in.compute();
+  CHECK(in.push_distance == Approx(0).margin(1e-12));
   in.tcp = {0.04, 0, 0};
-  CHECK(tasks::take_it_back_reward(in).pull_distance == Approx(0).margin(1e-12));
+  in.compute();
+  CHECK(in.pull_distance == Approx(0).margin(1e-12));
 }
 
 TEST_CASE("Coefficients of TakeItBack weigh the action cost", "[variants][take_it_back]") {

@@ -1,5 +1,4 @@
-// Ball that rolls past the robot in Intercept and InterceptGrab
-// (docs/tasks/intercept.md).
+// Base of Intercept and InterceptGrab: a ball that rolls past the robot (docs/tasks/intercept.md).
 #pragma once
 
 #include <limits>
@@ -9,8 +8,10 @@
 #include "mjcf/prop.h"
 #include "tasks/common/action_cost.h"
 #include "tasks/common/constant_binder.h"
+#include "tasks/common/family_base.h"
 #include "tasks/common/random_variables.h"
-#include "tasks/common/state_row.h"
+#include "tasks/common/reward_dict.h"
+#include "tasks/intercept/annotator.h"
 #include "tasks/registry.h"
 
 namespace engram::tasks {
@@ -44,7 +45,6 @@ struct BallParams {
 
 // The ball is the scene's first prop.
 inline constexpr int kBallProp = 0;
-mjcf::Prop launched_ball(double radius);
 
 // Random variables of a launch.
 struct BallVariables {
@@ -63,34 +63,56 @@ constexpr BallParams rl_ball(double slowest, double fastest) {
       .VELOCITY_RANGE = {slowest, fastest}, .smoothness = std::nullopt, .fastest_followed = 0.34};
 }
 
-// Fills in the part of TaskInfo that both families share.
-void describe_launch(TaskInfo& info);
-
-class BallLaunch {
+// Nothing is hidden at any time: there are no phases.
+class BallGame : public FamilyBase {
  public:
-  // `height`: of the ball's centre when it is let go, m.
-  BallLaunch(const BallVariables& variables, double height)
-      : variables_(variables), height_(height) {}
+  void bind(const Bindings& bindings) override;
+  void reset(const Episode& episode) override;
+  void advance(Range /*envs*/) override {}
+  int cue_end(int /*env*/) const override { return 0; }
+  void sampled_values(int env, float* out) const override { write_sampled_values(*this, env, out); }
+  template <class Visitor>
+  void sampled_row(Visitor& row, int env) const {
+    row.field("initial_velocity", 3, "m/s", "of the ball", [&] { return initial_velocity(env); });
+  }
+  const Annotator* annotator() const override { return &annotator_; }
 
-  void bind(const Bindings& bindings);
-  // Samples a launch and lets the ball go.
-  void reset(const Episode& episode) const;
+ protected:
+  // `height`: of the ball's centre when it is let go, m.
+  BallGame(const RegistryEntry& entry, const BallParams& ball, double height, InterceptGoal goal);
+
   // Shows the initial velocity as oracle_info.
   void publish_velocity(int env) const;
 
-  Eigen::Vector3d ball(int env) const;
+  Eigen::Vector3d ball(int env) const { return prop_pos(env, kBallProp); }
   Eigen::Vector3d linear_velocity(int env) const;   // m/s, world
   Eigen::Vector3d angular_velocity(int env) const;  // rad/s, world
   Eigen::Vector3d initial_velocity(int env) const;  // m/s
-  Eigen::Vector3d tcp(int env) const;
 
-  void add_pose(int env, RowWriter& out) const;
+  // Fields of the state observation.
+  template <class Visitor>
+  void launch_fields(Visitor& row, int env) const {
+    row.field("ball_pose", 7, "m", "position, quaternion (w, x, y, z)",
+              [&] { return prop_pose(env, kBallProp); });
+    row.field("oracle_info", 3, "m/s", "initial velocity of the ball",
+              [&] { return initial_velocity(env); });
+  }
+  template <class Visitor>
+  void motion_fields(Visitor& row, int env) const {
+    row.field("ball_linear_vel", 3, "m/s", "", [&] { return linear_velocity(env); });
+    row.field("ball_angular_vel", 3, "rad/s", "about the world's axes",
+              [&] { return angular_velocity(env); });
+    row.field("tcp_to_ball_pos", 3, "m", "",
+              [&] { return Eigen::Vector3d(ball(env) - tcp_pos(env)); });
+  }
+
+  RewardDict reward_dict_;
 
  private:
   BallVariables variables_;
   double height_;
-  Bindings engine_;
   Column<double> initial_velocity_;  // (3) m/s
+  InterceptAnnotator annotator_;
 };
 
 }  // namespace engram::tasks

@@ -1,4 +1,4 @@
-#include "tasks/intercept/ball_launch.h"
+#include "tasks/intercept/ball_game.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,8 +39,6 @@ void BallParams::check(int horizon) const {
                 kTimeToAct);
 }
 
-mjcf::Prop launched_ball(double radius) { return mjcf::ball("ball", radius, {1, 0, 0, 1}); }
-
 BallVariables::BallVariables(RandomVariables list, const BallParams& params)
     : ball_x(list.real("ball_x", {-0.35, -0.05}, "m", "where the ball starts")),
       ball_y(list.real("ball_y", {-0.9, -0.65}, "m", "where the ball starts")),
@@ -48,18 +46,27 @@ BallVariables::BallVariables(RandomVariables list, const BallParams& params)
                            "of the ball's launch")),
       velocity_y(list.of(params.VELOCITY_RANGE)) {}
 
-void describe_launch(TaskInfo& info) {
-  info.oracle_dim = 3;
-  info.oracle_is_real = true;
-  info.phases = {{"manipulation", "always"}};
+BallGame::BallGame(const RegistryEntry& entry, const BallParams& ball, double height,
+                   InterceptGoal goal)
+    : FamilyBase(entry),
+      variables_(RandomVariables(info_.random_variables), ball),
+      height_(height),
+      annotator_(engine_, goal) {
+  info_.oracle_dim = 3;
+  info_.oracle_is_real = true;
+  info_.phases = {{"manipulation", "always"}};
+  declare_sampled_values(*this);
+  scene_.props = {mjcf::ball("ball", ball.BALL_RADIUS, {1, 0, 0, 1})};
+  scene_.table_ends = true;
 }
 
-void BallLaunch::bind(const Bindings& bindings) {
-  engine_ = bindings;
+void BallGame::bind(const Bindings& bindings) {
+  FamilyBase::bind(bindings);
   initial_velocity_ = bindings.memory->add<double>("initial_velocity", 3, "m/s");
+  reward_dict_.bind(bindings, info_.reward_terms.size());
 }
 
-void BallLaunch::reset(const Episode& episode) const {
+void BallGame::reset(const Episode& episode) {
   const int env = episode.env();
   const State& state = *engine_.state;
   const double pos[3] = {variables_.ball_x.sample(episode), variables_.ball_y.sample(episode),
@@ -72,36 +79,23 @@ void BallLaunch::reset(const Episode& episode) const {
   std::copy_n(velocity, 3, state.prop_qvel_of(env, kBallProp));
 }
 
-void BallLaunch::publish_velocity(int env) const {
+void BallGame::publish_velocity(int env) const {
   RowWriter(engine_.oracle_values.row(env)).add(initial_velocity_.row(env), 3);
 }
 
-Vector BallLaunch::ball(int env) const {
-  return Eigen::Map<const Vector>(engine_.state->prop_pos_of(env, kBallProp));
-}
-
-Vector BallLaunch::linear_velocity(int env) const {
+Vector BallGame::linear_velocity(int env) const {
   return Eigen::Map<const Vector>(engine_.state->prop_qvel_of(env, kBallProp));
 }
 
 // Free joints keep the angular velocity in the body's axes.
-Vector BallLaunch::angular_velocity(int env) const {
+Vector BallGame::angular_velocity(int env) const {
   const double* q = engine_.state->prop_quat_of(env, kBallProp);
   return Eigen::Quaterniond(q[0], q[1], q[2], q[3]) *
          Eigen::Map<const Vector>(engine_.state->prop_qvel_of(env, kBallProp) + 3);
 }
 
-Vector BallLaunch::initial_velocity(int env) const {
+Vector BallGame::initial_velocity(int env) const {
   return Eigen::Map<const Vector>(initial_velocity_.row(env));
-}
-
-Vector BallLaunch::tcp(int env) const {
-  return Eigen::Map<const Vector>(engine_.state->tcp_pos.row(env));
-}
-
-void BallLaunch::add_pose(int env, RowWriter& out) const {
-  out.add_pose(engine_.state->prop_pos_of(env, kBallProp),
-               engine_.state->prop_quat_of(env, kBallProp));
 }
 
 }  // namespace engram::tasks
