@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from engram.datasets.additions import ADDITIONS, DEPTH, SEGMENTATION
+from engram.datasets.additions import ADDITIONS, DEPTH, LABELS, SEGMENTATION
 from engram.datasets.checks import printable
 from engram.datasets.collected import EpisodeSource
 
@@ -155,6 +155,36 @@ def collect_command(folder: EpisodeSource) -> str:
     for axis, level in perturbations.items() if isinstance(perturbations, dict) else ():
         words += ["--perturb", f"{axis}={json.dumps(level)}"]
     return printable(shlex.join([*words, "--out", "data"]))
+
+
+def of_steps(
+    folder: EpisodeSource,
+    added: Collection[str],
+    keys: tuple[str, str, str, str],
+    maps: list[str],
+    **words: Any,
+) -> Card:
+    """The card of a format whose options are the additions and whose numbers are the benchmark's.
+
+    keys: of proprio, actions, labels and paraphrases; maps: notes on depth and segmentation.
+    """
+    spaces = folder.spaces
+    proprio, action, privileged, paraphrases = keys
+    notes = [
+        f"`{proprio}`, before the action: {', '.join(spaces.proprio_names)}"
+        + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
+        f"`{action}`: {', '.join(spaces.action_names)}.",
+        *maps,
+    ]
+    if LABELS in added:
+        notes.append(
+            f"**Labels are privileged**: `{privileged}` tells what a policy has to find out. Train "
+            "on it as a target, or for a teacher; a policy that is shown it is not to be scored. "
+            f"`{paraphrases}` is not privileged."
+        )
+    options = [f"--{name}" for name in added]
+    words["command"] = [words["command"], "data", folder.env_id, *options]
+    return Card(data_files=None, notes=notes, **words)
 
 
 def map_notes(

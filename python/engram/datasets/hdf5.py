@@ -11,7 +11,7 @@ import json
 import os
 import re
 import zlib
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,79 +19,24 @@ import h5py
 import numpy as np
 
 import engram
-from engram.datasets import additions, card, checks, source
-from engram.datasets.collected import CollectedEpisodes, EpisodeSource
-from engram.datasets.episodes import (
-    HDF5_FILE,
-    HDF5_FOLDER,
-    HDF5_METADATA,
-    Episode,
-    no_progress,
-)
-from engram.datasets.folders import new_folder
+from engram.datasets import additions, card
+from engram.datasets.collected import EpisodeSource
+from engram.datasets.conversion import Writer
+from engram.datasets.episodes import HDF5_FILE, HDF5_FOLDER, Episode
 from engram.datasets.labels import Labels
-from engram.datasets.work import in_order, packed
+from engram.datasets.work import packed
 
 PICTURES = ("image", "wrist_image")
 _LEVEL = 1  # of gzip: more makes files hardly smaller
 _GYM = 2  # robomimic's number for environments of Gym
 
 
-def convert(
-    folder: EpisodeSource,
-    root: Path | str,
-    jobs: int = 0,
-    progress: Callable[[int, int], None] = no_progress,
-    *,
-    labels: bool = False,
-    depth: bool = False,
-    segmentation: bool = False,
-) -> Path:
-    """Writes <root>/data_hdf5/<id> and returns its path.
-
-    The folder appears when it is complete; one that was written here before is replaced. jobs:
-    threads that compress, 0 for one per core; progress is called with the episodes done and all of
-    them; labels: adds those of the demonstrations, which are privileged; depth, segmentation: add
-    these pictures. Raises DatasetError, and leaves everything as it was, if an episode is damaged.
-    """
-    checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)
-    added = additions.chosen(labels=labels, depth=depth, segmentation=segmentation)
-    folder.require(added)
-    place = (HDF5_FOLDER, folder.env_id)
-    instructions: set[str] = set()
-    with new_folder(root, *place) as path:
-        with (
-            _new_file(path / HDF5_FILE) as file,
-            in_order(
-                lambda load: _Demonstration(load(), added), folder.loaders(), jobs
-            ) as demonstrations,
-        ):
-            writer = _Writer(file, added)
-            for done, demonstration in enumerate(demonstrations, 1):
-                writer.add(demonstration)
-                instructions.add(demonstration.instruction)
-                progress(done, len(folder))
-            writer.finish(folder)
-        source.write_json(path / source.NAME, source.with_additions(folder, added))
-        (path / HDF5_METADATA).write_bytes(folder.metadata_bytes)
-        (path / "README.md").write_text(_card(folder, sorted(instructions), added))
-    return Path(root).joinpath(*place)
-
-
-def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
-    """True if the folder was written from the same collection; refuses another one."""
-    return source.is_written(Path(root) / HDF5_FOLDER / folder.env_id, folder, **options)
-
-
-# --- episodes ---
-
-
 @contextlib.contextmanager
-def _new_file(path: Path) -> Iterator[h5py.File]:
-    """A file; what the system says of a failure is an OSError, when it is closed, too."""
+def _new_file(path: Path) -> Iterator[h5py.Group]:
+    """`data` of a new file; what the system says of a failure is an OSError, at the end, too."""
     try:
         with h5py.File(path, "x") as file:
-            yield file
+            yield file.create_group("data")
     except (OSError, RuntimeError) as error:
         number = re.search(r"errno = (\d+)", str(error))
         if number is None:
@@ -131,8 +76,6 @@ class _Demonstration:
 
     def __init__(self, episode: Episode, added: Collection[str]):
         self.steps = len(episode)
-        self.instruction = episode.language_instruction
-        self.segments = episode.segmentation_names
         self.attributes = {
             "num_samples": self.steps,
             "episode_seed": episode.episode_seed,
@@ -168,15 +111,16 @@ def _texts(texts: list[str]) -> np.ndarray:
     return np.array(encoded, h5py.string_dtype("utf-8", length))
 
 
-class _Writer:
-    """A file that grows by episodes."""
+class _Writer(Writer):
+    PLACE = (HDF5_FOLDER, "{}")
+    steps = 0
+    episodes = 0
 
-    def __init__(self, file: h5py.File, added: Collection[str]):
-        self.data = file.create_group("data")
-        self.added = added
-        self.segments = additions.SegmentNames()
-        self.steps = 0
-        self.episodes = 0
+    def start(self) -> None:
+        self.data = self.enter_context(_new_file(self.path / HDF5_FILE))
+
+    def pack(self, episode: Episode) -> _Demonstration:
+        return _Demonstration(episode, self.added)
 
     def add(self, demonstration: _Demonstration) -> None:
         group = self.data.create_group(f"demo_{self.episodes}")
@@ -187,16 +131,19 @@ class _Writer:
         for name, values in demonstration.arrays.items():
             packed = {"compression": "gzip", "compression_opts": _LEVEL} if values.size else {}
             group.create_dataset(name, data=values, **packed)
-        if additions.SEGMENTATION in self.added:
-            self.segments.add(demonstration.segments)
         self.steps += demonstration.steps
         self.episodes += 1
 
-    def finish(self, folder: EpisodeSource) -> None:
+    def finish(self) -> card.Card:
         self.data.attrs["total"] = self.steps
-        self.data.attrs["env_args"] = json.dumps(_env_args(folder, self.added))
+        self.data.attrs["env_args"] = json.dumps(_env_args(self.folder, self.added))
         if self.segments.names is not None:
             self.data.attrs[additions.SEGMENT_NAMES] = self.segments.names
+        return _card(self.folder, self.added)
+
+
+convert = _Writer.convert
+is_written = _Writer.is_written
 
 
 def _env_args(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
@@ -214,36 +161,18 @@ def _env_args(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
     }
 
 
-# --- card ---
-
-
-def _card(folder: EpisodeSource, instructions: list[str], added: Collection[str]) -> str:
-    spaces = folder.spaces
-    notes = [
-        f"`obs/proprio`, before the action: {', '.join(spaces.proprio_names)}"
-        + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
-        f"`actions`: {', '.join(spaces.action_names)}.",
-        *card.map_notes(added, "`obs/{}`, `wrist_{}`", "the attribute of `data`", "16 bits"),
-    ]
-    if additions.LABELS in added:
-        notes.append(
-            "**Labels are privileged**: `privileged` tells what a policy has to find out. Train on "
-            "it as a target, or for a teacher; a policy that is shown it is not to be scored. "
-            "`paraphrases` is not privileged."
-        )
-    return card.text(
+def _card(folder: EpisodeSource, added: Collection[str]) -> card.Card:
+    return card.of_steps(
         folder,
-        instructions,
-        card.Card(
-            layout="HDF5 in robomimic's layout",
-            command=["hdf5", "data", folder.env_id, *(f"--{name}" for name in added)],
-            tags=("HDF5", "robomimic", "engram", "mikasa-robo-vla"),
-            data_files=None,
-            facts={"pictures": "gzip (lossless) of 128 x 128, base and wrist camera"},
-            notes=notes,
-            use="import h5py\n\n"
-            f'with h5py.File("FOLDER/{HDF5_FILE}") as file:\n'
-            '    for demonstration in file["data"].values():\n'
-            '        demonstration["obs/image"], demonstration["actions"]',
-        ),
+        added,
+        ("obs/proprio", "actions", "privileged", "paraphrases"),
+        card.map_notes(added, "`obs/{}`, `wrist_{}`", "the attribute of `data`", "16 bits"),
+        layout="HDF5 in robomimic's layout",
+        command="hdf5",
+        tags=("HDF5", "robomimic", "engram", "mikasa-robo-vla"),
+        facts={"pictures": "gzip (lossless) of 128 x 128, base and wrist camera"},
+        use="import h5py\n\n"
+        f'with h5py.File("FOLDER/{HDF5_FILE}") as file:\n'
+        '    for demonstration in file["data"].values():\n'
+        '        demonstration["obs/image"], demonstration["actions"]',
     )

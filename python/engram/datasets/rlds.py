@@ -6,24 +6,17 @@ steps. Images are PNG, so that nothing is lost.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-
-from engram.datasets import additions, card, checks, source, tf_example
-from engram.datasets.collected import CollectedEpisodes, EpisodeSource
-from engram.datasets.episodes import (
-    RLDS_FOLDER,
-    RLDS_VERSION,
-    Episode,
-    no_progress,
-)
-from engram.datasets.folders import new_folder
+from engram.datasets import additions, card, source, tf_example
+from engram.datasets.collected import EpisodeSource
+from engram.datasets.conversion import Writer
+from engram.datasets.episodes import RLDS_FOLDER, RLDS_VERSION, Episode
+from engram.datasets.labels import Labels
 from engram.datasets.rlds_features import features, label_values
-from engram.datasets.work import in_order, pngs
+from engram.datasets.work import pngs
 
 NAME = "mikasa_dataset"
 VERSION = RLDS_VERSION
@@ -31,82 +24,54 @@ SPLIT = "train"
 SHARD_BYTES = 256 << 20  # after which the next shard begins
 
 
-def convert(
-    folder: EpisodeSource,
-    root: Path | str,
-    jobs: int = 0,
-    progress: Callable[[int, int], None] = no_progress,
-    *,
-    labels: bool = False,
-    depth: bool = False,
-    segmentation: bool = False,
-) -> Path:
-    """Writes <root>/data_rlds/<id>/1.0.0 and returns its path.
-
-    The folder appears when it is complete; one that was written here before is replaced. jobs:
-    threads that encode, 0 for one per core; progress is called with the episodes done and all of
-    them; labels: adds those of the demonstrations, which are privileged; depth, segmentation: add
-    these pictures. Raises DatasetError, and leaves everything as it was, if an episode is damaged.
-    """
-    checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)
-    added = additions.chosen(labels=labels, depth=depth, segmentation=segmentation)
-    folder.require(added)
-    place = (RLDS_FOLDER, folder.env_id, VERSION)
-    instructions: set[str] = set()
-    segments = additions.SegmentNames()
-    with new_folder(root, *place) as path:
-        with (
-            _Shards(path) as shards,
-            in_order(
-                lambda load: _record(load(), folder.env_id, added), folder.loaders(), jobs
-            ) as records,
-        ):
-            for done, (record, episode) in enumerate(records, 1):
-                shards.add(record)
-                instructions.add(episode.language_instruction)
-                if additions.SEGMENTATION in added:
-                    segments.add(episode.segmentation_names)
-                progress(done, len(folder))
-        described = features(folder.spaces, added, episode.labels if labels else None)
-        source.write_json(path / "features.json", described)
-        source.write_json(path / "dataset_info.json", _dataset_info(shards.lengths, shards.bytes))
-        source.write_json(path / source.NAME, source.with_additions(folder, added))
-        (path / "metadata.json").write_bytes(folder.metadata_bytes)
-        (path / "README.md").write_text(_card(folder, sorted(instructions), added))
-    return Path(root).joinpath(*place)
-
-
-class _Shards:
+class _Writer(Writer):
     """Files of records. Their names say how many there are, which is known at the end."""
 
-    def __init__(self, folder: Path):
-        self.bytes = 0
-        self.lengths: list[int] = []  # in records
-        self._folder = folder
-        self._file: BinaryIO | None = None
+    PLACE = (RLDS_FOLDER, "{}", VERSION)
+    _bytes = 0
+    _file: BinaryIO | None = None
+    _labels: Labels | None = None  # of the last episode
 
-    def __enter__(self) -> _Shards:
-        return self
+    def start(self) -> None:
+        self._lengths: list[int] = []  # of files, in records
+        self.callback(self._name_files)
 
-    def __exit__(self, *_: object) -> None:
+    def _name_files(self) -> None:
         if self._file is not None:
             self._file.close()
-        for shard in range(len(self.lengths)):
-            self._path(shard).rename(self._path(shard, len(self.lengths)))
+        for shard in range(len(self._lengths)):
+            self._shard(shard).rename(self._shard(shard, len(self._lengths)))
 
-    def add(self, record: bytes) -> None:
+    def pack(self, episode: Episode) -> tuple[bytes, Labels | None]:
+        return serialize(episode, self.folder.env_id, self.added), episode.labels
+
+    def add(self, packed: tuple[bytes, Labels | None]) -> None:
+        record, self._labels = packed
         if self._file is None or self._file.tell() >= SHARD_BYTES:
             if self._file is not None:
                 self._file.close()
-            self._file = open(self._path(len(self.lengths)), "wb")  # noqa: SIM115 (__exit__)
-            self.lengths.append(0)
+            self._file = open(self._shard(len(self._lengths)), "wb")  # noqa: SIM115 (_name_files)
+            self._lengths.append(0)
         tf_example.write_record(self._file, record)
-        self.bytes += len(record)
-        self.lengths[-1] += 1
+        self._bytes += len(record)
+        self._lengths[-1] += 1
 
-    def _path(self, shard: int, shards: int | None = None) -> Path:
+    def finish(self) -> card.Card:
+        labels = self._labels if additions.LABELS in self.added else None
+        described = features(self.folder.spaces, self.added, labels)
+        source.write_json(self.path / "features.json", described)
+        source.write_json(
+            self.path / "dataset_info.json", _dataset_info(self._lengths, self._bytes)
+        )
+        return _card(self.folder, self.added)
+
+    def _shard(self, shard: int, shards: int | None = None) -> Path:
         name = f"{NAME}-{SPLIT}.tfrecord-{shard:05d}"
-        return self._folder / (name if shards is None else f"{name}-of-{shards:05d}")
+        return self.path / (name if shards is None else f"{name}-of-{shards:05d}")
+
+
+convert = _Writer.convert
+is_written = _Writer.is_written
 
 
 def serialize(episode: Episode, env_id: str, added: Collection[str] = ()) -> bytes:
@@ -138,48 +103,22 @@ def serialize(episode: Episode, env_id: str, added: Collection[str] = ()) -> byt
     return tf_example.serialize_example(fields)
 
 
-def _record(episode: Episode, env_id: str, added: Collection[str]) -> tuple[bytes, Episode]:
-    """The record, and the episode without its pictures, of which many would fill the memory."""
-    nothing = np.empty((0, *checks.PICTURE_SHAPE), np.uint8)
-    without = dataclasses.replace(episode, rgb=nothing, depth=None, segmentation=None)
-    return serialize(episode, env_id, added), without
-
-
-def is_written(folder: CollectedEpisodes, root: Path | str, **options: bool) -> bool:
-    """True if the folder was written from the same collection; refuses another one."""
-    return source.is_written(Path(root) / RLDS_FOLDER / folder.env_id / VERSION, folder, **options)
-
-
-def _card(folder: EpisodeSource, instructions: list[str], added: Collection[str]) -> str:
-    spaces = folder.spaces
-    notes = [
-        f"`steps/observation/proprio`, before the action: {', '.join(spaces.proprio_names)}"
-        + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
-        f"`steps/action`: {', '.join(spaces.action_names)}.",
-    ]
-    notes += card.map_notes(added, "`steps/observation/{}`, `wrist_{}`", "`episode_metadata`")
-    if additions.LABELS in added:
-        notes.append(
-            "**Labels are privileged**: `steps/privileged` tells what a policy has to find out. "
-            "Train on it as a target, or for a teacher; a policy that is shown it is not to be "
-            "scored. `episode_metadata/paraphrases` is not privileged."
-        )
-    return card.text(
+def _card(folder: EpisodeSource, added: Collection[str]) -> card.Card:
+    fields = "steps/observation/proprio", "steps/action"
+    return card.of_steps(
         folder,
-        instructions,
-        card.Card(
-            layout="RLDS",
-            command=["rlds", "data", folder.env_id, *(f"--{name}" for name in added)],
-            tags=("RLDS", "engram", "mikasa-robo-vla"),
-            data_files=None,
-            facts={"pictures": "PNG (lossless) of 128 x 128, base and wrist camera"},
-            notes=notes,
-            use="import tensorflow_datasets as tfds\n\n"
-            'builder = tfds.builder_from_directory("FOLDER")\n'
-            f'for episode in builder.as_dataset(split="{SPLIT}"):\n'
-            '    for step in episode["steps"]:\n'
-            '        step["observation"]["image"], step["action"]',
-        ),
+        added,
+        (*fields, "steps/privileged", "episode_metadata/paraphrases"),
+        card.map_notes(added, "`steps/observation/{}`, `wrist_{}`", "`episode_metadata`"),
+        layout="RLDS",
+        command="rlds",
+        tags=("RLDS", "engram", "mikasa-robo-vla"),
+        facts={"pictures": "PNG (lossless) of 128 x 128, base and wrist camera"},
+        use="import tensorflow_datasets as tfds\n\n"
+        'builder = tfds.builder_from_directory("FOLDER")\n'
+        f'for episode in builder.as_dataset(split="{SPLIT}"):\n'
+        '    for step in episode["steps"]:\n'
+        '        step["observation"]["image"], step["action"]',
     )
 
 
