@@ -2,7 +2,6 @@
 
 #include "tasks/common/poses.h"
 #include "tasks/common/words.h"
-#include "tasks/intercept/ball_game.h"
 
 namespace engram::tasks {
 namespace {

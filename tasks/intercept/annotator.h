@@ -6,6 +6,9 @@
 
 namespace engram::tasks {
 
+// The ball is the scene's first prop.
+inline constexpr int kBallProp = 0;
+
 // What has to be done with the ball.
 enum class InterceptGoal { kDeflect, kGrab };
 

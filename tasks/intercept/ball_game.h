@@ -43,9 +43,6 @@ struct BallParams {
   void check(int horizon) const;
 };
 
-// The ball is the scene's first prop.
-inline constexpr int kBallProp = 0;
-
 // Random variables of a launch.
 struct BallVariables {
   BallVariables(RandomVariables list, const BallParams& params);
