@@ -47,13 +47,13 @@ def parse_arguments() -> argparse.Namespace:
     add("--out", type=Path, default=Path("ppo_run"), help="folder of log.csv, curve.png, agent.pt")
     add("--eval-every", type=int, default=10, help="iterations between evaluations")
     add("--eval-episodes", type=int, default=200, help="episodes of an evaluation")
-    add("--rollout", type=int, default=25, help="steps of each environment per iteration")
-    add("--epochs", type=int, default=4, help="passes over the steps of an iteration")
-    add("--minibatches", type=int, default=8, help="gradient steps per pass")
+    add("--num-steps", type=int, default=25, help="steps of each environment per iteration")
+    add("--update-epochs", type=int, default=4, help="passes over the steps of an iteration")
+    add("--num-minibatches", type=int, default=8, help="gradient steps per pass")
     add("--learning-rate", type=float, default=1e-3, help="of Adam at the start; falls to zero")
     add("--gamma", type=float, default=0.9, help="discount per step")
     add("--gae-lambda", type=float, default=0.9, help="of generalised advantage estimation")
-    add("--clip", type=float, default=0.2, help="largest useful change of a probability ratio")
+    add("--clip-coef", type=float, default=0.2, help="largest useful change of a probability ratio")
     add("--log-std", type=float, default=-1.0, help="of the exploration at the start")
     add("--width", type=int, default=64, help="of the two hidden layers")
     return parser.parse_args()
@@ -141,8 +141,8 @@ class Collector:
 
     The environments reset in the same step: what an episode's last step returns is already the
     next episode's first observation, and info["final_obs"] has the episode's own last one. No
-    transition is wasted, and the value of that last observation stands for the rewards that a
-    truncated episode did not live to see. Arrays are views of engram's memory that the next step
+    transition is wasted, and a truncated episode is bootstrapped with the value of that last
+    observation. Arrays are views of engram's memory that the next step
     overwrites, hence torch.tensor, which copies.
     """
 
@@ -214,7 +214,7 @@ def estimate_advantages(errors: Tensor, ended: Tensor, decay: float) -> Tensor:
     return advantages
 
 
-def improve(
+def update(
     agent: Agent,
     optimiser: torch.optim.Optimizer,
     rollout: Rollout,
@@ -234,12 +234,12 @@ def improve(
     advantages = advantages.flatten()
 
     figures = []
-    for _ in range(args.epochs):
-        for rows in torch.randperm(len(inputs)).chunk(args.minibatches):
+    for _ in range(args.update_epochs):
+        for rows in torch.randperm(len(inputs)).chunk(args.num_minibatches):
             policy = agent.policy(inputs[rows])
             log_ratio = policy.log_prob(actions[rows]).sum(-1) - old_log_probs[rows]
             ratio = log_ratio.exp()
-            clipped = ratio.clamp(1.0 - args.clip, 1.0 + args.clip)
+            clipped = ratio.clamp(1.0 - args.clip_coef, 1.0 + args.clip_coef)
             advantage = advantages[rows]
             advantage = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
             policy_loss = -torch.minimum(ratio * advantage, clipped * advantage).mean()
@@ -302,21 +302,21 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
 
     # The first rollout sets the sizes of observations. Later, moments change between iterations
     # alone, so that a rollout and its updates see the same policy.
-    rollout = collector.collect(agent, args.rollout)
+    rollout = collector.collect(agent, args.num_steps)
     agent.moments.update(rollout.observations.flatten(0, 1))
     scale(rollout.rewards, rollout.ended)
     collector.take_episodes()
 
-    per_iteration = args.rollout * args.num_envs
+    per_iteration = args.num_steps * args.num_envs
     iterations = max(1, args.steps // per_iteration)
     log: list[dict[str, float]] = []
     for iteration in range(1, iterations + 1):
         if log and time.perf_counter() - start > 60.0 * args.minutes:
             break
         optimiser.param_groups[0]["lr"] = args.learning_rate * (1.0 - (iteration - 1) / iterations)
-        rollout = collector.collect(agent, args.rollout)
+        rollout = collector.collect(agent, args.num_steps)
         rewards = scale(rollout.rewards, rollout.ended)
-        figures = improve(agent, optimiser, rollout, rewards, args)
+        figures = update(agent, optimiser, rollout, rewards, args)
         agent.moments.update(rollout.observations.flatten(0, 1))
 
         success, episode_return = collector.take_episodes()
