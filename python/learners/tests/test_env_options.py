@@ -26,10 +26,10 @@ LONGER = {"constants": {"CUE_PHASE_STEPS": [8, 9], "max_episode_steps": 31}}
 SEEDS = 4242424242
 
 
-def untrained(scenes: Any) -> Any:
+def untrained(env: Any) -> Any:
     torch.manual_seed(3)
-    policy = learners.policy.Policy(scenes.layout)
-    policy.fit(scenes.reset(seed=1)[None])
+    policy = learners.policy.Policy(env.layout)
+    policy.fit(env.reset(seed=1)[None])
     with torch.no_grad():
         for weight in policy.act.parameters():
             weight += 0.15 * torch.randn_like(weight)
@@ -41,9 +41,9 @@ def saved(folder: Path, task: Any, options: dict[str, Any]) -> Path:
     inputs = None
     if not isinstance(task, str):
         inputs = learners.several_tasks.TaskInputs.of(task, options=options)
-    scenes = learners.training.ObjectsEnv(task, 4, inputs=inputs, options=options)
+    env = learners.training.ObjectsEnv(task, 4, inputs=inputs, options=options)
     path = folder / "agent.pt"
-    learners.training.save_policy(untrained(scenes), path, task, options=options)
+    learners.checkpoints.save_policy(untrained(env), path, task, options=options)
     return path
 
 
@@ -88,12 +88,12 @@ def test_a_student_with_the_time_is_evaluated_as_it_is_trained(tmp_path: Path, t
     runner = learners.inference.load_runner(path)
     assert runner.options == TIME
     result = engram.evaluate(runner, TIMED, obs="objects", episodes=3, threads=1, num_envs=3)
-    scenes = learners.training.ObjectsEnv(TIMED, 3, inputs=runner.inputs, options=TIME)
-    rows, state, returns = scenes.reset(seed=SEEDS), None, 0.0
-    for _ in range(scenes.horizon):
+    env = learners.training.ObjectsEnv(TIMED, 3, inputs=runner.inputs, options=TIME)
+    rows, state, returns = env.reset(seed=SEEDS), None, 0.0
+    for _ in range(env.horizon):
         with torch.no_grad():
             choice, _, state, _ = runner.policy(rows[None], state)
-        rows, rewards = scenes.step(choice.best()[0])
+        rows, rewards = env.step(choice.best()[0])
         returns = returns + rewards.double().numpy()
     np.testing.assert_allclose(result["tasks"][0]["returns"], returns, rtol=0, atol=0.02)
 
@@ -130,19 +130,19 @@ def test_record_plays_the_variant_of_a_student(tmp_path: Path) -> None:
 
 def test_a_policy_with_the_time_needs_the_option(tmp_path: Path) -> None:
     path = saved(tmp_path, TIMED, TIME)
-    assert learners.training.load_policy(path, TIMED, TIME)[0].layout.agent == 26
+    assert learners.checkpoints.load_policy(path, TIMED, TIME)[0].layout.agent == 26
     with pytest.raises(ValueError, match="a policy that does not fit"):
-        learners.training.load_policy(path, TIMED)
+        learners.checkpoints.load_policy(path, TIMED)
 
 
 def test_delays_are_those_of_the_variant() -> None:
     constants = {"EMPTY_PHASE_STEPS": [40, 60], "max_episode_steps": 120}
     delays = learners.long_episodes.Delays(COLOR3, {"constants": constants})
     assert delays.own["EMPTY_PHASE_STEPS"] == (40, 60)
-    scenes = learners.training.ObjectsEnv(
+    env = learners.training.ObjectsEnv(
         COLOR3, 2, constants=delays.widest(), options={"constants": constants}
     )
-    assert scenes.horizon == 120
+    assert env.horizon == 120
 
 
 SHORT = ["--iterations", "1", "--updates", "2", "--envs", "16"]
@@ -198,16 +198,16 @@ def test_a_share_of_the_episodes_is_disturbed_once() -> None:
 def test_the_oracle_goes_on_from_disturbed_states() -> None:
     """Disturbed steps are in the rows; labels are the oracle's actions there, and it succeeds."""
     torch.manual_seed(1)
-    scenes = learners.training.ObjectsEnv(INTERCEPT, 64, seed=3)
-    policy = untrained(scenes)
+    env = learners.training.ObjectsEnv(INTERCEPT, 64, seed=3)
+    policy = untrained(env)
     collected = []
     for share in (0, 0.5):
-        scenes.reset(seed=3)
-        collected.append(learners.distil.collect(policy, scenes, first=True, disturb=share))
+        env.reset(seed=3)
+        collected.append(learners.distil.collect(policy, env, first=True, disturb=share))
     (plain, _), (rows, labels) = collected
-    way = (rows - plain)[..., scenes.layout.tcp].norm(dim=-1)
+    way = (rows - plain)[..., env.layout.tcp].norm(dim=-1)
     assert 0.3 < (way.amax(0) > 0.04).float().mean() < 0.6  # by 2 cm
-    assert scenes.infos["success_once"].mean() > 0.8
+    assert env.infos["success_once"].mean() > 0.8
     # The oracle moves back: against what the disturbance has added.
     late = way[40:].amax(0) < 0.3 * way.amax(0)
     assert late[way.amax(0) > 0.1].float().mean() > 0.5
@@ -221,5 +221,5 @@ def test_without_disturbance_nothing_is_drawn(monkeypatch: pytest.MonkeyPatch) -
         raise AssertionError
 
     monkeypatch.setattr(learners.distil, "Disturbance", refused)
-    scenes = learners.training.ObjectsEnv(COLOR3, 4, seed=3)
-    learners.distil.collect(untrained(scenes), scenes, first=True)
+    env = learners.training.ObjectsEnv(COLOR3, 4, seed=3)
+    learners.distil.collect(untrained(env), env, first=True)

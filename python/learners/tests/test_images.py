@@ -19,28 +19,28 @@ ROTATE = "RotateStrictPosNeg-VLA-v0"
 def played(
     task: str,
     steps: int,
-    note: Callable[[Any], None] = lambda scenes: None,
+    note: Callable[[Any], None] = lambda env: None,
 ) -> Any:
     """Environment with images, after some steps of the oracle; the detector is not asked.
 
     note: called before every step.
     """
-    scenes = learners.images.rgb_env.RgbEnv(task, 16, seed=5)
-    scenes.detector.update = lambda pictures, proprio, before: before
-    scenes.reset(seed=5)
+    env = learners.images.rgb_env.RgbEnv(task, 16, seed=5)
+    env.detector.update = lambda pictures, proprio, before: before
+    env.reset(seed=5)
     for _ in range(steps):
-        scenes.store()
-        note(scenes)
-        scenes.step(scenes.oracle())
-    del scenes.detector.update
-    return scenes
+        env.store()
+        note(env)
+        env.step(env.oracle())
+    del env.detector.update
+    return env
 
 
 def test_views_project_positions_as_the_cameras_do() -> None:
-    scenes, views = played(COLOR3, 9), learners.images.views
-    pictures, proprio, shown, _ = scenes.last
+    env, views = played(COLOR3, 9), learners.images.views
+    pictures, proprio, shown, _ = env.last
     both = (views.base_view(), views.wrist_view(proprio))
-    meant = scenes.detector.codes // 32 // (scenes.objects.shapes + 1)
+    meant = env.detector.codes // 32 // (env.objects.shapes + 1)
     assert meant.tolist() == [0, 1, 2]  # cubes: red, lime, blue
     for i, view in enumerate(both):
         pixels = views.project(shown.place, view)
@@ -49,7 +49,7 @@ def test_views_project_positions_as_the_cameras_do() -> None:
         color = views.sample(pictures[..., 3 * i : 3 * i + 3], torch.arange(16), pixels)
         right = color.argmax(-1) == meant
         assert right[inside].float().mean() > 0.8  # the arm hides some
-    camera = scenes.camera.camera_params()["hand_camera"]["cam2world_gl"]
+    camera = env.camera.camera_params()["hand_camera"]["cam2world_gl"]
     expected = torch.from_numpy(np.array(camera))
     np.testing.assert_allclose(both[1][0], expected[:, :3, 3], atol=1e-4)
     np.testing.assert_allclose(both[1][1][:, :2], expected[:, :3, :2].mT, atol=1e-4)
@@ -59,12 +59,12 @@ def test_views_project_positions_as_the_cameras_do() -> None:
 
 def test_the_detector_learns_positions() -> None:
     torch.manual_seed(0)
-    scenes = played(COLOR3, 25)
-    scenes.learn(50)
-    scenes.reset(seed=99)
+    env = played(COLOR3, 25)
+    env.learn(50)
+    env.reset(seed=99)
     for _ in range(12):
-        scenes.step(scenes.oracle())
-    found, true = scenes.found, scenes.shown
+        env.step(env.oracle())
+    found, true = env.found, env.shown
     assert (true.known >= 0).all()
     assert (found.known == true.known).float().mean() > 0.9
     away = (found.place - true.place).norm(dim=-1)
@@ -73,15 +73,15 @@ def test_the_detector_learns_positions() -> None:
 
 def test_labels_have_a_token_for_each_of_like_objects() -> None:
     """Three cups have three tokens, which they keep; a lamp has one, whatever its colour."""
-    scenes = played(LAMP, 40)
-    detector, shown = scenes.detector, scenes.shown
+    env = played(LAMP, 40)
+    detector, shown = env.detector, env.shown
     of_cup = detector.tokens == detector.tokens.mode().values
     assert of_cup.sum() == 3
     assert len(detector.tokens) == 7 < len(detector.codes)
     assert (shown.known[:, of_cup] >= 0).all()
     cups = shown.place[:, of_cup]
     assert torch.pdist(cups[0]).min() > 0.05
-    before = scenes.last[3].place[:, of_cup]
+    before = env.last[3].place[:, of_cup]
     assert (cups - before).norm(dim=-1).max() < 0.08
 
 
@@ -118,14 +118,14 @@ def rotated() -> Any:
     torch.manual_seed(0)
     turned, engine = [], []
 
-    def note(scenes: Any) -> None:
+    def note(env: Any) -> None:
         if turned:  # the first step is not among the engine's
-            engine.append(torch.from_numpy(np.array(scenes.infos["relative_angle"])))
-        turned.append(scenes.shown.turn[:, 0])
+            engine.append(torch.from_numpy(np.array(env.infos["relative_angle"])))
+        turned.append(env.shown.turn[:, 0])
 
-    scenes = played(ROTATE, 70, note)
-    scenes.turned, scenes.engine = turned, engine
-    return scenes
+    env = played(ROTATE, 70, note)
+    env.turned, env.engine = turned, engine
+    return env
 
 
 def test_the_robot_of_a_rotate_task_has_the_tool_s_orientation_and_the_asked_turn(
@@ -186,10 +186,10 @@ def test_the_detector_learns_turns(rotated: Any) -> None:
 def test_a_saved_detector_has_the_refiner_only_where_something_is_long(
     rotated: Any, tmp_path: Path
 ) -> None:
-    path, training = tmp_path / "agent.pt", learners.training
+    path = tmp_path / "agent.pt"
     policy = learners.policy.Policy(rotated.layout)
-    training.save_policy(policy, path, ROTATE, rotated.detector)
-    loaded, detector, _ = training.load_policy(path)
+    learners.checkpoints.save_policy(policy, path, ROTATE, rotated.detector)
+    loaded, detector, _ = learners.checkpoints.load_policy(path)
     assert loaded.layout.agent == rotated.layout.agent
     pictures, proprio = rotated.last[:2]
     before = detector.initial(16)

@@ -20,11 +20,11 @@ SEEDS = 4242424242
 EPISODES = 4
 
 
-def untrained(scenes: Any, memory: bool = True) -> Any:
+def untrained(env: Any, memory: bool = True) -> Any:
     """A policy whose weights are large enough to move the robot and to depend on the memory."""
     torch.manual_seed(3)
-    policy = learners.policy.Policy(scenes.layout, memory=memory)
-    policy.fit(scenes.reset(seed=1)[None])
+    policy = learners.policy.Policy(env.layout, memory=memory)
+    policy.fit(env.reset(seed=1)[None])
     with torch.no_grad():
         for weight in policy.act.parameters():
             weight += 0.15 * torch.randn_like(weight)
@@ -39,18 +39,18 @@ def policy() -> Any:
 @pytest.fixture(scope="module")
 def agent(policy: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("agent") / "agent.pt"
-    learners.training.save_policy(policy, path, TASK)
+    learners.checkpoints.save_policy(policy, path, TASK)
     return path
 
 
 @torch.no_grad()
-def lockstep(policy: Any, scenes: Any) -> tuple[np.ndarray, np.ndarray]:
+def lockstep(policy: Any, env: Any) -> tuple[np.ndarray, np.ndarray]:
     """All episodes at once, as learners play them: returns, actions (T, N, 7)."""
-    rows, state, returns, actions = scenes.reset(seed=SEEDS), None, 0.0, []
-    for _ in range(scenes.horizon):
+    rows, state, returns, actions = env.reset(seed=SEEDS), None, 0.0, []
+    for _ in range(env.horizon):
         choice, _, state, _ = policy(rows[None], state)
         actions.append(choice.best()[0].numpy())
-        rows, rewards = scenes.step(choice.best()[0])
+        rows, rewards = env.step(choice.best()[0])
         returns = returns + rewards.double().numpy()
     return returns, np.array(actions)
 
@@ -74,12 +74,12 @@ def test_an_evaluation_plays_as_learners_do(policy: Any) -> None:
 
 @pytest.mark.parametrize("task", [TASK, "RotateLenientPos-VLA-v0"])
 def test_an_evaluation_from_pictures_plays_as_learners_do(task: str) -> None:
-    scenes = learners.images.rgb_env.RgbEnv(task, EPISODES)
-    find_objects(scenes.detector)
-    policy = untrained(scenes)
-    expected, _ = lockstep(policy, scenes)
-    assert (scenes.found.known >= 0).any()
-    runner = learners.inference.PolicyRunner(policy, scenes.detector, task)
+    env = learners.images.rgb_env.RgbEnv(task, EPISODES)
+    find_objects(env.detector)
+    policy = untrained(env)
+    expected, _ = lockstep(policy, env)
+    assert (env.found.known >= 0).any()
+    runner = learners.inference.PolicyRunner(policy, env.detector, task)
     assert runner.obs == "rgb"
     returns = returns_of(runner, "rgb", task, num_envs=50)
     np.testing.assert_allclose(returns, expected, atol=1e-3)
@@ -143,9 +143,9 @@ def test_a_wiped_memory_begins_anew_when_objects_appear(policy: Any, agent: Path
 
 
 def test_a_policy_without_memory_plays_too() -> None:
-    scenes = learners.training.ObjectsEnv(TASK, EPISODES)
-    policy = untrained(scenes, memory=False)
-    expected, _ = lockstep(policy, scenes)
+    env = learners.training.ObjectsEnv(TASK, EPISODES)
+    policy = untrained(env, memory=False)
+    expected, _ = lockstep(policy, env)
     runner = learners.inference.PolicyRunner(policy, task=TASK)
     np.testing.assert_allclose(returns_of(runner, "objects"), expected, atol=1e-3)
 

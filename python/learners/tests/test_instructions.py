@@ -24,10 +24,10 @@ SEED = 4242424242
 def readers(ids: list[str]) -> tuple[Any, Any]:
     """Inputs with words, and an untrained policy that moves the robot and reads them."""
     inputs = learners.several_tasks.TaskInputs.of(ids, True, False)
-    scenes = learners.training.ObjectsEnv(ids, 2 * len(ids), inputs=inputs)
+    env = learners.training.ObjectsEnv(ids, 2 * len(ids), inputs=inputs)
     torch.manual_seed(3)
     policy = learners.policy.Policy(inputs.layout, appearances=12, hidden=32, width=48)
-    policy.fit(scenes.reset(seed=1)[None])
+    policy.fit(env.reset(seed=1)[None])
     with torch.no_grad():
         for weight in policy.act.parameters():
             weight += 0.15 * torch.randn_like(weight)
@@ -92,10 +92,10 @@ def test_training_draws_wordings_and_a_test_has_the_instruction() -> None:
 def test_the_rows_of_a_batch_and_of_one_task_have_the_same_words() -> None:
     ids = [TOUCH, PUSH, ROTATE]
     inputs = learners.several_tasks.TaskInputs.of(ids, True, False)
-    scenes = learners.training.ObjectsEnv(ids, 6, inputs=inputs)
-    rows = scenes.reset(seed=7)
-    layout = scenes.layout
-    bags = rows[:, layout.bag : layout.agent]
+    env = learners.training.ObjectsEnv(ids, 6, inputs=inputs)
+    rows = env.reset(seed=7)
+    layout = env.layout
+    bags = rows[:, layout.words_begin : layout.agent]
     assert bags.shape[1] == len(layout.words) > 30
     assert torch.equal(bags[0], bags[1])
     differ = [word for word, off in zip(layout.words, bags[0] != bags[2]) if off]
@@ -103,9 +103,9 @@ def test_the_rows_of_a_batch_and_of_one_task_have_the_same_words() -> None:
     for id in ids:
         one = learners.training.ObjectsEnv(id, 2, inputs=inputs)
         own = one.reset(seed=7)
-        assert torch.equal(own, rows[scenes.parts[id], : own.shape[1]])
-        assert not rows[scenes.parts[id], own.shape[1] :].any()
-    assert torch.equal(scenes.step(scenes.oracle())[0][:, layout.bag : layout.agent], bags)
+        assert torch.equal(own, rows[env.parts[id], : own.shape[1]])
+        assert not rows[env.parts[id], own.shape[1] :].any()
+    assert torch.equal(env.step(env.oracle())[0][:, layout.words_begin : layout.agent], bags)
 
 
 def test_number_words_or_both_tell_the_task() -> None:
@@ -143,9 +143,9 @@ def test_a_policy_reads() -> None:
 def test_a_checkpoint_has_the_vocabulary(tmp_path: Path) -> None:
     ids, path = [COLOR, PUSH], tmp_path / "agent.pt"
     inputs, policy = readers(ids)
-    learners.training.save_policy(policy, path, ids)
+    learners.checkpoints.save_policy(policy, path, ids)
     runner = learners.inference.load_runner(path)
-    assert runner.policy.layout.words == inputs.bag.words
+    assert runner.policy.layout.words == inputs.bag_of_words.words
     assert runner.policy.sizes == {
         "appearances": 12,
         "counts": 8,
@@ -165,7 +165,7 @@ def test_an_evaluation_gives_the_instruction(tmp_path: Path) -> None:
     """As learners play: each task alone, another instruction, and a task that is not trained on."""
     ids, path = [TOUCH, PUSH], tmp_path / "agent.pt"
     inputs, policy = readers(ids)
-    learners.training.save_policy(policy, path, ids)
+    learners.checkpoints.save_policy(policy, path, ids)
     runner = learners.inference.load_runner(path)
 
     def returns(task: str, instruction: str | None = None) -> Any:
@@ -174,14 +174,14 @@ def test_an_evaluation_gives_the_instruction(tmp_path: Path) -> None:
         return engram.evaluate(runner, task, **options)["tasks"][0]["returns"]
 
     def played(task: str, sentence: str) -> Any:
-        scenes = learners.training.ObjectsEnv(
+        env = learners.training.ObjectsEnv(
             task, 3, inputs=inputs, wording=lambda batch: [sentence] * batch.num_envs
         )
-        rows, state, total = scenes.reset(seed=SEED), None, 0.0
+        rows, state, total = env.reset(seed=SEED), None, 0.0
         with torch.no_grad():
-            for _ in range(scenes.horizon):
+            for _ in range(env.horizon):
                 choice, _, state, _ = policy(rows[None], state)
-                rows, rewards = scenes.step(choice.best()[0])
+                rows, rewards = env.step(choice.best()[0])
                 total = total + rewards.double().numpy()
         return total
 
@@ -223,7 +223,7 @@ def test_a_run_that_is_cut_off_is_continued(tmp_path: Path) -> None:
 def test_an_instruction_is_refused_by_a_policy_that_reads_none(tmp_path: Path) -> None:
     layout = learners.several_tasks.TaskInputs.of([TOUCH, PUSH]).layout
     policy = learners.policy.Policy(layout)
-    learners.training.save_policy(policy, tmp_path / "agent.pt", [TOUCH, PUSH])
+    learners.checkpoints.save_policy(policy, tmp_path / "agent.pt", [TOUCH, PUSH])
     other = ["--instruction", "Touch that cup."]
     command = [sys.executable, "-m", "engram_learners.evaluate", str(tmp_path / "agent.pt"), *other]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -19,18 +19,18 @@ def played(
     task: str, steps: int, names: tuple[str, ...] = (), envs: int = 16
 ) -> tuple[Any, Any, Any, dict[str, Any]]:
     """Oracle's episodes: layout, rows (T, N, D), actions (T, N, A), infos (T, N) by name."""
-    scenes = learners.training.ObjectsEnv(task, envs, 3)
-    row, rows, actions = scenes.reset(seed=3), [], []
+    env = learners.training.ObjectsEnv(task, envs, 3)
+    row, rows, actions = env.reset(seed=3), [], []
     infos: dict[str, Any] = {name: [] for name in names}
     for _ in range(steps):
-        action = scenes.oracle()
+        action = env.oracle()
         rows.append(row)
         actions.append(action)
         for name, values in infos.items():
-            values.append(torch.from_numpy(np.array(scenes.infos[name])))
-        row, _ = scenes.step(action)
+            values.append(torch.from_numpy(np.array(env.infos[name])))
+        row, _ = env.step(action)
     stacked = {name: torch.stack(values) for name, values in infos.items()}
-    return scenes.layout, torch.stack(rows), torch.stack(actions), stacked
+    return env.layout, torch.stack(rows), torch.stack(actions), stacked
 
 
 def features(layout: Any, rows: Any) -> tuple[Any, Any, Any]:
@@ -152,15 +152,15 @@ def test_a_false_motion_weighs_as_much_as_a_true_one() -> None:
 
 def test_steps_after_an_early_end_have_no_label() -> None:
     """BlinkCount ends when a wrong count is submitted."""
-    scenes = learners.training.ObjectsEnv("BlinkCountButtonPressEasy-VLA-v0", 8, 3)
-    scenes.reset(seed=3)
+    env = learners.training.ObjectsEnv("BlinkCountButtonPressEasy-VLA-v0", 8, 3)
+    env.reset(seed=3)
     torch.manual_seed(0)
-    policy = learners.policy.Policy(scenes.layout)
-    scenes.oracle = lambda: torch.from_numpy(scenes.batch.act("blind")).clamp(-1, 1)
-    actions = learners.distil.collect(policy, scenes, first=True)[1]
+    policy = learners.policy.Policy(env.layout)
+    env.oracle = lambda: torch.from_numpy(env.batch.act("blind")).clamp(-1, 1)
+    actions = learners.distil.collect(policy, env, first=True)[1]
     labelled = actions.isfinite().all(-1)
-    elapsed = torch.from_numpy(np.array(scenes.infos["elapsed_steps"]))
-    assert elapsed.min() < scenes.horizon == elapsed.max()
+    elapsed = torch.from_numpy(np.array(env.infos["elapsed_steps"]))
+    assert elapsed.min() < env.horizon == elapsed.max()
     assert (labelled.sum(0) == elapsed).all()
 
 

@@ -24,11 +24,11 @@ JOINTS = "RememberColor3-v0"  # actions move joints
 
 def episodes(task: str, num_envs: int = 8, steps: int | None = None) -> tuple[Any, Any]:
     """Rows (T, N, D) of the oracle's episodes, and their layout."""
-    scenes = learners.training.ObjectsEnv(task, num_envs, 3, steps)
-    rows = [scenes.reset(seed=3)]
-    for _ in range(scenes.horizon - 1):
-        rows.append(scenes.step(scenes.oracle())[0])
-    return torch.stack(rows), scenes.layout
+    env = learners.training.ObjectsEnv(task, num_envs, 3, steps)
+    rows = [env.reset(seed=3)]
+    for _ in range(env.horizon - 1):
+        rows.append(env.step(env.oracle())[0])
+    return torch.stack(rows), env.layout
 
 
 def fitted(rows: Any, layout: Any, memory: bool = True, **sizes: int) -> Any:
@@ -100,15 +100,15 @@ def presses(reach: float) -> tuple[Any, Any, Any, dict[str, Any]]:
     -> of the counting button: depth (T, N), number of presses (T, N), label that the tool has to be
     lifted (T, N); and the engine's infos of the same, by name.
     """
-    scenes = learners.training.ObjectsEnv("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
-    rows, infos = [scenes.reset(seed=3)], {"raw_press_count": [], "pending_press": []}
-    for _ in range(scenes.horizon - 1):
-        action = scenes.oracle()
+    env = learners.training.ObjectsEnv("BlinkCountButtonPressEasy-VLA-v0", 32, 3)
+    rows, infos = [env.reset(seed=3)], {"raw_press_count": [], "pending_press": []}
+    for _ in range(env.horizon - 1):
+        action = env.oracle()
         action[:, 2] *= reach
-        rows.append(scenes.step(action)[0])
+        rows.append(env.step(action)[0])
         for name, steps in infos.items():
-            steps.append(torch.from_numpy(np.array(scenes.infos[name])))
-    rows, layout = torch.stack(rows), scenes.layout
+            steps.append(torch.from_numpy(np.array(env.infos[name])))
+    rows, layout = torch.stack(rows), env.layout
     tokens = layout.split(rows)[1]
     red = (tokens[0, ..., layout.part["color"]][..., 0] > 0) & (tokens[0, ..., layout.button] > 0)
     known = learners.memory_loss.MemoryLoss.labels(fitted(rows, layout), rows)[2][1:, red]
@@ -134,12 +134,12 @@ def test_labels_of_a_button_change_when_the_tool_is_lifted() -> None:
 
 def test_an_object_in_the_place_of_another_begins_a_view() -> None:
     """Every cube of the cue has a view of its own, even if it gets the token of the one before."""
-    scenes = learners.training.ObjectsEnv("ChainOfColors3-VLA-v0", 128, 3)
-    rows = [scenes.reset(seed=3)]
+    env = learners.training.ObjectsEnv("ChainOfColors3-VLA-v0", 128, 3)
+    rows = [env.reset(seed=3)]
     for _ in range(15):  # the longest cue, and a step after it
-        rows.append(scenes.step(torch.zeros(128, 7))[0])
+        rows.append(env.step(torch.zeros(128, 7))[0])
     rows = torch.stack(rows)
-    layout, tokens = scenes.layout, scenes.layout.split(rows)[1]
+    layout, tokens = env.layout, env.layout.split(rows)[1]
     seen, pairs = tokens[..., 0] > 0, layout.pairs(tokens)
     in_place = (seen[1:] == seen[:-1]).all(-1) & (pairs[1:] != pairs[:-1]).any(-1)
     assert in_place.any()  # or nothing is tested
@@ -194,7 +194,7 @@ def test_a_reset_memory_is_that_of_a_new_episode() -> None:
     which = torch.tensor([True, False, True, False])
     with torch.no_grad():
         state = policy(rows[:12])[2]
-        wiped = policy(rows[12:13], policy.wipe(state, which))[0].mean[0]
+        wiped = policy(rows[12:13], policy.reset_state(state, which))[0].mean[0]
         fresh = policy(rows[12:13])[0].mean[0]
         kept = policy(rows[12:13], state)[0].mean[0]
     assert torch.equal(wiped[which], fresh[which])
@@ -247,14 +247,14 @@ def test_an_untrained_policy_without_memory_chooses_the_nearest_object() -> None
 
 
 def test_the_oracle_guides_the_first_episodes_and_half_of_the_others() -> None:
-    scenes = learners.training.ObjectsEnv(COLOR3, 64, seed=3)
+    env = learners.training.ObjectsEnv(COLOR3, 64, seed=3)
     policy = fitted(*episodes(COLOR3), memory=False)
-    scenes.reset(seed=3)
-    learners.distil.collect(policy, scenes, first=True)
-    assert scenes.infos["success_once"].all()
+    env.reset(seed=3)
+    learners.distil.collect(policy, env, first=True)
+    assert env.infos["success_once"].all()
     torch.manual_seed(1)
-    learners.distil.collect(policy, scenes, first=False)
-    assert 0.05 < scenes.infos["success_once"].mean() < 0.6
+    learners.distil.collect(policy, env, first=False)
+    assert 0.05 < env.infos["success_once"].mean() < 0.6
 
 
 def test_attention_learns_the_object_of_the_oracle() -> None:
@@ -278,7 +278,9 @@ def test_advantages_equal_their_definition() -> None:
     errors = rewards + 0.8 * after - values
     expected = [sum((0.56**k) * errors[t + k] for k in range(9 - t)) for t in range(9)]
     np.testing.assert_allclose(
-        learners.ppo_recurrent.advantages(rewards, values, args), torch.stack(expected), rtol=1e-5
+        learners.ppo_recurrent.estimate_advantages(rewards, values, args),
+        torch.stack(expected),
+        rtol=1e-5,
     )
 
 
@@ -312,7 +314,7 @@ def test_a_learner_runs_and_resumes(tmp_path: Path, command: list[str]) -> None:
     assert (tmp_path / "curve.png").stat().st_size > 0
     logged = list(tmp_path.glob("events.out.tfevents.*"))
     assert logged or not importlib.util.find_spec("tensorboard")
-    policy, detector, task = learners.training.load_policy(tmp_path / "agent.pt")
+    policy, detector, task = learners.checkpoints.load_policy(tmp_path / "agent.pt")
     assert (policy.memory, detector is not None, task) == (remembers, "rgb" in command, COLOR3)
     run(*command, "--out", str(tmp_path), "--resume")
 

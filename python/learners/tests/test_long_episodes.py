@@ -22,10 +22,10 @@ COLOR5 = "RememberColor5-Long-VLA-v0"  # the cue's length is fixed
 CUPS = "ShellGameShuffleTouch-Long-VLA-v0"
 
 
-def untrained(scenes: Any) -> Any:
+def untrained(env: Any) -> Any:
     torch.manual_seed(0)
-    policy = learners.policy.Policy(scenes.layout)
-    policy.fit(scenes.reset(seed=3))
+    policy = learners.policy.Policy(env.layout)
+    policy.fit(env.reset(seed=3))
     return policy
 
 
@@ -60,16 +60,16 @@ def test_the_curriculum_ends_with_whole_delays() -> None:
 
 def test_narrowed_episodes_are_as_long_as_the_oracle_needs() -> None:
     delays = learners.long_episodes.Delays(COLOR3)
-    scenes = learners.training.ObjectsEnv(COLOR3, 8, 3, constants=delays.widest())
-    rows = delays.narrow(scenes, 0.05, 30)
-    assert len(rows) <= scenes.horizon <= 60
-    assert scenes.horizon % 30 == 0
-    scenes.reset()
-    for _ in range(scenes.horizon):
-        scenes.step(scenes.oracle())
-    assert scenes.infos["success_once"].all()
-    delays.narrow(scenes, 1.0, 30)
-    assert 200 < scenes.horizon <= 600
+    env = learners.training.ObjectsEnv(COLOR3, 8, 3, constants=delays.widest())
+    rows = delays.narrow(env, 0.05, 30)
+    assert len(rows) <= env.horizon <= 60
+    assert env.horizon % 30 == 0
+    env.reset()
+    for _ in range(env.horizon):
+        env.step(env.oracle())
+    assert env.infos["success_once"].all()
+    delays.narrow(env, 1.0, 30)
+    assert 200 < env.horizon <= 600
 
 
 # --- chunks ---
@@ -78,10 +78,10 @@ def test_narrowed_episodes_are_as_long_as_the_oracle_needs() -> None:
 @pytest.fixture(scope="module")
 def collected() -> tuple[Any, ...]:
     """Scenes of cups, a policy, the oracle's rows and actions, and the states of collecting."""
-    scenes = learners.training.ObjectsEnv(CUPS, 4, 3, 120)
-    policy = untrained(scenes)
+    env = learners.training.ObjectsEnv(CUPS, 4, 3, 120)
+    policy = untrained(env)
     chunks = learners.long_episodes.Chunks(policy, 40)
-    rows, actions = learners.distil.collect(policy, scenes, first=True, chunks=chunks)
+    rows, actions = learners.distil.collect(policy, env, first=True, chunks=chunks)
     return policy, rows, actions, list(chunks.begins)
 
 
@@ -127,10 +127,10 @@ def test_one_chunk_has_the_loss_of_a_whole_episode(collected: tuple[Any, ...]) -
 
 def test_chunks_of_waiting_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(learners.long_episodes, "WAITING", 0.0)
-    scenes = learners.training.ObjectsEnv(COLOR3, 16, 3, 300)
-    policy = untrained(scenes)
+    env = learners.training.ObjectsEnv(COLOR3, 16, 3, 300)
+    policy = untrained(env)
     chunks = learners.long_episodes.Chunks(policy, 20)
-    rows, actions = learners.distil.collect(policy, scenes, first=True, chunks=chunks)
+    rows, actions = learners.distil.collect(policy, env, first=True, chunks=chunks)
     begins = list(chunks.begins)
     kept, own_actions, *_ = chunks.cut(rows, actions)
     assert 16 <= kept.shape[1] < sum(len(played) for played, _ in begins) / 3
@@ -144,10 +144,10 @@ def test_chunks_of_waiting_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_decided_episodes_have_no_more_chunks() -> None:
-    scenes = learners.training.ObjectsEnv(COLOR3, 16, 3, 600)
-    policy = untrained(scenes)
+    env = learners.training.ObjectsEnv(COLOR3, 16, 3, 600)
+    policy = untrained(env)
     chunks = learners.long_episodes.Chunks(policy, 20)
-    rows, _ = learners.distil.collect(policy, scenes, first=True, chunks=chunks)
+    rows, _ = learners.distil.collect(policy, env, first=True, chunks=chunks)
     counts = [len(played) for played, _ in chunks.begins]
     assert counts == sorted(counts, reverse=True)
     assert counts[0] == 16 > counts[-1] > 0
@@ -162,26 +162,26 @@ class Fickle(torch.nn.Module):
 
     predicts = memory = True
 
-    def __init__(self, policy: Any, scenes: Any) -> None:
+    def __init__(self, policy: Any, env: Any) -> None:
         super().__init__()
-        self.policy, self.layout, self.scenes, self.asked = policy, policy.layout, scenes, []
-        self.split, self.wipe = policy.split, policy.wipe
+        self.policy, self.layout, self.env, self.asked = policy, policy.layout, env, []
+        self.split, self.reset_state = policy.split, policy.reset_state
 
     def join(self, states: Any) -> Any:
         return self.policy.join(states)
 
     def forward(self, rows: Any, state: Any) -> Any:
         _, _, state, _ = self.policy(rows, state)
-        which = [int((self.scenes.truth == row).all(-1).nonzero()[0]) for row in rows[0]]
+        which = [int((self.env.truth == row).all(-1).nonzero()[0]) for row in rows[0]]
         self.asked.append(len(which))
-        actions = self.scenes.oracle()[which]
+        actions = self.env.oracle()[which]
         return SimpleNamespace(best=lambda: actions[None]), None, state, None
 
 
 def test_decided_episodes_are_not_computed() -> None:
-    scenes = learners.training.ObjectsEnv(COLOR3, 12, 3)
-    player = Fickle(untrained(scenes), scenes)
-    rates = learners.training.evaluate(player, scenes, 3)
+    env = learners.training.ObjectsEnv(COLOR3, 12, 3)
+    player = Fickle(untrained(env), env)
+    rates = learners.training.evaluate(player, env, 3)
     assert rates == {"success_once": 1.0, "first_answer_correct": 1.0}
     assert player.asked[0] == 12
     assert 0 < player.asked[-1] < 12
@@ -189,8 +189,8 @@ def test_decided_episodes_are_not_computed() -> None:
 
 
 def test_new_appearances_get_places_of_others() -> None:
-    scenes = learners.training.ObjectsEnv("RememberShape5-VLA-v0", 32, 3)
-    policy = untrained(scenes)
+    env = learners.training.ObjectsEnv("RememberShape5-VLA-v0", 32, 3)
+    policy = untrained(env)
     color = learners.training.ObjectsEnv("RememberColor3-VLA-v0", 32, 3)
     rows, policy.layout = color.reset(seed=3), color.layout
     old = policy.vocabulary.clone()
@@ -207,18 +207,18 @@ def test_new_appearances_get_places_of_others() -> None:
 
 
 def test_a_long_task_begins_with_the_policy_of_a_short_one(tmp_path: Path) -> None:
-    scenes = learners.training.ObjectsEnv("RememberColor3-VLA-v0", 4)
-    policy = untrained(scenes)
-    learners.training.save_policy(policy, tmp_path / "agent.pt", "RememberColor3-VLA-v0")
-    warm, _, task = learners.training.load_policy(tmp_path / "agent.pt", COLOR5)
+    env = learners.training.ObjectsEnv("RememberColor3-VLA-v0", 4)
+    policy = untrained(env)
+    learners.checkpoints.save_policy(policy, tmp_path / "agent.pt", "RememberColor3-VLA-v0")
+    warm, _, task = learners.checkpoints.load_policy(tmp_path / "agent.pt", COLOR5)
     assert task == "RememberColor3-VLA-v0"
     assert (policy.layout.tokens, warm.layout.tokens) == (3, 5)
     delays = learners.long_episodes.Delays(COLOR5)
-    scenes = learners.training.ObjectsEnv(COLOR5, 4, 3, constants=delays.widest())
+    env = learners.training.ObjectsEnv(COLOR5, 4, 3, constants=delays.widest())
     args = SimpleNamespace(
         id=COLOR5, chunk=30, iterations=10, updates=2, batch=120, recall=1.0, huber=0.3, disturb=0.0
     )
-    collector = learners.distil.Collector(warm, scenes, args, delays)
+    collector = learners.distil.Collector(warm, env, args, delays)
     optimiser = torch.optim.Adam(warm.parameters(), 1e-3)
     losses = learners.distil.learn(warm, optimiser, [collector(0, True)], args)
     assert all(np.isfinite(loss) for loss in losses.values())
@@ -230,11 +230,9 @@ def test_a_long_task_begins_with_the_policy_of_a_short_one(tmp_path: Path) -> No
 def test_whole_episodes_of_another_task_have_their_appearances() -> None:
     few = learners.training.ObjectsEnv("RememberColor3-VLA-v0", 8, 3)
     policy = untrained(few)
-    scenes = learners.training.ObjectsEnv("RememberColor5-VLA-v0", 8, 3)
-    policy.layout = scenes.layout
-    learners.distil.Collector(policy, scenes, SimpleNamespace(chunk=0, disturb=0.0))(
-        0, trained=True
-    )
+    env = learners.training.ObjectsEnv("RememberColor5-VLA-v0", 8, 3)
+    policy.layout = env.layout
+    learners.distil.Collector(policy, env, SimpleNamespace(chunk=0, disturb=0.0))(0, trained=True)
     assert (policy.vocabulary >= 0).sum() == 5
 
 

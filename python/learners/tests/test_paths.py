@@ -19,16 +19,16 @@ DEMO = 64  # steps, of NUM_WAYPOINTS
 @pytest.fixture(scope="module")
 def episodes() -> SimpleNamespace:
     """Oracle's episodes: layout, rows (T, N, D), when each has succeeded first (N)."""
-    scenes = learners.training.ObjectsEnv(TASK, 16, 3)
-    rows, won = [scenes.reset(seed=3)], []
+    env = learners.training.ObjectsEnv(TASK, 16, 3)
+    rows, won = [env.reset(seed=3)], []
     for _ in range(180):
-        rows.append(scenes.step(scenes.oracle())[0])
-        won.append(torch.from_numpy(np.array(scenes.infos["success_once"])))
+        rows.append(env.step(env.oracle())[0])
+        won.append(torch.from_numpy(np.array(env.infos["success_once"])))
     success = torch.stack(won)
     assert success[-1].all()
     return SimpleNamespace(
-        scenes=scenes,
-        layout=scenes.layout,
+        env=env,
+        layout=env.layout,
         rows=torch.stack(rows),
         won=success.int().argmax(0) + 1,
     )
@@ -78,14 +78,14 @@ def left_of(layout: Any, rows: Any, points: int) -> Any:
 
 def test_a_sequence_is_passed_line_by_line() -> None:
     points = 330
-    scenes = learners.training.ObjectsEnv("TraceShapeSeqHard-VLA-v0", 8, 3)
-    rows, closed, won = [scenes.reset(seed=3)], [], []
+    env = learners.training.ObjectsEnv("TraceShapeSeqHard-VLA-v0", 8, 3)
+    rows, closed, won = [env.reset(seed=3)], [], []
     for _ in range(620):
-        rows.append(scenes.step(scenes.oracle())[0])
-        closed.append(np.array(scenes.infos["all_shapes_closed"]))
-        won.append(np.array(scenes.infos["success_once"]))
+        rows.append(env.step(env.oracle())[0])
+        closed.append(np.array(env.infos["all_shapes_closed"]))
+        won.append(np.array(env.infos["success_once"]))
     assert won[-1].all()
-    left = left_of(scenes.layout, torch.stack(rows), points)
+    left = left_of(env.layout, torch.stack(rows), points)
     lengths = set()
     for env, (ends, end) in enumerate(zip(np.argmax(closed, 0) + 1, np.argmax(won, 0) + 1)):
         shown = left[:end, env].max()
@@ -202,7 +202,7 @@ def test_a_policy_keeps_paths_until_they_are_wiped(episodes: SimpleNamespace) ->
     with torch.no_grad():
         *_, state, _ = policy(episodes.rows[: DEMO + 12])
         which = torch.arange(16) % 2 == 1
-        wiped = policy.wipe(state, which)
+        wiped = policy.reset_state(state, which)
     red, _ = of_red_cube(episodes.layout, episodes.rows)
     kept = wiped[3][..., -learners.paths.path_size(POINTS) :]
     count = parts_of(kept, POINTS)[2][red]

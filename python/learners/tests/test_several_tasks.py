@@ -23,11 +23,11 @@ INTERCEPT, ROTATE = "InterceptSlow-VLA-v0", "RotateLenientPos-VLA-v0"
 SEED = 4242424242
 
 
-def untrained(scenes: Any) -> Any:
+def untrained(env: Any) -> Any:
     """A policy whose weights are large enough to move the robot and to depend on the task."""
     torch.manual_seed(3)
-    policy = learners.policy.Policy(scenes.layout, appearances=12)
-    policy.fit(scenes.reset(seed=1)[None])
+    policy = learners.policy.Policy(env.layout, appearances=12)
+    policy.fit(env.reset(seed=1)[None])
     with torch.no_grad():
         for weight in policy.act.parameters():
             weight += 0.15 * torch.randn_like(weight)
@@ -40,13 +40,13 @@ def untrained(scenes: Any) -> Any:
 def test_rows_of_one_task_have_the_places_of_the_common_layout() -> None:
     """Equal to a batch of all: robot, task, and objects, also with Rotate's task cue."""
     ids = [COLOR, CUPS, ROTATE]
-    scenes = learners.training.ObjectsEnv(ids, 6)
-    together = [scenes.reset(seed=7)]
+    env = learners.training.ObjectsEnv(ids, 6)
+    together = [env.reset(seed=7)]
     for _ in range(12):
-        together.append(scenes.step(scenes.oracle())[0])
+        together.append(env.step(env.oracle())[0])
     inputs = learners.several_tasks.TaskInputs.of(ids)
-    assert scenes.layout.agent == 26 + 3
-    assert together[0].shape[1] == scenes.layout.agent + 4 * scenes.layout.width
+    assert env.layout.agent == 26 + 3
+    assert together[0].shape[1] == env.layout.agent + 4 * env.layout.width
     for number, id in enumerate(ids):
         alone = engram.make_vec(id, 2, obs_mode="objects")
         rows = [alone.reset(seed=7)[0]]
@@ -54,21 +54,21 @@ def test_rows_of_one_task_have_the_places_of_the_common_layout() -> None:
             rows.append(alone.step(alone.act("oracle").clip(-1, 1))[0])
         for row, all_rows in zip(rows, together):
             own = inputs.of_task(id, torch.from_numpy(row))
-            assert torch.equal(own, all_rows[scenes.parts[id]])
+            assert torch.equal(own, all_rows[env.parts[id]])
         tasks = own[:, inputs.robot : inputs.robot + 3]
         assert tasks.tolist() == [[float(k == number) for k in range(3)]] * 2
-        positions = scenes.layout.split(own)[1][..., scenes.layout.place].numpy()
+        positions = env.layout.split(own)[1][..., env.layout.place].numpy()
         fields = {field["name"]: field for field in alone.description["state_fields"]}
         at = fields["object_0_position"]["offset"]
         assert (positions[:, 0] == rows[-1][:, at : at + 3]).all()
         at = fields["tcp_pose"]["offset"]
-        assert (own[:, scenes.layout.tcp].numpy() == rows[-1][:, at : at + 3]).all()
+        assert (own[:, env.layout.tcp].numpy() == rows[-1][:, at : at + 3]).all()
 
 
 def test_the_cue_of_one_task_is_zero_in_another() -> None:
-    scenes = learners.training.ObjectsEnv([COLOR, ROTATE], 4)
-    fields = {field["name"]: field for field in scenes.batch.description["state_fields"]}
-    cue = scenes.reset(seed=7)[:, fields["task_cue"]["offset"]]
+    env = learners.training.ObjectsEnv([COLOR, ROTATE], 4)
+    fields = {field["name"]: field for field in env.batch.description["state_fields"]}
+    cue = env.reset(seed=7)[:, fields["task_cue"]["offset"]]
     assert (cue != 0).tolist() == [False, False, True, True]
 
 
@@ -98,38 +98,38 @@ def test_each_of_the_ten_tasks_can_be_learnt_alone() -> None:
 @pytest.fixture(scope="module")
 def collected() -> tuple[Any, Any, Any, Any]:
     """Scenes of three horizons, a policy, and the oracle's rows and actions."""
-    scenes = learners.training.ObjectsEnv([COLOR, CUPS, INTERCEPT], 9, 3)
-    policy = untrained(scenes)
-    scenes.reset(seed=3)
-    rows, actions = learners.distil.collect(policy, scenes, first=True)
-    return scenes, policy, rows, actions
+    env = learners.training.ObjectsEnv([COLOR, CUPS, INTERCEPT], 9, 3)
+    policy = untrained(env)
+    env.reset(seed=3)
+    rows, actions = learners.distil.collect(policy, env, first=True)
+    return env, policy, rows, actions
 
 
 def test_episodes_end_with_their_own_horizon(collected: tuple[Any, Any, Any, Any]) -> None:
     """What comes after an episode's end is neither trained on nor counted."""
-    scenes, policy, rows, actions = collected
-    assert scenes.horizon == 60 == len(rows)
-    episodes = learners.distil.by_length(policy, scenes, rows, actions)
+    env, policy, rows, actions = collected
+    assert env.horizon == 60 == len(rows)
+    episodes = learners.distil.by_length(policy, env, rows, actions)
     assert [len(rows) for rows, *_ in episodes] == [25, 30, 60]
     for k, parts in enumerate(episodes):
         assert all(part.shape[:2] == (parts[0].shape[0], 3) for part in parts)
         own = rows[: len(parts[0]), 3 * k : 3 * k + 3]
         width = parts[0].shape[-1]  # up to the last object that the task has
-        assert width == scenes.layout.agent + (3, 4, 2)[k] * scenes.layout.width
+        assert width == env.layout.agent + (3, 4, 2)[k] * env.layout.width
         assert torch.equal(parts[0], own[..., :width])
         assert not own[..., width:].any()
         assert torch.equal(parts[1], actions[: len(parts[0]), 3 * k : 3 * k + 3])
     spoiled = rows.clone()
     spoiled[25:, :3], spoiled[30:, 3:6] = 1e6, -1e6
-    again = learners.distil.by_length(policy, scenes, spoiled, actions)
+    again = learners.distil.by_length(policy, env, spoiled, actions)
     for parts, others in zip(episodes, again):
         assert all(torch.equal(a, b) for a, b in zip(parts, others))
 
 
 @torch.no_grad()
 def test_objects_that_a_task_lacks_change_nothing(collected: tuple[Any, Any, Any, Any]) -> None:
-    scenes, policy, rows, actions = collected
-    for own, *_ in learners.distil.by_length(policy, scenes, rows, actions):
+    env, policy, rows, actions = collected
+    for own, *_ in learners.distil.by_length(policy, env, rows, actions):
         padded = torch.nn.functional.pad(own, (0, rows.shape[-1] - own.shape[-1]))
         choices = [policy(given)[0] for given in (own, padded)]
         best = [choice.best() for choice in choices]
@@ -137,8 +137,8 @@ def test_objects_that_a_task_lacks_change_nothing(collected: tuple[Any, Any, Any
 
 
 def test_success_lasts_until_the_longest_episode_ends(collected: tuple[Any, Any, Any, Any]) -> None:
-    scenes, _, rows, _ = collected
-    tasks = {id: learners.training.rates(scenes.infos, part) for id, part in scenes.parts.items()}
+    env, _, rows, _ = collected
+    tasks = {id: learners.training.rates(env.infos, part) for id, part in env.parts.items()}
     right = {"success_once": 1.0, "first_answer_correct": 1.0}
     assert tasks == {COLOR: right, CUPS: right, INTERCEPT: {**right, "first_answer_correct": None}}
     assert learners.training.means(tasks) == {**right, "least_success_once": 1.0}
@@ -147,8 +147,8 @@ def test_success_lasts_until_the_longest_episode_ends(collected: tuple[Any, Any,
 
 def test_tasks_have_equal_weight(collected: tuple[Any, Any, Any, Any]) -> None:
     """The logged loss is the mean of the tasks' own, though their episodes differ in length."""
-    scenes, policy, rows, actions = collected
-    episodes = learners.distil.by_length(policy, scenes, rows, actions)
+    env, policy, rows, actions = collected
+    episodes = learners.distil.by_length(policy, env, rows, actions)
     for length in episodes:  # any pick of equal episodes is the same
         for part in length:
             part[:] = part[:, :1].clone()
@@ -165,23 +165,23 @@ def test_tasks_have_equal_weight(collected: tuple[Any, Any, Any, Any]) -> None:
 
 
 @torch.no_grad()
-def lockstep(policy: Any, scenes: Any) -> np.ndarray:
+def lockstep(policy: Any, env: Any) -> np.ndarray:
     """Returns (N,) of all episodes at once, as learners play them."""
-    rows, state, returns = scenes.reset(seed=SEED), None, 0.0
-    for _ in range(scenes.horizon):
+    rows, state, returns = env.reset(seed=SEED), None, 0.0
+    for _ in range(env.horizon):
         choice, _, state, _ = policy(rows[None], state)
-        rows, rewards = scenes.step(choice.best()[0])
+        rows, rewards = env.step(choice.best()[0])
         returns = returns + rewards.double().numpy()
     return returns
 
 
 def test_an_evaluation_plays_every_task_as_learners_do(tmp_path: Path) -> None:
     ids, path = [COLOR, SHAPE], tmp_path / "agent.pt"
-    scenes = learners.training.ObjectsEnv(ids, 8)
-    policy = untrained(scenes)
-    expected = lockstep(policy, scenes)
+    env = learners.training.ObjectsEnv(ids, 8)
+    policy = untrained(env)
+    expected = lockstep(policy, env)
     assert np.ptp(expected) > 0.5  # the episodes differ
-    learners.training.save_policy(policy, path, ids)
+    learners.checkpoints.save_policy(policy, path, ids)
     runner = learners.inference.PolicyRunner.load(path)
     assert runner.task == ids
     assert runner.policy.appearances == 12
@@ -190,7 +190,7 @@ def test_an_evaluation_plays_every_task_as_learners_do(tmp_path: Path) -> None:
     assert set(returns) == set(ids)
     for id in ids:
         # Torch's last bits depend on the size of a batch, and contacts magnify them.
-        np.testing.assert_allclose(returns[id], expected[scenes.parts[id]], rtol=0, atol=0.02)
+        np.testing.assert_allclose(returns[id], expected[env.parts[id]], rtol=0, atol=0.02)
 
 
 # --- pictures ---
@@ -201,9 +201,9 @@ def pictures() -> Any:
     """Scenes of two horizons, with a detector that finds some objects."""
     torch.manual_seed(1)
     inputs = learners.several_tasks.TaskInputs.of([COLOR, CUPS], words=True, numbered=True)
-    scenes = learners.images.rgb_env.RgbEnv([COLOR, CUPS], 6, seed=3, inputs=inputs)
-    find_objects(scenes.detector)
-    return scenes
+    env = learners.images.rgb_env.RgbEnv([COLOR, CUPS], 6, seed=3, inputs=inputs)
+    find_objects(env.detector)
+    return env
 
 
 def test_rows_from_pictures_have_robot_task_and_objects(pictures: Any) -> None:
@@ -267,7 +267,7 @@ def test_an_evaluation_from_pictures_plays_every_task_as_learners_do(
     pictures: Any, tmp_path: Path
 ) -> None:
     policy, path = untrained(pictures), tmp_path / "agent.pt"
-    learners.training.save_policy(policy, path, [COLOR, CUPS], pictures.detector)
+    learners.checkpoints.save_policy(policy, path, [COLOR, CUPS], pictures.detector)
     runner = learners.inference.PolicyRunner.load(path)
     assert (runner.obs, runner.task) == ("rgb", [COLOR, CUPS])
     options = {"obs": "rgb", "episodes": 3, "threads": 1, "num_envs": 50}

@@ -155,11 +155,11 @@ def test_attention_is_that_of_transformer_xl() -> None:
 
 def rows_of(envs: int = 4, task: str = TASK) -> tuple[Any, Any]:
     """The oracle's episodes (T, N, D), and their layout."""
-    scenes = learners.training.ObjectsEnv(task, envs, 3)
-    rows = [scenes.reset(seed=3)]
-    for _ in range(scenes.horizon - 1):
-        rows.append(scenes.step(scenes.oracle())[0])
-    return torch.stack(rows), scenes.layout
+    env = learners.training.ObjectsEnv(task, envs, 3)
+    rows = [env.reset(seed=3)]
+    for _ in range(env.horizon - 1):
+        rows.append(env.step(env.oracle())[0])
+    return torch.stack(rows), env.layout
 
 
 def policy_of(name: str, rows: Any, layout: Any) -> Any:
@@ -185,7 +185,7 @@ def test_a_policy_in_steps_with_a_wiped_memory(name: str) -> None:
         same(choice.weights[0], whole.weights[t])
     which = torch.tensor([True, False, True, False])
     state = policy(rows[:12])[2]
-    wiped = policy(rows[12:13], policy.wipe(state, which))[0].mean[0]
+    wiped = policy(rows[12:13], policy.reset_state(state, which))[0].mean[0]
     kept = policy(rows[12:13], state)[0].mean[0]
     fresh = policy(rows[12:13])[0].mean[0]
     same(wiped[which], fresh[which])
@@ -219,7 +219,7 @@ def test_an_agent_plays_by_engrams_programs(tmp_path: Path, name: str) -> None:
     """In `engram.evaluate`, whatever the batch; as a process with pipes; in `engram.probe`."""
     rows, layout = rows_of()
     path = tmp_path / "agent.pt"
-    learners.training.save_policy(policy_of(name, rows, layout), path, TASK)
+    learners.checkpoints.save_policy(policy_of(name, rows, layout), path, TASK)
     runner = learners.inference.load_runner(path)
     assert (runner.policy.kind, runner.obs, runner.task) == (name, "objects", TASK)
     options = {"obs": "objects", "episodes": 4, "threads": 1}
@@ -273,7 +273,7 @@ def test_a_learner_runs_and_resumes(tmp_path: Path, script: str, name: str) -> N
     assert ("wiped" in result) == remembers
     for rates in (result, result["transfer"][OTHER]):
         assert 0 <= rates["success_once"] <= 1
-    policy, _, task = learners.training.load_policy(tmp_path / "agent.pt")
+    policy, _, task = learners.checkpoints.load_policy(tmp_path / "agent.pt")
     assert (policy.kind, policy.memory, task) == (name, remembers, TASK)
     run(script, "--memory", name, *options, "--resume")
 
@@ -307,8 +307,8 @@ def test_ppo_draws_an_object_and_an_action_for_it() -> None:
     torch.manual_seed(0)
     weights = torch.tensor([0.0, 2.0, -1.0]).log_softmax(-1).expand(1, 20_000, 3)
     mean = torch.tensor([[-1.0, 0.0], [0.5, 1.0], [9.0, 9.0]]).expand(1, 20_000, 3, 2)
-    deviation = torch.tensor([[-2.0, -1.0], [-1.0, -2.0], [-3.0, -3.0]]).expand_as(mean)
-    policy = learners.zoo.ppo.ObjectThenAction(learners.policy.Choice(weights, mean, deviation))
+    log_std = torch.tensor([[-2.0, -1.0], [-1.0, -2.0], [-3.0, -3.0]]).expand_as(mean)
+    policy = learners.zoo.ppo.ObjectThenAction(learners.policy.Choice(weights, mean, log_std))
     drawn = policy.sample()
     assert drawn.shape == (1, 20_000, 3)
     which = drawn[..., -1].long()

@@ -31,26 +31,27 @@ from torch import nn
 
 import engram
 from engram_learners import env_options, instructions
+from engram_learners.checkpoints import (
+    end_progress,
+    load_policy,
+    load_progress,
+    save_policy,
+    save_progress,
+)
 from engram_learners.disturbance import Disturbance
 from engram_learners.images.rgb_env import RgbEnv
 from engram_learners.long_episodes import Chunks, Delays, share_of_delays, unpack
 from engram_learners.memory_loss import MemoryLoss
 from engram_learners.policy import N_APPEARANCES, N_COUNTS, Policy, groups
+from engram_learners.run_log import Clock, Log
 from engram_learners.several_tasks import SETS, TASK_INPUTS, TaskInputs
 from engram_learners.training import (
     EVALUATION_SEED,
     FINAL_SEED,
-    Clock,
-    Log,
     ObjectsEnv,
-    end_progress,
     evaluate,
     finish,
-    load_policy,
-    load_progress,
     perturbation,
-    save_policy,
-    save_progress,
     scale_lr,
 )
 
@@ -162,7 +163,7 @@ def horizon_of(args):
 
 
 @torch.no_grad()
-def collect(policy, scenes, first, chunks=None, disturb=0):
+def collect(policy, env, first, chunks=None, disturb=0):
     """An iteration's episodes: rows (T, N, D) and the oracle's actions; NaN after an early end.
 
     The oracle's actions are used in the first iteration, and in half of the later episodes up to a
@@ -171,24 +172,24 @@ def collect(policy, scenes, first, chunks=None, disturb=0):
     disturb: share of disturbed episodes.
     """
     rows, labels, state = [], [], None
-    row = scenes.reset()
-    guided, until = torch.rand(2, scenes.num_envs, 1)
-    until = scenes.horizons * (torch.ones_like(until) if first else until * (guided < 0.5))
-    played = torch.arange(scenes.num_envs)
-    disturbance = Disturbance(disturb, scenes.horizons, policy.layout.actions) if disturb else None
-    for t in range(scenes.horizon):
+    row = env.reset()
+    guided, until = torch.rand(2, env.num_envs, 1)
+    until = env.horizons * (torch.ones_like(until) if first else until * (guided < 0.5))
+    played = torch.arange(env.num_envs)
+    disturbance = Disturbance(disturb, env.horizons, policy.layout.actions) if disturb else None
+    for t in range(env.horizon):
         if chunks and t % chunks.length == 0:
-            played, state = chunks.begin(scenes, played, state)
+            played, state = chunks.begin(env, played, state)
             if not len(played):
                 break
-        label = scenes.oracle()
+        label = env.oracle()
         choice, _, state, _ = policy(row[None, played], state)
-        rows.append(scenes.truth)
-        scenes.store()
+        rows.append(env.truth)
+        env.store()
         action = label.index_copy(0, played, choice.best()[0])
         action = torch.where(t < until, label, action)
-        row, _ = scenes.step(disturbance(t, action) if disturbance else action)
-        ended = torch.from_numpy(np.array(scenes.infos["elapsed_steps"])) <= t
+        row, _ = env.step(disturbance(t, action) if disturbance else action)
+        ended = torch.from_numpy(np.array(env.infos["elapsed_steps"])) <= t
         labels.append(label.masked_fill(ended[:, None], math.nan))
     return torch.stack(rows), torch.stack(labels)
 
@@ -216,10 +217,10 @@ def imitation(choice, actions, doubt=0.1, huber=HUBER):
     return -doubt * torch.logsumexp(choice.weights - error / doubt, -1) * labelled
 
 
-def by_length(policy, scenes, rows, actions):
+def by_length(policy, env, rows, actions):
     """An iteration's episodes, whole: by length, rows, actions and the memory's labels."""
     result = []
-    for horizon, columns, envs in scenes.by_length():
+    for horizon, columns, envs in env.by_length():
         own = rows[:horizon, envs].gather(-1, columns.expand(horizon, -1, -1))
         result.append((own, actions[:horizon, envs], *MemoryLoss.labels(policy, own)))
     return result
@@ -268,33 +269,33 @@ def losses_of(policy, rows, actions, *labels, huber=HUBER):
 class Collector:
     """Collects an iteration's episodes, and makes what `learn` gets of them."""
 
-    def __init__(self, policy, scenes, args, delays=None, steps=0):
+    def __init__(self, policy, env, args, delays=None, steps=0):
         """delays: of the curriculum, if episodes are cut. steps: those before this run."""
-        self.policy, self.scenes, self.args = policy, scenes, args
+        self.policy, self.env, self.args = policy, env, args
         self.delays, self.steps = delays, steps
         self.chunks = Chunks(policy, args.chunk) if args.chunk else None
 
     def __call__(self, iteration, trained):
         """trained: the policy is not a new one."""
-        policy, scenes, first = self.policy, self.scenes, iteration == 0 and not trained
+        policy, env, first = self.policy, self.env, iteration == 0 and not trained
         if self.chunks:
             return [self.collect_chunks(iteration, first)]
-        rows, actions = collect(policy, scenes, first, disturb=self.args.disturb)
+        rows, actions = collect(policy, env, first, disturb=self.args.disturb)
         if iteration == 0:
-            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, _, envs in scenes.by_length()]
+            seen = [rows[:horizon, envs].flatten(0, 1) for horizon, _, envs in env.by_length()]
             self.learn_appearances(torch.cat(seen), first)
-        self.steps += int(scenes.horizons.sum())
-        return by_length(policy, scenes, rows, actions)
+        self.steps += int(env.horizons.sum())
+        return by_length(policy, env, rows, actions)
 
     def learn_appearances(self, seen, first):
         (self.policy.fit if first else self.policy.replace_appearances)(seen)
 
     def collect_chunks(self, iteration, first):
         share = share_of_delays(iteration / max(1, self.args.iterations - 1))
-        seen = self.delays.narrow(self.scenes, share, self.args.chunk)
+        seen = self.delays.narrow(self.env, share, self.args.chunk)
         if iteration == 0:
             self.learn_appearances(seen, first)
-        rows, actions = collect(self.policy, self.scenes, first, self.chunks, self.args.disturb)
+        rows, actions = collect(self.policy, self.env, first, self.chunks, self.args.disturb)
         self.steps += len(seen) * seen.shape[1] + rows.shape[0] * rows.shape[1]
         return self.chunks.cut(rows, actions)
 
@@ -308,7 +309,7 @@ def task_inputs(args, policy):
     return TaskInputs.of(args.id, *TASK_INPUTS[args.task_input], args.option)
 
 
-def training_scenes(args, policy, detector, delays):
+def training_env(args, policy, detector, delays):
     given = (args.id, args.envs, args.seed, None if args.chunk else args.most_steps, args.perturb)
     named = {"inputs": task_inputs(args, policy), "wording": instructions.drawn}
     named["options"] = args.option
@@ -317,16 +318,16 @@ def training_scenes(args, policy, detector, delays):
     return ObjectsEnv(*given, delays.widest() if delays else None, **named)
 
 
-def evaluation_scenes(args, episodes, scenes, wording=instructions.own):
+def evaluation_env(args, episodes, env, wording=instructions.own):
     """Scenes of an evaluation: of several tasks by id, each alone."""
     given = {"perturb": args.perturb, "options": args.option}
-    given |= {"inputs": scenes.inputs, "wording": wording}
+    given |= {"inputs": env.inputs, "wording": wording}
     if args.obs == "rgb":
-        given["detector"] = scenes.detector
-    env = RgbEnv if args.obs == "rgb" else ObjectsEnv
+        given["detector"] = env.detector
+    kind = RgbEnv if args.obs == "rgb" else ObjectsEnv
     if isinstance(args.id, str):
-        return env(args.id, episodes, **given)
-    return {id: env(id, episodes, **given) for id in args.id}
+        return kind(args.id, episodes, **given)
+    return {id: kind(id, episodes, **given) for id in args.id}
 
 
 def keep_paths(policy, points):
@@ -346,41 +347,41 @@ def main():
     given = args.id, args.option
     policy, detector, init = load_policy(begin, *given) if begin else (None, None, None)
     delays = Delays(*given) if args.chunk else None
-    scenes = training_scenes(args, policy, detector, delays)
-    test = evaluation_scenes(args, args.episodes, scenes)
+    env = training_env(args, policy, detector, delays)
+    test = evaluation_env(args, args.episodes, env)
     sizes = {name: getattr(args, name) for name in SIZES}
     if policy and args.path_points:
         keep_paths(policy, args.path_points)
-    policy = policy or Policy(scenes.layout, not args.no_memory, **sizes)
+    policy = policy or Policy(env.layout, not args.no_memory, **sizes)
     optimiser = torch.optim.Adam(groups(policy, args.lr, args.memory_lr, args.perception_lr))
     log, episodes = Log(args.out), []
     start = load_progress(args.out, optimiser, log, clock) if resumed else 0
     steps = log.rows[-1]["env_steps"] if log.rows else 0
-    collector = Collector(policy, scenes, args, delays, steps)
-    scenes.reset(seed=args.seed + 1000 * start)
+    collector = Collector(policy, env, args, delays, steps)
+    env.reset(seed=args.seed + 1000 * start)
     for iteration in range(start, args.iterations):
         episodes.append(collector(iteration, begin is not None))
         del episodes[: -args.keep]
         scale = min(1, 2 - 2 * iteration / args.iterations)
         scale_lr(optimiser, scale)
         losses = learn(policy, optimiser, episodes, args)
-        if scenes.detector:
-            losses["detector"] = round(scenes.learn(args.detector_updates, scale), 4)
+        if env.detector:
+            losses["detector"] = round(env.learn(args.detector_updates, scale), 4)
         every = args.evaluate_every
         if every and (iteration + 1) % every and iteration + 1 < args.iterations:
             continue
         scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED) if every else {}
         log.add(env_steps=collector.steps, cpu_s=round(clock(), 1), **scores, **losses)
         if path:
-            save_policy(policy, path, args.id, scenes.detector, args.option)
+            save_policy(policy, path, args.id, env.detector, args.option)
             save_progress(args.out, iteration + 1, optimiser, log, clock)
     cpu_s, figures = clock(), {"init": init} if args.init else {}
     if args.disturb:
         figures["disturb"] = args.disturb
     if args.episodes != EPISODES:
-        test = evaluation_scenes(args, EPISODES, scenes)
-    if scenes.inputs and scenes.inputs.bag.words:
-        unseen = evaluation_scenes(args, EPISODES, scenes, instructions.held_out)
+        test = evaluation_env(args, EPISODES, env)
+    if env.inputs and env.inputs.bag_of_words.words:
+        unseen = evaluation_env(args, EPISODES, env, instructions.held_out)
         figures["held_out"] = evaluate(policy, unseen, FINAL_SEED)
     finish(policy, test, args, log, cpu_s, f"distilled from {args.obs}", **figures)
     end_progress(args.out)

@@ -10,12 +10,13 @@ instructions, it plays others as well.
 import numpy as np
 import torch
 
+from engram_learners.checkpoints import load_policy, options_of
 from engram_learners.clone import StudentRunner
 from engram_learners.env_options import TIME, Time
 from engram_learners.images.detector import Tracks
 from engram_learners.instructions import turns_of
 from engram_learners.several_tasks import TaskInputs
-from engram_learners.training import forgotten, load_policy, options_of
+from engram_learners.training import forgotten
 
 
 def load_runner(path, forget=False):
@@ -51,7 +52,7 @@ class PolicyRunner:
         self.states, self.tracks = {}, {}
         if policy.memory:
             state = policy(torch.zeros(1, 1, self.width))[2]
-            self.initial = policy.wipe(state, torch.tensor([True]))
+            self.initial = policy.reset_state(state, torch.tensor([True]))
 
     @classmethod
     def load(cls, path):

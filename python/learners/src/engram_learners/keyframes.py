@@ -7,6 +7,7 @@ on. The features are what has changed since then.
 """
 
 import math
+from typing import NamedTuple
 
 import torch
 
@@ -78,12 +79,23 @@ def remaining(layout, agent, turned_by):
     return torch.cat([rest, (5 * rest).tanh(), (25 * rest).tanh()], -1)
 
 
+class Keyframes(NamedTuple):
+    """Features by object (T, N, tokens, N_SINCE) and of the clocks (T, N, N_CLOCK).
+
+    kept (N, tokens, N_KEPT): what the next call continues from.
+    """
+
+    by_object: torch.Tensor
+    clocks: torch.Tensor
+    kept: torch.Tensor
+
+
 @torch.no_grad()
 def keyframes(layout, rows, new, kept):
     """Continues from what is kept (N, tokens, N_KEPT); None begins an episode.
 
     new (T, N, 1): from `arrivals`.
-    -> features by object (T, N, tokens, N_SINCE), of the clocks (T, N, N_CLOCK), what is kept.
+    -> Keyframes.
     """
     agent, tokens = layout.split(rows)
     if kept is None:
@@ -112,4 +124,4 @@ def keyframes(layout, rows, new, kept):
     of_clocks = torch.cat([clock_features(view), clock_features(change)], -1)
     both = torch.stack([view[-1], change[-1]], -1)[:, None].expand(*tokens.shape[1:3], 2)
     kept = torch.cat([pose[-1], tool_then[-1], on[-1, ..., None].float(), both], -1)
-    return since, of_clocks, kept
+    return Keyframes(since, of_clocks, kept)

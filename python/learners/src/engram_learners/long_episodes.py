@@ -53,18 +53,18 @@ class Delays:
             for name, (low, high) in self.own.items()
         }
 
-    def narrow(self, scenes, share, multiple):
+    def narrow(self, env, share, multiple):
         """Narrows the delays, and makes episodes as long as the oracle needs, and some more.
 
         -> rows of the oracle's episodes (T, N, D).
         """
-        most = scenes.batch.description["horizon"]
-        scenes.narrow(self.at(share), most)
-        rows = [scenes.reset()]
-        while len(rows) < most and scenes.infos["success_once"].mean() < ENOUGH:
-            rows.append(scenes.step(scenes.oracle())[0])
+        most = env.batch.description["horizon"]
+        env.narrow(self.at(share), most)
+        rows = [env.reset()]
+        while len(rows) < most and env.infos["success_once"].mean() < ENOUGH:
+            rows.append(env.step(env.oracle())[0])
         steps = math.ceil(SPARE * len(rows) / multiple) * multiple
-        scenes.narrow(self.at(share), min(steps, most // multiple * multiple))
+        env.narrow(self.at(share), min(steps, most // multiple * multiple))
         return torch.stack(rows)
 
 
@@ -79,13 +79,13 @@ class Chunks:
     def __init__(self, policy, length):
         self.policy, self.length, self.begins = policy, length, []
 
-    def begin(self, scenes, played, state):
+    def begin(self, env, played, state):
         """Stores the state before a step in which a chunk begins.
 
         played: environments of the state. -> those that are not yet decided, and their state.
         """
         if state is not None:
-            still = ~decided(scenes.infos)[played]
+            still = ~decided(env.infos)[played]
             played, state = played[still], selected(self.policy, state, still)
         if len(played):
             self.begins.append((played, state))

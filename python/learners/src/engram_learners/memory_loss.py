@@ -3,6 +3,8 @@
 Sequences are (T, N, ...) and begin where an episode begins.
 """
 
+from typing import NamedTuple
+
 import torch
 from torch import nn
 from torch.nn.functional import binary_cross_entropy_with_logits
@@ -12,6 +14,18 @@ from engram_learners.policy import N_VIEWS
 
 NEAR = 0.1  # most distance of equal positions, 0.05 m
 LIFTED = 0.17  # rise of the tool that ends a press, 0.085 m
+
+
+class Labels(NamedTuple):
+    """Labels of the memory's loss, (T, N, ...).
+
+    shown (3, appearances); predecessor (tokens, appearances); of_objects (tokens, appearances +
+    counts + 1).
+    """
+
+    shown: torch.Tensor
+    predecessor: torch.Tensor
+    of_objects: torch.Tensor
 
 
 class MemoryLoss:
@@ -27,11 +41,7 @@ class MemoryLoss:
 
     @staticmethod
     def labels(policy, rows):
-        """Labels of whole episodes (T, N, D).
-
-        -> shown (T, N, 3, appearances); predecessor (T, N, tokens, appearances); labels by object
-        (T, N, tokens, appearances + counts + 1).
-        """
+        """Labels of whole episodes (T, N, D)."""
         tokens = policy.layout.split(rows)[1]
         pairs = policy.layout.pairs(tokens)
         new = arrivals(policy.layout.bodies(tokens, pairs))[..., 0]
@@ -39,15 +49,16 @@ class MemoryLoss:
         code = policy.code(pairs)
         first = torch.where(code.amax(-2) > 0, view, N_VIEWS).cummin(0).values
         shown = torch.stack([first == 0, first < view, first.clamp(max=N_VIEWS) / N_VIEWS], -2)
-        here = first_at_position(policy.layout, tokens, code)
+        predecessor = first_at_position(policy.layout, tokens, code)
         by_object = tracked(policy.layout, rows, code, new, policy.counts)
-        return shown, here, torch.cat(by_object, -1)
+        return Labels(shown, predecessor, torch.cat(by_object, -1))
 
     @staticmethod
     def loss(policy, rows, recalled, labels, ever=None):
         """ever: of chunks, what `shown` (1, N, 3, appearances) is at the ends of the episodes."""
         seen = policy.layout.split(rows)[1][..., 0]
-        (shown, predecessor, of_objects), (shown_label, here, object_label) = recalled, labels
+        (shown, predecessor, of_objects), labels = recalled, Labels(*labels)
+        shown_label = labels.shown
         error = binary_cross_entropy_with_logits(shown, shown_label, reduction="none")
         # Appearances that the episode never shows are left out: they would dominate the loss.
         ever = shown_label[-1:] if ever is None else ever
@@ -55,8 +66,13 @@ class MemoryLoss:
         error[..., 2, :] *= shown_label[..., 1, :]
         of_all = error.sum((-1, -2)).mean()
         known = nn.functional.pad(policy.vocabulary >= 0, (0, policy.counts + 1), value=True)
-        error = binary_cross_entropy_with_logits(of_objects, object_label, reduction="none") * known
-        of_places = binary_cross_entropy_with_logits(predecessor, here, reduction="none")
+        error = (
+            binary_cross_entropy_with_logits(of_objects, labels.of_objects, reduction="none")
+            * known
+        )
+        of_places = binary_cross_entropy_with_logits(
+            predecessor, labels.predecessor, reduction="none"
+        )
         error = error.sum(-1) + (of_places * known[: policy.appearances]).sum(-1)
         return of_all + (error * seen).sum() / seen.sum().clamp(min=1)
 

@@ -24,8 +24,8 @@ AHEAD = 3  # points from the first that is left to another one
 AROUND = 0.2  # most way from the first point that is left to the nearest one, 100 mm
 LOOKAHEAD = 0.07  # way from the nearest point to the one that is pursued, 35 mm
 MANY = 64  # points left, of which the feature is 1
-N_WAYS = 6 + 6  # features by object: ways to three points, coarse and fine
-N_LEFT = 4  # features of what is left
+N_PATH_BY_OBJECT = 6 + 6  # features by object: vectors to three points, coarse and fine
+N_PATH_GLOBAL = 4  # features of what remains
 
 
 def path_size(points):
@@ -129,11 +129,22 @@ def in_use(counts, points):
     return torch.arange(points, device=counts.device) < counts[..., None]
 
 
+class PathFeatures(NamedTuple):
+    """Features by object (T, N, tokens, N_PATH_BY_OBJECT), and of what remains of the path.
+
+    remaining (T, N, N_PATH_GLOBAL). kept (N, tokens, path_size): what the next call continues from.
+    """
+
+    by_object: torch.Tensor
+    remaining: torch.Tensor
+    kept: torch.Tensor
+
+
 @torch.no_grad()
 def paths(layout, rows, kept, points):
     """Continues from what is kept (N, tokens, path_size); None begins an episode.
 
-    -> ways by object (T, N, tokens, N_WAYS), what is left (T, N, N_LEFT), what is kept.
+    -> PathFeatures.
     """
     agent, tokens = layout.split(rows)
     if kept is None:
@@ -153,12 +164,13 @@ def paths(layout, rows, kept, points):
     lines = lines_of(path, counts[-1])
     passed = follow(lines, counts, passed > 0, led, distance < HELD)
     kept = [path.flatten(2), passed[-1], counts[-1, ..., None], now[-1]]
-    ways, left = features_of(lines, counts, passed, flat)
-    return ways * seen, left, torch.cat([part.float() for part in kept], -1)
+    by_object, remaining = features_of(lines, counts, passed, flat)
+    kept = torch.cat([part.float() for part in kept], -1)
+    return PathFeatures(by_object * seen, remaining, kept)
 
 
 def features_of(lines, counts, passed, place):
-    """Ways from every object to points of the longest path, and what is left of it."""
+    """Vectors from every object to points of the longest path, and what remains of it."""
     which = counts.argmax(-1)[..., None]
     count = counts.take_along_dim(which, 2)
     left = in_use(counts, passed.shape[-1]) & ~passed
@@ -169,16 +181,17 @@ def features_of(lines, counts, passed, place):
     way = way.expand(steps, *way.shape).take_along_dim(which[..., None], 2)[:, :, 0]
     pursued = pursue(path, way, count, first, place)
     points = [(first + ahead).expand_as(pursued) for ahead in (0, AHEAD)] + [pursued]
-    ways = []
+    to_points = []
     for index in points:
         index = torch.minimum(index, count - 1).clamp(min=0)[..., None]
-        ways.append(path.take_along_dim(index, 2) - place)
-    ways = torch.cat(ways, -1) * (count > 0)[..., None]
-    left = left.sum(-1, keepdim=True)
+        to_points.append(path.take_along_dim(index, 2) - place)
+    vectors = torch.cat(to_points, -1) * (count > 0)[..., None]
+    count_left = left.sum(-1, keepdim=True)
     to_begin = way.gather(-1, first) - way.gather(-1, (first - 1).clamp(min=0))
     begins = (first == 0) | (to_begin > 1)
-    left = torch.cat([count > 0, left > 0, left / MANY, begins & (left > 0)], -1)
-    return torch.cat([5 * ways, (20 * ways).tanh()], -1), left
+    some = count_left > 0
+    remaining = torch.cat([count > 0, some, count_left / MANY, begins & some], -1)
+    return torch.cat([5 * vectors, (20 * vectors).tanh()], -1), remaining
 
 
 def pursue(path, way, count, first, place):

@@ -5,161 +5,21 @@ Sequences are (T, N, ...) and begin where an episode begins.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import torch
 from torch import nn
 
 from engram_learners.instructions import EMBEDDING, InstructionEncoder
 from engram_learners.keyframes import N_CLOCK, N_KEPT, N_SINCE, arrivals, keyframes
-from engram_learners.paths import N_LEFT, N_WAYS, path_size, paths
-from engram_learners.rotations import alignments, angle, relative, tilt, turned, yaw
+from engram_learners.layout import N_GATES, N_GEOMETRY
+from engram_learners.paths import N_PATH_BY_OBJECT, N_PATH_GLOBAL, path_size, paths
 
-TOKEN = "object_"
 N_APPEARANCES = 20  # pairs of colour and shape that are distinguished, by default
 N_COUNTS = 8  # numbers of changes of a lamp or a button that are distinguished, by default
 N_VIEWS = 8  # that are distinguished; later ones count as the last
 N_MARKS = 4 + 7  # position encoding on the table: 4 values of x, 7 of y
-TOUCH = 0.1  # most distance of the tool from an object's top, 0.05 m
-STILL = 0.2 / math.pi  # most speed of a joint at rest, 0.2 rad/s
-N_GATES = 5  # weights of turns of the tool
-N_GEOMETRY = 3 + 5 + 5 + 2 + 2 + 4  # features of where an object is, seen from the tool
 N_PRIORS = 8  # features of attention priors: seven of the memory, and the tool's distance
-
-
-class ObservationLayout:
-    """Offsets in a row of the objects observation, from the description of a batch.
-
-    Of a policy of several tasks, behind the robot's numbers (`several_tasks.TaskInputs`):
-
-    tasks: one-hot of the task.
-    words: vocabulary of the bag of words of the instruction.
-    """
-
-    def __init__(self, description, tasks=0, words=()):
-        fields = description["state_fields"]
-        self.actions = description["action_dim"]
-        # Whether the first three numbers of an action move the tool along x, y, z.
-        self.moves_tool = description["control_mode"].startswith("pd_ee_delta_")
-        self.tasks, self.words = tasks, list(words)
-        robot = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN))
-        self.agent = robot + tasks + len(self.words)
-        first = [f for f in fields if f["name"].startswith(f"{TOKEN}0_")]
-        kinds = next(f["names"] for f in first if f["name"] == f"{TOKEN}0_kind")
-        self.width = sum(f["width"] for f in first)
-        self.tokens = tokens_of(description)
-        begin = first[0]["offset"]
-        self.part = {
-            f["name"].removeprefix(f"{TOKEN}0_"): slice(
-                f["offset"] - begin, f["offset"] - begin + f["width"]
-            )
-            for f in first
-        }
-        place = {f["name"]: slice(f["offset"], f["offset"] + f["width"]) for f in fields}
-        self.tcp = slice(place["tcp_pose"].start, place["tcp_pose"].start + 3)
-        self.tool = slice(place["tcp_pose"].start + 3, place["tcp_pose"].stop)
-        self.turn = place.get("task_cue")  # by which an object is to turn
-        self.arm_speed = slice(place["qvel"].start, place["qvel"].start + 7)
-        self.place = self.part["position"]
-        self.lamp, self.button = (
-            self.part["kind"].start + kinds.index(kind) for kind in ("lamp", "button")
-        )
-        self.colors = self.part["color"].stop - self.part["color"].start
-        self.shapes = self.part["shape"].stop - self.part["shape"].start
-        self.appearance = [
-            i for name in ("color", "shape", "kind") for i in indices(self.part[name])
-        ]
-        body = ("orientation", "size", "state", "kind")
-        self.body = [i for name in body for i in indices(self.part[name])]
-
-    @property
-    def bag(self):
-        """Where the bag of words begins."""
-        return self.agent - len(self.words)
-
-    def split(self, rows):
-        """Rows (..., D) -> robot (..., agent), tokens (..., tokens, width).
-
-        Rows may lack the last tokens, of objects that a task does not have.
-        """
-        tokens = rows[..., self.agent :].unflatten(-1, (-1, self.width))
-        return rows[..., : self.agent], tokens
-
-    def yaw(self, tokens):
-        """Cosine and sine (..., tokens, 2) of the objects' turn about the vertical."""
-        return yaw(tokens[..., self.part["orientation"]])
-
-    def tool_yaw(self, agent):
-        """Cosine and sine (..., 2) of the tool's turn about the vertical, from the robot's part."""
-        if self.tool.start == self.tool.stop:  # proprio lacks it
-            return torch.tensor([1.0, 0.0], device=agent.device).expand(*agent.shape[:-1], 2)
-        return yaw(agent[..., self.tool])
-
-    def geometry(self, rows):
-        """Where every object is, seen from the tool (..., tokens, N_GEOMETRY)."""
-        agent, tokens = self.split(rows)
-        offset = tokens[..., self.place] - agent[..., None, self.tcp]
-        turn = relative(self.tool_yaw(agent)[..., None, :], self.yaw(tokens))
-        half, quarter = alignments(turn)
-        along = turned(self.yaw(tokens), offset[..., :2], back=True)
-        ways = torch.cat([offset, along], -1)
-        scales = [5 * offset, (20 * ways).tanh(), (80 * ways).tanh(), 5 * along]
-        angles = torch.stack([half, quarter, (10 * half).tanh(), (10 * quarter).tanh()], -1)
-        return torch.cat([*scales, turn, angles], -1) * tokens[..., :1]
-
-    def to_top(self, rows):
-        """Vectors from the tool to the top of every object (..., tokens, 3)."""
-        agent, tokens = self.split(rows)
-        top = tokens[..., self.place].clone()
-        top[..., 2] += 0.1 * tokens[..., self.part["size"]][..., 2]  # 0.05 m to 0.5 m
-        return top - agent[..., None, self.tcp]
-
-    def servo(self, rows, own, gates):
-        """Actions by object (..., tokens, actions) of a servo to its top, as the oracle's gain.
-
-        own (..., tokens, 2): a motion along the object's own horizontal axes, added as well.
-        gates (..., tokens, N_GATES): weights of turns: to be upright; none, to face ahead, to be
-        aligned with the object, where it looks the same after half a turn, or a quarter.
-        """
-        agent, tokens = self.split(rows)
-        if not self.moves_tool:
-            return 0.0
-        direction, tool = self.yaw(tokens), self.tool_yaw(agent)[..., None, :]
-        reach = (8 * self.to_top(rows)).clamp(-3, 3)
-        reach = reach + nn.functional.pad(turned(direction, own), (0, 1))
-        if self.actions < 7 or self.tool.start == self.tool.stop:
-            return nn.functional.pad(reach, (0, self.actions - 3))
-        turns = [relative(tool, torch.tensor([1.0, 0], device=tool.device))]
-        turns = [angle(turns[0]).expand(*tokens.shape[:-1]), *alignments(relative(tool, direction))]
-        share = gates[..., 1:].softmax(-1)[..., 1:]
-        turn = (share * torch.stack(turns, -1)).sum(-1, keepdim=True)
-        upright = gates[..., :1].sigmoid() * tilt(agent[..., None, self.tool])
-        rotation = -16 * torch.cat([upright, turn], -1)  # the benchmark negates rotations
-        return torch.cat([reach, rotation, torch.zeros_like(turn)], -1)
-
-    def touched(self, rows):
-        """Visible objects (..., tokens) at whose top the tool rests."""
-        agent, tokens = self.split(rows)
-        near = self.to_top(rows).norm(dim=-1) < TOUCH
-        still = (agent[..., self.arm_speed].abs() < STILL).all(-1, keepdim=True)
-        return near & still & (tokens[..., 0] > 0)
-
-    def pairs(self, tokens):
-        """Index of every object's pair of colour and shape (or none); -1 for invisible objects."""
-        color = tokens[..., self.part["color"]].argmax(-1)
-        shape = tokens[..., self.part["shape"]]
-        shape = torch.where(shape.sum(-1) > 0, shape.argmax(-1), self.shapes)
-        return torch.where(tokens[..., 0] > 0, color * (self.shapes + 1) + shape, -1)
-
-    def bodies(self, tokens, pairs):
-        """The pairs, with one index for all lamps, because their colours may change."""
-        lamp = tokens[..., self.lamp] > 0
-        return torch.where(lamp, self.colors * (self.shapes + 1), pairs)
-
-
-def tokens_of(task):
-    """Objects of a task, from its description with objects observations."""
-    return sum(field["name"].endswith("_seen") for field in task["state_fields"])
 
 
 def view_code(was_shown):
@@ -167,10 +27,6 @@ def view_code(was_shown):
     views = torch.arange(N_VIEWS, device=was_shown.device)
     away = N_VIEWS * was_shown[..., 2:] - views
     return torch.exp(-((away / 0.5) ** 2)) * was_shown[..., 1:2]
-
-
-def indices(part):
-    return range(part.start, part.stop)
 
 
 def position_encoding(position):
@@ -221,17 +77,18 @@ class Policy(nn.Module):
             "width": width,
         }
         self.keep_paths(path_points if memory else 0)
-        n_left, n_ways = (N_LEFT, N_WAYS) if self.path_points else (0, 0)
+        n_path_global = N_PATH_GLOBAL if self.path_points else 0
+        n_path_by_object = N_PATH_BY_OBJECT if self.path_points else 0
         self.layout, self.memory = layout, memory
         self.predicts = memory  # what has been shown, for the memory's loss
         self.register_buffer("mean", torch.zeros(layout.agent))
         self.register_buffer("std", torch.ones(layout.agent))
         self.register_buffer("vocabulary", torch.full((appearances,), -2))
         self.instruction = InstructionEncoder(len(layout.words)) if layout.words else None
-        agent = layout.bag + (EMBEDDING if layout.words else 0)
+        agent = layout.words_begin + (EMBEDDING if layout.words else 0)
         self.read = mlp(layout.width + 3, token, token)
         seen = agent + token
-        kept = hidden + slot + N_PRIORS + N_CLOCK + n_left if memory else 0
+        memory_size = hidden + slot + N_PRIORS + N_CLOCK + n_path_global if memory else 0
         if memory:
             plain = appearances * (1 + N_MARKS) + len(layout.appearance) + 3
             # Raw inputs beside encoded ones: the memory learns faster to store them.
@@ -252,13 +109,13 @@ class Policy(nn.Module):
         self.prior_gain = nn.Parameter(
             torch.tensor([0.0, 0, 0, 4, 0, 4, 0, 0] if memory else [-8.0])
         )
-        self.query = nn.Linear(seen + kept, token)
+        self.query = nn.Linear(seen + memory_size, token)
         object_width = token + (slot + N_PRIORS + N_VIEWS if memory else 0)
         self.key = nn.Linear(object_width, token)
-        self.context_proj = nn.Linear(seen + kept, width)
-        here = N_GEOMETRY + len(layout.body) + (N_SINCE + 1 if memory else 0)
-        here += n_ways + n_left
-        self.offset_proj = nn.Linear(here, width, bias=False)
+        self.context_proj = nn.Linear(seen + memory_size, width)
+        by_object = N_GEOMETRY + len(layout.body) + (N_SINCE + 1 if memory else 0)
+        by_object += n_path_by_object + n_path_global
+        self.offset_proj = nn.Linear(by_object, width, bias=False)
         n = layout.actions
         self.act = mlp(width, width, 2 * n + 2 + N_GATES, gain=0.01)
         with torch.no_grad():
@@ -305,11 +162,7 @@ class Policy(nn.Module):
         return (pairs[..., None] == self.vocabulary).float()
 
     def forward(self, rows, state=None):
-        """Continues from a state; None begins an episode.
-
-        -> Choice; predictions of the memory, or None; its state; inputs of the choice (T, N, ...),
-        for a critic.
-        """
+        """Continues from a MemoryState; None begins an episode. -> PolicyOutput."""
         layout = self.layout
         agent, tokens = layout.split(rows)
         seen = tokens[..., :1]
@@ -318,67 +171,66 @@ class Policy(nn.Module):
         scaled = self.scale(agent)
         priors = distance = offset[..., :2].norm(dim=-1, keepdim=True)
         parts, objects, recalled = [scaled, read.sum(-2)], read, None
-        here = [layout.geometry(rows), tokens[..., layout.body]]
+        object_features = [layout.geometry(rows), tokens[..., layout.body]]
         if self.memory:
-            known, slots, was_shown, recalled, state, (since, times) = self.remember(
-                rows, scaled, read, state
-            )
-            priors = self.priors(tokens, was_shown, recalled, distance)
-            parts += [known, slots.sum(-2), (priors * seen).sum(-2)]
-            objects = torch.cat([read, 4 * priors, slots, view_code(was_shown)], -1)
-            here += [*since, torch.sigmoid(recalled[2][..., -1:].detach())]
-            parts.extend(times)
-        known = torch.cat(parts, -1)
-        match = (self.key(objects) * self.query(known)[..., None, :]).sum(-1)
+            memory = self.remember(rows, scaled, read, state)
+            recalled, state = memory.recalled, memory.state
+            priors = self.priors(tokens, memory.was_shown, recalled, distance)
+            parts += [memory.hidden, memory.slots.sum(-2), (priors * seen).sum(-2)]
+            shown_in = view_code(memory.was_shown)
+            objects = torch.cat([read, 4 * priors, memory.slots, shown_in], -1)
+            touched = torch.sigmoid(recalled.of_objects[..., -1:].detach())
+            object_features += [*memory.object_features, touched]
+            parts.extend(memory.global_features)
+        features = torch.cat(parts, -1)
+        match = (self.key(objects) * self.query(features)[..., None, :]).sum(-1)
         match = match / math.sqrt(read.shape[-1]) + priors @ self.prior_gain
         weights = match.masked_fill(seen[..., 0] == 0, -1e4).log_softmax(-1)
         # The action sees neither appearances nor weights: it is the same function for all objects.
-        here = torch.cat(here, -1)
-        hidden = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
+        object_features = torch.cat(object_features, -1)
+        context = self.context_proj(features)[..., None, :]
+        hidden = torch.tanh(context + self.offset_proj(object_features))
         n = layout.actions
-        mean, deviation, own, gates = self.act(hidden).split([n, n, 2, N_GATES], -1)
+        mean, log_std, planar_motion, gates = self.act(hidden).split([n, n, 2, N_GATES], -1)
         # Initial action: toward the chosen object. (Otherwise the opposite direction is as good.)
-        mean = mean + layout.servo(rows, own, gates)
+        mean = mean + layout.servo(rows, planar_motion, gates)
         mean = mean + self.refine(torch.cat([hidden, mean.clamp(-1, 1)], -1))
-        attended = (weights.exp()[..., None] * torch.cat([here, objects], -1)).sum(-2)
-        context = torch.cat([known, attended], -1)
-        return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), recalled, state, context
+        attended = torch.cat([object_features, objects], -1)
+        attended = (weights.exp()[..., None] * attended).sum(-2)
+        choice = Choice(weights, mean, (log_std - 1.0).clamp(-5.0, 0.0))
+        return PolicyOutput(choice, recalled, state, torch.cat([features, attended], -1))
 
     def scale(self, agent):
         """The robot's numbers, normalised, and the embedding of the instruction."""
         scaled = ((agent - self.mean) / self.std).clamp(-5, 5)
         if self.instruction is None:
             return scaled
-        numbers = scaled[..., : self.layout.bag]
-        words = self.instruction(agent[:1, ..., self.layout.bag :])  # the same in all steps
+        numbers = scaled[..., : self.layout.words_begin]
+        words = self.instruction(agent[:1, ..., self.layout.words_begin :])  # the same in all steps
         return torch.cat([numbers, words.expand(*numbers.shape[:-1], -1)], -1)
 
     def remember(self, rows, scaled, read, state):
-        """Integrates a sequence, starting from a state.
-
-        -> global features; features by object; by object (T, N, tokens, 3): its appearance was
-        shown in the first view, in any, and in which first; predictions; the memory's state.
-        """
+        """Integrates a sequence, starting from a MemoryState or None. -> Remembered."""
         layout = self.layout
         tokens = layout.split(rows)[1]
         seen, pairs = tokens[..., :1], layout.pairs(tokens)
         bodies = layout.bodies(tokens, pairs)
-        before, state, slot_state, kept = state or (None, None, None, None)
-        new = arrivals(bodies, before)
-        kept = (None, None) if kept is None else (kept[..., :N_KEPT], kept[..., N_KEPT:])
-        since, clocks, kept_events = keyframes(layout, rows, new, kept[0])
-        ways, left, kept_paths = self.follow_paths(rows, kept[1])
-        kept = torch.cat([kept_events, *kept_paths], -1)
+        before = MemoryState(None, None, None, None) if state is None else MemoryState(*state)
+        new = arrivals(bodies, before.bodies)
+        exact = before.exact
+        exact = (None, None) if exact is None else (exact[..., :N_KEPT], exact[..., N_KEPT:])
+        events = keyframes(layout, rows, new, exact[0])
+        path = self.follow_paths(rows, exact[1])
         code = self.code(pairs)
         plain = torch.cat([tokens[..., layout.appearance], tokens[..., layout.place]], -1)
         marks = position_encoding(tokens[..., layout.place])
         bound = torch.einsum("tnkp,tnkc->tnpc", marks, code).flatten(-2)
         entry = torch.cat([scaled, 3 * code.sum(-2), 3 * bound, plain.sum(-2), new], -1)
-        known, state = self.gru(self.norm(self.encode(entry)), state)
-        shown = self.shown(known).unflatten(-1, (3 + N_MARKS, self.appearances))
-        known = known.detach()
+        hidden, gru_state = self.gru(self.norm(self.encode(entry)), before.hidden)
+        shown = self.shown(hidden).unflatten(-1, (3 + N_MARKS, self.appearances))
+        hidden = hidden.detach()
         predecessor = torch.einsum("tnpc,tnkp->tnkc", shown[..., 3:, :], marks)
-        gated = self.global_proj(known)[..., None, :] * self.object_proj(
+        gated = self.global_proj(hidden)[..., None, :] * self.object_proj(
             torch.cat([read, plain], -1)
         )
         gated = torch.cat([gated, torch.sigmoid(predecessor.detach())], -1)
@@ -387,27 +239,32 @@ class Policy(nn.Module):
         now = torch.cat(
             [3 * layout.touched(rows)[..., None], new[..., None, :].expand_as(seen)], -1
         )
-        entry = torch.cat([read, was_shown, gated, now, since], -1)
-        slots, slot_state = self.slots(entry.flatten(1, 2), slot_state)
+        entry = torch.cat([read, was_shown, gated, now, events.by_object], -1)
+        slots, slot_state = self.slots(entry.flatten(1, 2), before.slots)
         slots = slots.unflatten(1, tokens.shape[1:3]) * seen
-        recalled = (shown[..., :3, :], predecessor, self.recall(slots))
-        state = bodies[-1], state, slot_state, kept
-        return known, slots, was_shown, recalled, state, ([since, *ways], [clocks, *left])
+        object_features, global_features, exact = [events.by_object], [events.clocks], events.kept
+        if path is not None:
+            to_all = path.remaining[..., None, :].expand(*path.by_object.shape[:-1], -1)
+            object_features.append(torch.cat([path.by_object, to_all], -1))
+            global_features.append(path.remaining)
+            exact = torch.cat([exact, path.kept], -1)
+        return Remembered(
+            hidden=hidden,
+            slots=slots,
+            was_shown=was_shown,
+            recalled=Recalled(shown[..., :3, :], predecessor, self.recall(slots)),
+            state=MemoryState(bodies[-1], gru_state, slot_state, exact),
+            object_features=object_features,
+            global_features=global_features,
+        )
 
     def follow_paths(self, rows, kept):
-        """Features by object, global ones and state of `paths`, each in a list.
-
-        The lists are empty if no paths are kept.
-        """
-        if not self.path_points:
-            return [], [], []
-        ways, left, kept = paths(self.layout, rows, kept, self.path_points)
-        by_object = left[..., None, :].expand(*ways.shape[:-1], -1)
-        return [torch.cat([ways, by_object], -1)], [left], [kept]
+        """Path features; None if no paths are kept."""
+        return paths(self.layout, rows, kept, self.path_points) if self.path_points else None
 
     def priors(self, tokens, was_shown, recalled, distance):
         """Features (T, N, tokens, N_PRIORS) of attention priors, by object."""
-        of_objects = recalled[2].detach()
+        of_objects = recalled.of_objects.detach()
         # Probability that the object first there has the colour of another visible one.
         colors = tokens[..., self.layout.part["color"]]
         predecessor_colors = torch.sigmoid(of_objects[..., : self.appearances]) @ self.colors()
@@ -424,42 +281,82 @@ class Policy(nn.Module):
         known = [color_match, touched, remaining, exceeded]
         return torch.cat([was_shown, *known, distance], -1)
 
-    def wipe(self, state, which):
+    def reset_state(self, state, which):
         """The state with the memory of some environments (N,) reset to an episode's first step."""
         if state is None:
             return None
         retained = (~which).float()
-        before, known, slots, kept = state
-        return (
-            before.masked_fill(which[:, None], -1),
-            known * retained[None, :, None],
-            slots * retained.repeat_interleave(before.shape[1])[None, :, None],
-            kept * retained[:, None, None],
+        before = MemoryState(*state)
+        tokens = before.bodies.shape[1]
+        return MemoryState(
+            before.bodies.masked_fill(which[:, None], -1),
+            before.hidden * retained[None, :, None],
+            before.slots * retained.repeat_interleave(tokens)[None, :, None],
+            before.exact * retained[:, None, None],
         )
 
     @staticmethod
     def join(states):
         """One state of a batch, from states of batches of one."""
-        return tuple(torch.cat(parts, axis) for parts, axis in zip(zip(*states), (0, 1, 1, 0)))
+        axes = MemoryState(bodies=0, hidden=1, slots=1, exact=0)
+        return MemoryState(*(torch.cat(parts, axis) for parts, axis in zip(zip(*states), axes)))
 
     @staticmethod
     def split(state):
         """States of batches of one, from that of a batch."""
-        before, known, slots, kept = state
-        tokens = before.shape[1]
-        return zip(before.split(1), known.split(1, 1), slots.split(tokens, 1), kept.split(1))
+        bodies, hidden, slots, exact = state
+        tokens = bodies.shape[1]
+        parts = bodies.split(1), hidden.split(1, 1), slots.split(tokens, 1), exact.split(1)
+        return (MemoryState(*part) for part in zip(*parts))
+
+
+class MemoryState(NamedTuple):
+    """What a policy remembers between steps.
+
+    bodies (N, tokens): of the last step; hidden, slots: states of both GRUs; exact (N, tokens,
+    ...): what keyframes and paths keep.
+    """
+
+    bodies: torch.Tensor | None
+    hidden: torch.Tensor | None
+    slots: torch.Tensor | None
+    exact: torch.Tensor | None
+
+
+class Recalled(NamedTuple):
+    """Predictions of the memory, logits with the shapes of `memory_loss.Labels`."""
+
+    shown: torch.Tensor
+    predecessor: torch.Tensor
+    of_objects: torch.Tensor
+
+
+class Remembered(NamedTuple):
+    """What the memory gives for a sequence (T, N, ...).
+
+    was_shown (T, N, tokens, 3): an object's appearance was shown in the first view, in any, and in
+    which first. object_features, global_features: those of keyframes and, if kept, of paths.
+    """
+
+    hidden: torch.Tensor
+    slots: torch.Tensor
+    was_shown: torch.Tensor
+    recalled: Recalled
+    state: MemoryState
+    object_features: list[torch.Tensor]
+    global_features: list[torch.Tensor]
 
 
 class Choice(NamedTuple):
     """Attention over objects, and an action for each.
 
-    Log weights (T, N, tokens) of the objects; mean and log deviation (T, N, tokens, actions) of the
-    actions.
+    Log weights (T, N, tokens) of the objects; mean and logarithm of the standard
+    deviation (T, N, tokens, actions) of the actions.
     """
 
     weights: torch.Tensor
     mean: torch.Tensor
-    deviation: torch.Tensor
+    log_std: torch.Tensor
 
     def best(self):
         """The action (T, N, actions) for the object of most weight."""
@@ -467,9 +364,21 @@ class Choice(NamedTuple):
         return self.mean.take_along_dim(which, -2)[..., 0, :].clamp(-1, 1)
 
     def mixed(self):
-        """Mean and log deviation (T, N, actions) of the action, all objects weighed."""
+        """Mean and log_std (T, N, actions) of the action, all objects weighed."""
         share = self.weights.exp()[..., None]
-        return (share * self.mean).sum(-2), (share * self.deviation).sum(-2)
+        return (share * self.mean).sum(-2), (share * self.log_std).sum(-2)
+
+
+class PolicyOutput(NamedTuple):
+    """A Choice; what the memory predicts, and its state; inputs of the choice, for a critic.
+
+    recalled: None if the policy predicts nothing. state: None without a memory.
+    """
+
+    choice: Choice
+    recalled: Recalled | None
+    state: Any
+    context: torch.Tensor
 
 
 def groups(policy, lr, memory_lr, perception_lr):

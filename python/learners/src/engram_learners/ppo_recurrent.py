@@ -11,24 +11,17 @@ uses the policy's own observations. Nothing but the reward is privileged.
 import argparse
 import time
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import torch
 from torch import nn
 
 from engram_learners import data_parallel, env_options
+from engram_learners.checkpoints import load_policy, save_policy
 from engram_learners.memory_loss import MemoryLoss
-from engram_learners.policy import Policy, can_act, groups
-from engram_learners.training import (
-    EVALUATION_SEED,
-    Clock,
-    Log,
-    ObjectsEnv,
-    evaluate,
-    finish,
-    load_policy,
-    save_policy,
-    scale_lr,
-)
+from engram_learners.policy import Policy, Recalled, can_act, groups
+from engram_learners.run_log import Clock, Log
+from engram_learners.training import EVALUATION_SEED, ObjectsEnv, evaluate, finish, scale_lr
 
 
 def arguments():
@@ -54,7 +47,7 @@ def add_to(parser, **defaults):
     add = parser.add_argument
     add("--envs", type=int, default=64, help="episodes per iteration, of all processes")
     add("--steps", type=int, default=200_000, help="environment steps in all")
-    add("--passes", type=int, default=2, help="over an iteration's episodes")
+    add("--update-epochs", type=int, default=2, help="passes over an iteration's episodes")
     add("--minibatches", type=int, default=2, help="per pass")
     add("--lr", type=float, default=1e-3)
     add("--gamma", type=float, default=0.9)
@@ -63,6 +56,15 @@ def add_to(parser, **defaults):
     add("--entropy", type=float, default=0.0)
     add("--evaluate-every", type=int, default=40, help="iterations")
     parser.set_defaults(**defaults)
+
+
+class AgentOutput(NamedTuple):
+    """Distribution of the action, value (T, N), what the memory predicts, and its state."""
+
+    distribution: Any
+    value: torch.Tensor
+    recalled: Recalled | None
+    state: Any
 
 
 class Agent(nn.Module):
@@ -74,85 +76,98 @@ class Agent(nn.Module):
         self.critic = nn.Sequential(nn.LazyLinear(64), nn.Tanh(), nn.Linear(64, 1))
 
     def forward(self, rows, state=None):
-        """-> distribution of the action, value (T, N), predictions of the memory, its state."""
-        choice, recalled, state, context = self.policy(rows, state)
-        mean, deviation = choice.mixed()
+        output = self.policy(rows, state)
+        mean, log_std = output.choice.mixed()
         mean = mean.clamp(-1.5, 1.5)  # a servo's can be far beyond what acts
-        value = self.critic(context)[..., 0]
-        return torch.distributions.Normal(mean, deviation.exp()), value, recalled, state
+        distribution = torch.distributions.Normal(mean, log_std.exp())
+        value = self.critic(output.context)[..., 0]
+        return AgentOutput(distribution, value, output.recalled, output.state)
+
+
+class Rollout(NamedTuple):
+    """An iteration's episodes, all (T, N, ...)."""
+
+    rows: torch.Tensor
+    actions: torch.Tensor
+    log_probs: torch.Tensor
+    values: torch.Tensor
+    rewards: torch.Tensor
 
 
 @torch.no_grad()
-def collect(agent, scenes):
-    """An iteration's rows, actions, their log density, values and rewards, all (T, N, ...)."""
-    parts, state = [], None
-    row = scenes.reset()
-    for _ in range(scenes.horizon):
-        distribution, value, _, state = agent(row[None], state)
-        action = distribution.sample()
-        log_density = distribution.log_prob(action).sum(-1)
-        after, reward = scenes.step(action[0, :, : scenes.layout.actions].clamp(-1, 1))
-        parts.append((row, action[0], log_density[0], value[0], reward))
-        row = after
-    return [torch.stack(part) for part in zip(*parts)]
+def collect(agent, env):
+    """-> Rollout."""
+    steps, state = [], None
+    row = env.reset()
+    for _ in range(env.horizon):
+        output = agent(row[None], state)
+        state = output.state
+        action = output.distribution.sample()
+        log_prob = output.distribution.log_prob(action).sum(-1)
+        next_row, reward = env.step(action[0, :, : env.layout.actions].clamp(-1, 1))
+        steps.append((row, action[0], log_prob[0], output.value[0], reward))
+        row = next_row
+    return Rollout(*(torch.stack(column) for column in zip(*steps)))
 
 
-def advantages(rewards, values, args):
+def estimate_advantages(rewards, values, args):
     """Generalised advantages (T, N) of episodes that end with their last step."""
-    result, ahead, after = torch.zeros_like(rewards), 0.0, 0.0
+    advantages, last_advantage, next_value = torch.zeros_like(rewards), 0.0, 0.0
     for t in reversed(range(len(rewards))):
-        error = rewards[t] + args.gamma * after - values[t]
-        result[t] = ahead = error + args.gamma * args.gae * ahead
-        after = values[t]
-    return result
+        delta = rewards[t] + args.gamma * next_value - values[t]
+        advantages[t] = last_advantage = delta + args.gamma * args.gae * last_advantage
+        next_value = values[t]
+    return advantages
 
 
-class Scale:
+class RewardScale:
     """Standard deviation of the discounted return, over all episodes so far."""
 
     def __init__(self, gamma):
         self.gamma, self.count, self.sum, self.squares = gamma, 0, 0.0, 0.0
 
     def __call__(self, rewards):
-        ahead, returns = 0.0, []
+        following, returns = 0.0, []
         for reward in rewards.flip(0):
-            ahead = reward + self.gamma * ahead
-            returns.append(ahead)
-        returns = torch.stack(returns)
-        self.count += returns.numel()
-        self.sum += returns.sum().item()
-        self.squares += returns.square().sum().item()
+            following = reward + self.gamma * following
+            returns.append(following)
+        stacked = torch.stack(returns)
+        self.count += stacked.numel()
+        self.sum += stacked.sum().item()
+        self.squares += stacked.square().sum().item()
         mean = self.sum / self.count
         return max(self.squares / self.count - mean**2, 1e-8) ** 0.5
 
 
-def clipped_gain(density, before, gain, clip):
-    """PPO's objective, from the log densities of actions now and when they were played."""
-    ratio = (density - before).exp()
-    return torch.minimum(ratio * gain, ratio.clamp(1 - clip, 1 + clip) * gain)
+def clipped_surrogate(log_prob, old_log_prob, advantage, clip):
+    """PPO's objective, from the log probabilities of actions now and when they were played."""
+    ratio = (log_prob - old_log_prob).exp()
+    return torch.minimum(ratio * advantage, ratio.clamp(1 - clip, 1 + clip) * advantage)
 
 
-def learn(agent, optimiser, episodes, scale, args):
-    rows, actions, before, values, rewards = episodes
+def learn(agent, optimiser, rollout, scale, args):
+    rows, actions, old_log_probs, values, rewards = rollout
     policy = agent.policy
     counts = can_act(policy.layout, rows).float()
-    gain = advantages(rewards / scale(rewards), values, args)
-    target = gain + values
-    used = gain[counts > 0]
-    gain = (gain - used.mean()) / (used.std() + 1e-8)
+    advantages = estimate_advantages(rewards / scale(rewards), values, args)
+    returns = advantages + values
+    used = advantages[counts > 0]
+    advantages = (advantages - used.mean()) / (used.std() + 1e-8)
     labels = MemoryLoss.labels(policy, rows) if policy.predicts else ()
-    for _ in range(args.passes):
+    for _ in range(args.update_epochs):
         for pick in torch.randperm(rows.shape[1]).chunk(args.minibatches):
-            distribution, value, recalled, _ = agent(rows[:, pick])
+            output = agent(rows[:, pick])
             weight = counts[:, pick] / counts[:, pick].sum()
-            density = distribution.log_prob(actions[:, pick]).sum(-1)
-            better = clipped_gain(density, before[:, pick], gain[:, pick], args.clip)
-            error = 0.5 * (value - target[:, pick]).square()
-            entropy = distribution.entropy().sum(-1)
-            loss = ((error - better - args.entropy * entropy) * weight).sum()
+            log_prob = output.distribution.log_prob(actions[:, pick]).sum(-1)
+            before, advantage = old_log_probs[:, pick], advantages[:, pick]
+            surrogate = clipped_surrogate(log_prob, before, advantage, args.clip)
+            value_loss = 0.5 * (output.value - returns[:, pick]).square()
+            entropy = output.distribution.entropy().sum(-1)
+            loss = ((value_loss - surrogate - args.entropy * entropy) * weight).sum()
             if policy.predicts:
                 picked = [label[:, pick] for label in labels]
-                loss = loss + args.recall * MemoryLoss.loss(policy, rows[:, pick], recalled, picked)
+                recall_loss = MemoryLoss.loss(policy, rows[:, pick], output.recalled, picked)
+                loss = loss + args.recall * recall_loss
             optimiser.zero_grad()
             loss.backward()
             data_parallel.average(agent)
@@ -167,25 +182,29 @@ def main():
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
     given = {"options": args.option}
-    scenes = ObjectsEnv(args.id, args.envs // processes, args.seed + 1000 * rank, **given)
+    env = ObjectsEnv(args.id, args.envs // processes, args.seed + 1000 * rank, **given)
     test = ObjectsEnv(args.id, 200, **given) if rank == 0 else None  # the first process evaluates
-    agent = Agent(Policy(scenes.layout, memory=not args.no_memory))
-    agent(scenes.reset(seed=args.seed + 1000 * rank)[None])  # the critic takes its size from this
+    agent = Agent(Policy(env.layout, memory=not args.no_memory))
+    agent(env.reset(seed=args.seed + 1000 * rank)[None])  # the critic takes its size from this
     if args.resume and path.exists():
-        agent.policy = load_policy(path)[0]
+        agent.policy = load_policy(path).policy
     else:
-        agent.policy.fit(collect(agent, scenes)[0])
+        agent.policy.fit(collect(agent, env).rows)
     data_parallel.broadcast(agent)
     critic = {"params": agent.critic.parameters(), "lr": args.lr}
     optimiser = torch.optim.Adam(
         [*groups(agent.policy, args.lr, args.memory_lr, args.perception_lr), critic]
     )
-    log, scale, begun = Log(args.out if rank == 0 else None), Scale(args.gamma), time.monotonic()
-    per_iteration = args.envs * scenes.horizon
+    log, scale, begun = (
+        Log(args.out if rank == 0 else None),
+        RewardScale(args.gamma),
+        time.monotonic(),
+    )
+    per_iteration = args.envs * env.horizon
     iterations = max(1, args.steps // per_iteration)
     for iteration in range(iterations):
         scale_lr(optimiser, 1 - iteration / iterations)
-        learn(agent, optimiser, collect(agent, scenes), scale, args)
+        learn(agent, optimiser, collect(agent, env), scale, args)
         if rank > 0 or ((iteration + 1) % args.evaluate_every and iteration + 1 < iterations):
             continue
         scores = clock.exclude(evaluate, agent.policy, test, EVALUATION_SEED)

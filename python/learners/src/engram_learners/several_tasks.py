@@ -7,7 +7,7 @@ import torch
 import engram
 from engram_learners.images.detector import robot_numbers
 from engram_learners.instructions import BagOfWords, vocabulary
-from engram_learners.policy import TOKEN, ObservationLayout
+from engram_learners.layout import TOKEN, ObservationLayout
 
 # Ten tasks that a student of one task alone learns within minutes. `distil.py --id ten`.
 TEN = (
@@ -50,11 +50,11 @@ class TaskInputs:
     def __init__(self, description, words=None, numbered=True, options=None):
         tasks, fields = description["tasks"], description["state_fields"]
         self.ids = [task["id"] for task in tasks]
-        self.bag, self.numbered = BagOfWords(words or ()), numbered
+        self.bag_of_words, self.numbered = BagOfWords(words or ()), numbered
         self.options = options or {}
         self.last = None, None  # sentences and their bags
         count = len(tasks) if numbered else 0
-        self.layout = ObservationLayout(description, count, self.bag.words)
+        self.layout = ObservationLayout(description, count, self.bag_of_words.words)
         self.robot = sum(f["width"] for f in fields if not f["name"].startswith(TOKEN))
         self.width = description["state_dim"]
         self.common = {field["name"]: field["offset"] for field in fields}
@@ -84,13 +84,13 @@ class TaskInputs:
         if self.numbered:
             one_hot = torch.nn.functional.one_hot(index.long(), len(self.ids))
             parts.append(one_hot.to(rows.dtype))
-        if self.bag.words:
+        if self.bag_of_words.words:
             parts.append(self.bags(sentences))
         return torch.cat([*parts, rows[:, robot:]], -1)
 
     def bags(self, sentences):
         if sentences is not self.last[0]:  # once per episode, not per step
-            self.last = sentences, self.bag(sentences)
+            self.last = sentences, self.bag_of_words(sentences)
         return self.last[1]
 
     def of_task(self, id, rows, sentences=()):

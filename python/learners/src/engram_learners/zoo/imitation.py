@@ -15,16 +15,14 @@ import torch
 from torch import nn
 
 from engram_learners import memories
+from engram_learners.checkpoints import load_policy, save_policy
 from engram_learners.distil import collect, imitation
+from engram_learners.run_log import Clock, Log
 from engram_learners.training import (
     EVALUATION_SEED,
-    Clock,
-    Log,
     ObjectsEnv,
     evaluate,
     finish,
-    load_policy,
-    save_policy,
     scale_lr,
     transfer,
 )
@@ -74,18 +72,18 @@ def main():
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
     resumed = args.resume and path.exists()
-    scenes = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps)
+    env = ObjectsEnv(args.id, args.envs, args.seed, args.most_steps)
     test = ObjectsEnv(args.id, 200)
     if resumed:
-        policy = load_policy(path)[0]
+        policy = load_policy(path).policy
     else:
         size = memories.size_for(args.memory, budget=args.parameters)
-        policy = ZooPolicy(scenes.layout, args.memory, size)
+        policy = ZooPolicy(env.layout, args.memory, size)
     optimiser = torch.optim.Adam(policy.parameters(), args.lr)
     log, episodes = Log(args.out), []
-    scenes.reset(seed=args.seed)
+    env.reset(seed=args.seed)
     for iteration in range(args.iterations):
-        episodes.append(collect(policy, scenes, first=iteration == 0 and not resumed))
+        episodes.append(collect(policy, env, first=iteration == 0 and not resumed))
         if iteration == 0 and not resumed:
             policy.fit(episodes[0][0])
         rows, actions = (torch.cat(parts, 1) for parts in zip(*episodes))
@@ -94,7 +92,7 @@ def main():
         if (iteration + 1) % args.evaluate_every and iteration + 1 < args.iterations:
             continue
         scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED)
-        steps = (iteration + 1) * args.envs * scenes.horizon
+        steps = (iteration + 1) * args.envs * env.horizon
         log.add(env_steps=steps, cpu_s=round(clock(), 1), **scores, loss=round(loss, 4))
         if path:
             save_policy(policy, path, args.id)

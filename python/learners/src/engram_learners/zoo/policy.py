@@ -13,7 +13,7 @@ import torch
 from torch import nn
 
 from engram_learners import memories
-from engram_learners.policy import Choice, mlp
+from engram_learners.policy import Choice, PolicyOutput, mlp
 
 
 class ZooPolicy(nn.Module):
@@ -46,11 +46,7 @@ class ZooPolicy(nn.Module):
         self.std.copy_(agent.std(0) + 1e-2)
 
     def forward(self, rows, state=None):
-        """Continues from a state; None begins an episode.
-
-        -> Choice; None, because nothing is predicted; the state; inputs of the choice (T, N, ...),
-        for a critic.
-        """
+        """Continues from a state; None begins an episode. -> PolicyOutput."""
         layout = self.layout
         agent, tokens = layout.split(rows)
         seen = tokens[..., :1]
@@ -68,12 +64,13 @@ class ZooPolicy(nn.Module):
         here = torch.cat([offset, tokens[..., layout.body]], -1)
         known = torch.cat([known, scaled], -1)
         hidden = torch.tanh(self.context_proj(known)[..., None, :] + self.offset_proj(here))
-        mean, deviation = self.act(hidden).chunk(2, -1)
+        mean, log_std = self.act(hidden).chunk(2, -1)
         # Initial action: toward the chosen object.
         mean = mean + towards(layout, rows)
         attended = (weights.exp()[..., None] * torch.cat([here, read], -1)).sum(-2)
         context = torch.cat([known, attended], -1)
-        return Choice(weights, mean, (deviation - 1.0).clamp(-5.0, 0.0)), None, state, context
+        choice = Choice(weights, mean, (log_std - 1.0).clamp(-5.0, 0.0))
+        return PolicyOutput(choice, None, state, context)
 
     def recall(self, tokens, entry, state):
         """-> what the memory gives; the state: bodies of the last step, and that of the memory."""
@@ -92,7 +89,7 @@ class ZooPolicy(nn.Module):
             "cpu_s_per_million_steps": round(1e6 * cpu_s / steps),
         }
 
-    def wipe(self, state, which):
+    def reset_state(self, state, which):
         """The state with the memory of some environments (N,) reset to an episode's first step."""
         if state is None:
             return None

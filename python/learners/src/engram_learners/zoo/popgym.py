@@ -19,8 +19,14 @@ from torch import nn
 
 from engram_learners import memories, ppo_recurrent
 from engram_learners.policy import mlp
-from engram_learners.ppo_recurrent import Scale, advantages, clipped_gain
-from engram_learners.training import EVALUATION_SEED, FINAL_SEED, Clock, Log, scale_lr, write_result
+from engram_learners.ppo_recurrent import (
+    RewardScale,
+    Rollout,
+    clipped_surrogate,
+    estimate_advantages,
+)
+from engram_learners.run_log import Clock, Log, write_result
+from engram_learners.training import EVALUATION_SEED, FINAL_SEED, scale_lr
 
 TASKS = {task.__name__: task for task in popgym.envs.ALL}
 
@@ -35,7 +41,7 @@ def arguments():
     add("--out", type=Path, help="folder for log.csv, result.json")
     add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
     own = {"gamma": 0.99, "gae": 0.95, "entropy": 0.01, "evaluate_every": 60}
-    ppo_recurrent.add_to(parser, steps=400_000, passes=4, minibatches=4, **own)
+    ppo_recurrent.add_to(parser, steps=400_000, update_epochs=4, minibatches=4, **own)
     return parser.parse_args()
 
 
@@ -90,31 +96,32 @@ class Agent(nn.Module):
 
 @torch.no_grad()
 def play(agent, episodes, seed=None, greedy=False):
-    """Whole episodes -> rows, actions, their log density, values and rewards, all (T, N, ...)."""
-    parts, state, ended = [], None, False
+    """Whole episodes -> Rollout."""
+    steps, state, ended = [], None, False
     row = episodes.reset(seed)
     while not ended:
         distribution, value, state = agent(row[None], state)
         action = distribution.probs.argmax(-1) if greedy else distribution.sample()
-        log_density = distribution.log_prob(action)
-        after, reward, ended = episodes.step(action[0])
-        parts.append((row, action[0], log_density[0], value[0], reward))
-        row = after
-    return [torch.stack(part) for part in zip(*parts)]
+        log_prob = distribution.log_prob(action)
+        next_row, reward, ended = episodes.step(action[0])
+        steps.append((row, action[0], log_prob[0], value[0], reward))
+        row = next_row
+    return Rollout(*(torch.stack(column) for column in zip(*steps)))
 
 
 def learn(agent, optimiser, played, scale, args):
-    rows, actions, before, values, rewards = played
-    gain = advantages(rewards / scale(rewards), values, args)
-    target = gain + values
-    gain = (gain - gain.mean()) / (gain.std() + 1e-8)
-    for _ in range(args.passes):
+    rows, actions, old_log_probs, values, rewards = played
+    advantages = estimate_advantages(rewards / scale(rewards), values, args)
+    returns = advantages + values
+    advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+    for _ in range(args.update_epochs):
         for pick in torch.randperm(rows.shape[1]).chunk(args.minibatches):
             distribution, value, _ = agent(rows[:, pick])
-            density = distribution.log_prob(actions[:, pick])
-            better = clipped_gain(density, before[:, pick], gain[:, pick], args.clip).mean()
-            error = 0.5 * (value - target[:, pick]).square().mean()
-            loss = error - better - args.entropy * distribution.entropy().mean()
+            log_prob = distribution.log_prob(actions[:, pick])
+            before, advantage = old_log_probs[:, pick], advantages[:, pick]
+            surrogate = clipped_surrogate(log_prob, before, advantage, args.clip).mean()
+            value_loss = 0.5 * (value - returns[:, pick]).square().mean()
+            loss = value_loss - surrogate - args.entropy * distribution.entropy().mean()
             optimiser.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
@@ -122,7 +129,7 @@ def learn(agent, optimiser, played, scale, args):
 
 
 def mean_return(agent, episodes, seed):
-    return play(agent, episodes, seed, greedy=True)[-1].sum(0).mean().item()
+    return play(agent, episodes, seed, greedy=True).rewards.sum(0).mean().item()
 
 
 def main():
@@ -134,9 +141,9 @@ def main():
     size = memories.size_for(args.memory, budget=args.parameters)
     agent = Agent(episodes.width, episodes.actions, args.memory, size)
     optimiser = torch.optim.Adam(agent.parameters(), args.lr)
-    log, scale, best = Log(args.out), Scale(args.gamma), -1.0
+    log, scale, best = Log(args.out), RewardScale(args.gamma), -1.0
     played = play(agent, episodes, seed=args.seed * 10_000)
-    per_iteration = played[0].shape[0] * args.envs
+    per_iteration = played.rows.shape[0] * args.envs
     iterations = max(1, args.steps // per_iteration)
     for iteration in range(iterations):
         scale_lr(optimiser, 1 - iteration / iterations)

@@ -16,16 +16,14 @@ import torch
 from torch.distributions import Categorical, Normal
 
 from engram_learners import memories, ppo_recurrent
-from engram_learners.ppo_recurrent import Agent, Scale, collect, learn
+from engram_learners.checkpoints import load_policy, save_policy
+from engram_learners.ppo_recurrent import Agent, AgentOutput, RewardScale, collect, learn
+from engram_learners.run_log import Clock, Log
 from engram_learners.training import (
     EVALUATION_SEED,
-    Clock,
-    Log,
     ObjectsEnv,
     evaluate,
     finish,
-    load_policy,
-    save_policy,
     scale_lr,
     transfer,
 )
@@ -42,27 +40,27 @@ def arguments():
     add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
     add("--resume", action="store_true", help="continue with the agent.pt of --out")
     add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
-    ppo_recurrent.add_to(parser, steps=400_000, passes=4, minibatches=4, gamma=0.97, entropy=0.01)
+    ppo_recurrent.add_to(
+        parser, steps=400_000, update_epochs=4, minibatches=4, gamma=0.97, entropy=0.01
+    )
     return parser.parse_args()
 
 
 class ObjectThenAction:
     """Distribution of an object and of the action for it, (..., actions + 1): the object is last.
 
-    Log densities and entropies have the same shape.
+    Log probabilities and entropies have the same shape.
     """
 
     def __init__(self, choice):
         self.objects = Categorical(logits=choice.weights)
         self.mean = choice.mean.clamp(-1.5, 1.5)  # a servo's can be far beyond what acts
-        self.deviation = choice.deviation.exp()
+        self.std = choice.log_std.exp()
 
     def action_for(self, which):
         own = which[..., None, None]
-        mean, deviation = (
-            part.take_along_dim(own, -2)[..., 0, :] for part in (self.mean, self.deviation)
-        )
-        return Normal(mean, deviation)
+        mean, std = (part.take_along_dim(own, -2)[..., 0, :] for part in (self.mean, self.std))
+        return Normal(mean, std)
 
     def sample(self):
         which = self.objects.sample()
@@ -75,14 +73,15 @@ class ObjectThenAction:
 
     def entropy(self):
         share = self.objects.probs[..., None]
-        action = (share * Normal(self.mean, self.deviation).entropy()).sum(-2)
+        action = (share * Normal(self.mean, self.std).entropy()).sum(-2)
         return torch.cat([action, self.objects.entropy()[..., None]], -1)
 
 
 class ZooAgent(Agent):
     def forward(self, rows, state=None):
-        choice, recalled, state, context = self.policy(rows, state)
-        return ObjectThenAction(choice), self.critic(context)[..., 0], recalled, state
+        output = self.policy(rows, state)
+        value = self.critic(output.context)[..., 0]
+        return AgentOutput(ObjectThenAction(output.choice), value, output.recalled, output.state)
 
 
 def main():
@@ -90,22 +89,22 @@ def main():
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)
     clock, path = Clock(), args.out and args.out / "agent.pt"
-    scenes, test = ObjectsEnv(args.id, args.envs, args.seed), ObjectsEnv(args.id, 200)
+    env, test = ObjectsEnv(args.id, args.envs, args.seed), ObjectsEnv(args.id, 200)
     if args.resume and path.exists():
-        agent = ZooAgent(load_policy(path)[0])
+        agent = ZooAgent(load_policy(path).policy)
     else:
         size = memories.size_for(args.memory, budget=args.parameters)
-        agent = ZooAgent(ZooPolicy(scenes.layout, args.memory, size))
-    agent(scenes.reset(seed=args.seed)[None])  # the critic takes its size from this
+        agent = ZooAgent(ZooPolicy(env.layout, args.memory, size))
+    agent(env.reset(seed=args.seed)[None])  # the critic takes its size from this
     if not (args.resume and path.exists()):
-        agent.policy.fit(collect(agent, scenes)[0])
+        agent.policy.fit(collect(agent, env).rows)
     optimiser = torch.optim.Adam(agent.parameters(), args.lr)
-    log, scale, policy = Log(args.out), Scale(args.gamma), agent.policy
-    per_iteration = args.envs * scenes.horizon
+    log, scale, policy = Log(args.out), RewardScale(args.gamma), agent.policy
+    per_iteration = args.envs * env.horizon
     iterations = max(1, args.steps // per_iteration)
     for iteration in range(iterations):
         scale_lr(optimiser, 1 - iteration / iterations)
-        learn(agent, optimiser, collect(agent, scenes), scale, args)
+        learn(agent, optimiser, collect(agent, env), scale, args)
         if (iteration + 1) % args.evaluate_every and iteration + 1 < iterations:
             continue
         scores = clock.exclude(evaluate, policy, test, EVALUATION_SEED)
