@@ -89,22 +89,22 @@ class RenderRig {
   }
 
   Image render(Renderer& renderer, int width = 64, int height = 64) const {
-    Image image;
-    image.width = width;
-    image.height = height;
+    Image drawn;
+    drawn.width = width;
+    drawn.height = height;
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    image.rgb.resize(3 * pixels);
-    image.depth.resize(pixels);
-    image.segment.resize(pixels);
+    drawn.rgb.resize(3 * pixels);
+    drawn.depth.resize(pixels);
+    drawn.segment.resize(pixels);
     RenderImage image;
     image.width = width;
     image.height = height;
-    image.rgb = image.rgb.data();
+    image.rgb = drawn.rgb.data();
     image.row_stride = 3 * width;
-    image.depth = image.depth.data();
-    image.segment = image.segment.data();
+    image.depth = drawn.depth.data();
+    image.segment = drawn.segment.data();
     renderer.render(0, instances(), {&image, 1});
-    return image;
+    return drawn;
   }
 
   Image render(int width = 64, int height = 64, const CpuRendererOptions& options = {}) const {

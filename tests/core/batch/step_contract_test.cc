@@ -34,7 +34,7 @@ struct Logged {
       return 2.0F;
     };
     options.threads = 1;
-    env = std::make_unique<Batch>(std::move(owned), options);
+    batch = std::make_unique<Batch>(std::move(owned), options);
   }
   void note(const char* call, int index) {
     log.push_back(std::string(call) + "@" + std::to_string(task->engine.state->elapsed[index]));

@@ -52,7 +52,7 @@ bool still_clear(const PhysicsModel& physics, const RobotBounds::Clearance& befo
     block.put(LaneVectors::kSelfClearance, lane, before.self.data(), kRobotJoints);
     block.put(LaneVectors::kClearance, lane, &outside, 1);
   }
-  const unsigned exceeded = kernel.clearance_exceeded(physics.robot_model(), 0, 0, block.rows());
+  const unsigned exceeded = kernel.clearance_exceeded(physics.robot_model(), 0, 0, block.vectors());
   const unsigned all = (1U << block.lanes()) - 1;
   REQUIRE((exceeded == 0 || exceeded == all));
   return exceeded == 0;

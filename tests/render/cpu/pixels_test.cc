@@ -14,7 +14,7 @@ TEST_CASE("images of any size and layout have the same pixels", "[render]") {
   const RenderRig rig = crowd(1);
   const auto renderer = make_cpu_renderer(rig.scene, {}, 1);
   for (const auto& [width, height] : {std::pair{1, 1}, {3, 2}, {17, 9}, {64, 64}, {129, 131}}) {
-    const Image image = rig.render(*renderer, width, height);
+    const Image drawn = rig.render(*renderer, width, height);
     // Two cameras in one buffer, six bytes a pixel, and a margin that must stay as it is.
     const std::ptrdiff_t row = 6 * width + 5;
     std::vector<std::uint8_t> buffer(static_cast<std::size_t>(row * height), 77);
@@ -31,7 +31,7 @@ TEST_CASE("images of any size and layout have the same pixels", "[render]") {
         const int byte = buffer[static_cast<std::size_t>(y * row + b)];
         const bool inside = b < 6 * width && b % 6 >= 3;
         same =
-            same && byte == (inside ? image.color(b / 6, y)[static_cast<std::size_t>(b % 3)] : 77);
+            same && byte == (inside ? drawn.color(b / 6, y)[static_cast<std::size_t>(b % 3)] : 77);
       }
     }
     CHECK(same);

@@ -135,10 +135,10 @@ struct Image {
 };
 
 Image draw(Renderer& renderer, const Stage& stage, int camera, int width, int height) {
-  Image image(width, height);
-  const RenderImage image = image.image(camera);
+  Image drawn(width, height);
+  const RenderImage image = drawn.image(camera);
   renderer.render(0, stage.rows(), {&image, 1});
-  return image;
+  return drawn;
 }
 
 struct Difference {
