@@ -61,9 +61,11 @@ engram_status refuse_forked(const engram_env& env) noexcept {
 
 }  // namespace engram::c
 
-engram_env::engram_env(std::unique_ptr<engram::BatchGroup> made)
+engram_env::engram_env(std::unique_ptr<engram::Batch> made)
     : batch(std::move(made)),
       queries(*batch),
+      renderer(*batch),
+      snapshotter(*batch),
       actions(static_cast<std::size_t>(batch->num_envs()) *
               static_cast<std::size_t>(batch->action_dim())) {}
 

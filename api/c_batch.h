@@ -12,7 +12,9 @@
 
 #include "api/c_error.h"
 #include "api/step_driver.h"
-#include "core/batch/group_queries.h"
+#include "core/batch/queries.h"
+#include "core/batch/scene_renderer.h"
+#include "core/batch/snapshot.h"
 #include "engram/engram_c.h"
 #include "protocol/make/make.h"
 
@@ -28,17 +30,19 @@ enum class CallState : int {
 // An engram_dtype.
 std::int32_t dtype_of(DType type);
 
-// An output as an array of the C API; its texts and memory are the group's.
+// An output as an array of the C API; its texts and memory are the batch's.
 engram_array to_array(const OutputArray& output);
 
 }  // namespace engram::c
 
 // NOLINTNEXTLINE(readability-identifier-naming): the name is of the C API
 struct engram_env {
-  explicit engram_env(std::unique_ptr<engram::BatchGroup> made);
+  explicit engram_env(std::unique_ptr<engram::Batch> made);
 
-  std::unique_ptr<engram::BatchGroup> batch;
-  engram::GroupQueries queries;
+  std::unique_ptr<engram::Batch> batch;
+  engram::Queries queries;
+  engram::SceneRenderer renderer;
+  engram::Snapshotter snapshotter;
   std::vector<float> actions;                     // of the step under way
   std::string description;                        // from the first call for it on
   std::unique_ptr<engram::c::StepDriver> driver;  // from the first step_async on

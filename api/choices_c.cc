@@ -10,15 +10,15 @@ using engram::c::with_env;
 
 engram_status engram_ask(engram_env* env, int32_t index) {
   return with_env(env, [&](engram_env& of) {
-    const auto [batch, own_index] = of.queries.batch_of(index);
-    engram::ask_questions(batch, own_index);
+    const auto [part, own_index] = of.batch->locate(index);
+    engram::ask_questions(of.batch->part(part), own_index);
   });
 }
 
 engram_status engram_answer(engram_env* env, int32_t index, const int32_t* choices, size_t count) {
   if (choices == nullptr && count > 0) return refuse_null("choices");
   return with_env(env, [&](engram_env& of) {
-    const auto [batch, own_index] = of.queries.batch_of(index);
-    engram::answer_question(batch, own_index, {choices, count});
+    const auto [part, own_index] = of.batch->locate(index);
+    engram::answer_question(of.batch->part(part), own_index, {choices, count});
   });
 }

@@ -11,6 +11,7 @@
 #include "api/c_options.h"
 #include "api/c_text.h"
 #include "core/base/join.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/make/environment_files.h"
 #include "protocol/make/group_description.h"
 #include "protocol/make/task_description.h"
@@ -18,7 +19,7 @@
 
 namespace {
 
-using engram::BatchGroup;
+using engram::Batch;
 using engram::Error;
 using engram::OutputArray;
 using engram::c::CallGuard;
@@ -84,8 +85,7 @@ engram_status engram_make(const char* id, const engram_options* options, engram_
   *env = nullptr;
   if (id == nullptr) return refuse_null("id");
   return guarded([&] {
-    auto batch = std::make_unique<BatchGroup>(engram::make(id, given_options(options)));
-    *env = std::make_unique<engram_env>(std::move(batch)).release();
+    *env = std::make_unique<engram_env>(engram::make(id, given_options(options))).release();
   });
 }
 
@@ -99,8 +99,8 @@ engram_status engram_make_group(const engram_task_share* tasks, size_t num_tasks
     for (const engram_task_share& task : std::span(tasks, num_tasks)) {
       shares.push_back(engram::c::to_share(task));
     }
-    auto group = engram::make_group(shares, given_options(options));
-    *env = std::make_unique<engram_env>(std::move(group)).release();
+    auto batch = engram::make_group(shares, given_options(options));
+    *env = std::make_unique<engram_env>(std::move(batch)).release();
   });
 }
 
@@ -142,13 +142,13 @@ int32_t engram_horizon(const engram_env* env) {
 const float* engram_action_low(const engram_env* env) {
   const float* none = nullptr;
   return constant(env, none,
-                  [](const engram_env& of) { return of.batch->part(0).action_space().low.data(); });
+                  [](const engram_env& of) { return of.batch->action_space().low.data(); });
 }
 
 const float* engram_action_high(const engram_env* env) {
   const float* none = nullptr;
-  return constant(
-      env, none, [](const engram_env& of) { return of.batch->part(0).action_space().high.data(); });
+  return constant(env, none,
+                  [](const engram_env& of) { return of.batch->action_space().high.data(); });
 }
 
 const char* engram_describe_json(engram_env* env) {
@@ -186,7 +186,7 @@ uint64_t engram_unstable_count(const engram_env* env) {
 
 engram_status engram_reset(engram_env* env, const engram_reset_request* request) {
   return with_env(env, [request](engram_env& of) {
-    BatchGroup& batch = *of.batch;
+    Batch& batch = *of.batch;
     engram::ResetRequest wanted;
     std::vector<engram::Pin> pins;
     engram::ConstantTable ranges;
@@ -263,7 +263,7 @@ engram_status engram_step_wait_for(engram_env* env, double seconds, int32_t* don
 engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t count) {
   if (actions == nullptr) return refuse_null("actions");
   return with_env(env, [&](engram_env& of) {
-    of.queries.act(engram::c::to_policy(policy), {actions, count});
+    engram::ScriptedPolicy(*of.batch, engram::c::to_policy(policy)).act({actions, count});
   });
 }
 
@@ -272,22 +272,23 @@ engram_status engram_act(engram_env* env, int32_t policy, float* actions, size_t
 engram_status engram_output(engram_env* env, const char* name, engram_array* array) {
   if (name == nullptr) return refuse_null("name");
   if (array == nullptr) return refuse_null("array");
-  return with_call(env, [&](CallGuard&) { *array = named(env->batch->outputs(), name); });
+  return with_call(env,
+                   [&](CallGuard&) { *array = named(env->batch->output_arrays().now(), name); });
 }
 
 engram_status engram_final_output(engram_env* env, const char* name, engram_array* array) {
   if (name == nullptr) return refuse_null("name");
   if (array == nullptr) return refuse_null("array");
   return with_call(env, [&](CallGuard&) {
-    if (env->batch->final_outputs().empty()) {
+    if (env->batch->output_arrays().finals().empty()) {
       throw Error(Error::kBadState, "final outputs are kept with auto-reset same-step only");
     }
-    *array = named(env->batch->final_outputs(), name);
+    *array = named(env->batch->output_arrays().finals(), name);
   });
 }
 
 size_t engram_num_outputs(const engram_env* env) {
-  if (env != nullptr) return env->batch->outputs().size();
+  if (env != nullptr) return env->batch->output_arrays().now().size();
   refuse_null("env");
   return 0;
 }
@@ -295,7 +296,7 @@ size_t engram_num_outputs(const engram_env* env) {
 engram_status engram_output_at(engram_env* env, size_t index, engram_array* array) {
   if (array == nullptr) return refuse_null("array");
   return with_call(env, [&](CallGuard&) {
-    const std::vector<OutputArray>& outputs = env->batch->outputs();
+    const std::vector<OutputArray>& outputs = env->batch->output_arrays().now();
     if (index >= outputs.size()) {
       throw Error(Error::kInvalidArgument, "output " + std::to_string(index) + " given, 0 to " +
                                                std::to_string(outputs.size() - 1) + " allowed");
@@ -314,7 +315,7 @@ engram_status engram_write_outputs(engram_env* env, const engram_output_target* 
 }
 
 int32_t engram_output_buffer(const engram_env* env) {
-  return constant(env, 0, [](const engram_env& of) { return of.batch->output_buffer(); });
+  return constant(env, 0, [](const engram_env& of) { return of.batch->output_arrays().buffer(); });
 }
 
 engram_status engram_instruction(engram_env* env, int32_t index, char* text, size_t capacity,
@@ -330,7 +331,7 @@ engram_status engram_render(engram_env* env, int32_t index, const char* camera, 
   if (camera == nullptr) return refuse_null("camera");
   if (rgb == nullptr) return refuse_null("rgb");
   return with_env(env, [&](engram_env& of) {
-    of.queries.render(index, camera, width, height, {rgb, size});
+    of.renderer.render(index, camera, width, height, {rgb, size});
   });
 }
 
@@ -353,14 +354,14 @@ engram_status engram_save(engram_env* env, int32_t index, void* bytes, size_t ca
   if (size == nullptr) return refuse_null("size");
   return with_env(env, [&](engram_env& of) {
     const bool whole = index == ENGRAM_WHOLE_BATCH;
-    *size = whole ? of.queries.save_size() : of.queries.save_size(index);
+    *size = whole ? of.snapshotter.save_size() : of.snapshotter.save_size(index);
     if (capacity == 0) return;
     if (capacity < *size) {
       throw Error(Error::kInvalidArgument, "snapshot: room for " + std::to_string(capacity) +
                                                " bytes given, " + std::to_string(*size) +
                                                " needed");
     }
-    const std::vector<std::byte> saved = whole ? of.queries.save() : of.queries.save(index);
+    const std::vector<std::byte> saved = whole ? of.snapshotter.save() : of.snapshotter.save(index);
     std::memcpy(bytes, saved.data(), saved.size());
   });
 }
@@ -370,9 +371,9 @@ engram_status engram_restore(engram_env* env, int32_t index, const void* bytes, 
   return with_env(env, [&](engram_env& of) {
     const std::span<const std::byte> saved(static_cast<const std::byte*>(bytes), size);
     if (index == ENGRAM_WHOLE_BATCH) {
-      of.queries.restore(saved);
+      of.snapshotter.restore(saved);
     } else {
-      of.queries.restore(index, saved);
+      of.snapshotter.restore(index, saved);
     }
   });
 }

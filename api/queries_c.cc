@@ -21,8 +21,9 @@ engram_status text_query(engram_env* env, int32_t index, char* text, size_t capa
                          size_t* length, Describe&& describe) {
   if (text == nullptr && capacity > 0) return refuse_null("text");
   return with_env(env, [&](engram_env& of) {
-    const auto [batch, own_index] = of.queries.batch_of(index);
-    engram::c::give_text(engram::to_text(describe(batch, own_index)), text, capacity, length);
+    const auto [part, own_index] = of.batch->locate(index);
+    engram::c::give_text(engram::to_text(describe(of.batch->part(part), own_index)), text, capacity,
+                         length);
   });
 }
 

@@ -5,7 +5,7 @@
 
 namespace engram::c {
 
-StepDriver::StepDriver(BatchGroup& batch)
+StepDriver::StepDriver(Batch& batch)
     : batch_(batch),
       actions_(static_cast<std::size_t>(batch.num_envs()) *
                static_cast<std::size_t>(batch.action_dim())),

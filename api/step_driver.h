@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "core/base/aligned_array.h"
-#include "core/batch/batch_group.h"
+#include "core/batch/batch.h"
 
 namespace engram::c {
 
@@ -18,13 +18,13 @@ class StepDriver {
  public:
   // Starts the thread. Throws std::system_error if the system refuses it. `batch` must outlive this
   // object, and must not be used between start and the end of wait.
-  explicit StepDriver(BatchGroup& batch);
+  explicit StepDriver(Batch& batch);
   // Waits for a step under way.
   ~StepDriver();
   StepDriver(const StepDriver&) = delete;
   StepDriver& operator=(const StepDriver&) = delete;
 
-  // Throws Error, and starts nothing, for actions that BatchGroup::step refuses. Copies them.
+  // Throws Error, and starts nothing, for actions that Batch::step refuses. Copies them.
   void start(std::span<const float> actions);
   // Returns when the step is done; rethrows what it threw.
   void wait();
@@ -35,7 +35,7 @@ class StepDriver {
   void serve() noexcept;
   void rethrow();
 
-  BatchGroup& batch_;
+  Batch& batch_;
   AlignedArray<float> actions_;
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -16,7 +16,8 @@
 #include "apps/progress.h"
 #include "apps/task_choice.h"
 #include "core/base/join.h"
-#include "core/batch/group_queries.h"
+#include "core/batch/queries.h"
+#include "core/batch/scripted_policy.h"
 #include "protocol/io/json.h"
 
 namespace engram::apps {
@@ -38,9 +39,9 @@ struct RolloutOptions {
 
 // One task's part of a rollout.
 struct TaskLog {
-  TaskLog(const Batch& batch, const RolloutOptions& options)
-      : batch(batch), episodes(batch, options.episodes) {
-    if (options.hash) digest.emplace(batch.num_envs());
+  TaskLog(const Batch& given, const RolloutOptions& options)
+      : batch(given), episodes(given, options.episodes) {
+    if (options.hash) digest.emplace(given.num_envs());
   }
   std::optional<std::uint64_t> hash() const {
     return digest ? std::optional(digest->value()) : std::nullopt;
@@ -64,7 +65,7 @@ double seconds(Clock::duration duration) { return std::chrono::duration<double>(
 // Logs of all tasks together.
 class RolloutLog {
  public:
-  RolloutLog(const BatchGroup& group, const RolloutOptions& options) {
+  RolloutLog(const Batch& group, const RolloutOptions& options) {
     for (int i = 0; i < group.num_parts(); ++i) tasks_.emplace_back(group.part(i), options);
   }
 
@@ -122,11 +123,11 @@ class RolloutLog {
 };
 
 // Steps the environments until the log is complete or the steps are used up.
-RolloutReport roll_out(BatchGroup& group, const RolloutOptions& options, RolloutLog& log) {
+RolloutReport roll_out(Batch& group, const RolloutOptions& options, RolloutLog& log) {
   RolloutReport report;
   std::vector<float> actions(static_cast<std::size_t>(group.num_envs()) *
                              static_cast<std::size_t>(group.action_dim()));
-  const GroupQueries queries(group);
+  const ScriptedPolicy policy(group, options.policy);
   Progress progress("rollout", "env steps");
 
   group.reset();
@@ -135,7 +136,7 @@ RolloutReport roll_out(BatchGroup& group, const RolloutOptions& options, Rollout
   Clock::duration stepping{};
   while (report.steps < options.steps && !log.complete()) {
     const Clock::time_point start = Clock::now();
-    queries.act(options.policy, actions);
+    policy.act(actions);
     const Clock::time_point acted = Clock::now();
     group.step(actions);
     stepping += Clock::now() - acted;
@@ -152,14 +153,6 @@ RolloutReport roll_out(BatchGroup& group, const RolloutOptions& options, Rollout
   return report;
 }
 
-std::uint64_t unstable_steps(const BatchGroup& group) {
-  std::uint64_t count = 0;
-  for (int i = 0; i < group.num_parts(); ++i) {
-    count += Queries(group.part(i)).unstable_count();
-  }
-  return count;
-}
-
 double images_per_step(const BatchOptions& options) {
   return observes_images(options.obs_mode) ? static_cast<double>(options.images.cameras.size())
                                            : 0.0;
@@ -171,7 +164,7 @@ Json hash_document(std::optional<std::uint64_t> hash) {
   return hash ? Json(fmt::format("{:016x}", *hash)) : Json();
 }
 
-JsonTable to_document(const BatchGroup& group, const RolloutOptions& options, const RolloutLog& log,
+JsonTable to_document(const Batch& group, const RolloutOptions& options, const RolloutLog& log,
                       const RolloutReport& report) {
   const BatchOptions& common = group.part(0).options();
   const double env_rate = rate(static_cast<double>(log.env_steps()), report.wall_seconds);
@@ -189,7 +182,7 @@ JsonTable to_document(const BatchGroup& group, const RolloutOptions& options, co
                         {"episodes", log.episodes()},
                         {"success_once", log.success_rate()},
                         {"mean_return", log.mean_return()},
-                        {"unstable", unstable_steps(group)},
+                        {"unstable", Queries(group).unstable_count()},
                         {"hash", hash_document(log.hash())},
                         {"wall_seconds", report.wall_seconds}};
   if (!group.is_common()) return document;
@@ -214,8 +207,8 @@ std::string episodes_in_words(std::int64_t episodes, double success, double mean
                      with_thousands(static_cast<double>(episodes)), success, mean_return);
 }
 
-std::string to_plain_text(const BatchGroup& group, const RolloutOptions& options,
-                          const RolloutLog& log, const RolloutReport& report) {
+std::string to_plain_text(const Batch& group, const RolloutOptions& options, const RolloutLog& log,
+                          const RolloutReport& report) {
   const BatchOptions& common = group.part(0).options();
   const auto env_steps = static_cast<double>(log.env_steps());
   const double env_rate = rate(env_steps, report.wall_seconds);
@@ -236,7 +229,7 @@ std::string to_plain_text(const BatchGroup& group, const RolloutOptions& options
   text += fmt::format(
       "  episodes        {}\n",
       episodes_in_words(log.episodes(), log.success_rate(), log.mean_return(), group.horizon()));
-  const std::uint64_t unstable = unstable_steps(group);
+  const std::uint64_t unstable = Queries(group).unstable_count();
   if (unstable > 0) text += fmt::format("  unstable steps  {}\n", unstable);
   if (log.hash()) text += fmt::format("  hash            {:016x}\n", *log.hash());
   if (!group.is_common()) return text;
@@ -276,9 +269,9 @@ RolloutOptions completed(RolloutOptions options) {
 }
 
 // One task, or several that share the environments evenly.
-std::unique_ptr<BatchGroup> make_group(const RolloutOptions& options) {
+std::unique_ptr<Batch> make_group(const RolloutOptions& options) {
   if (options.ids.size() == 1) {
-    return std::make_unique<BatchGroup>(make(options.ids.front(), options.env));
+    return make(options.ids.front(), options.env);
   }
   const auto tasks = static_cast<int>(options.ids.size());
   std::vector<TaskShare> shares;

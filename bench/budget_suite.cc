@@ -40,7 +40,7 @@ class BudgetMeter {
       : threads_(threads),
         clock_(threads),
         rollout_(id, batch_of(obs, options, threads), options.policy) {
-    rollout_.batch->attach(&clock_);
+    BatchAccess::data(*rollout_.batch).step_clock = &clock_;
   }
 
   Budget measure(int steps) {

@@ -37,7 +37,7 @@ PlainLoop::PlainLoop(const Batch& reference, SceneKind kind)
                                                            : reference.physics_model().robot(),
                                   reference.physics_model().robot_params())),
       full_(kind == SceneKind::kFull),
-      controller_(reference.control_mode(), reference.physics_model().arm(),
+      controller_(*reference.options().control_mode, reference.physics_model().arm(),
                   reference.physics_model().joint_ranges(), reference.options().rotation_sign),
       store_(reference.num_envs()),
       state_(store_, reference.state().num_props) {

@@ -9,7 +9,6 @@
 #include "bench/interleave.h"
 #include "bench/measurement.h"
 #include "core/base/processors.h"
-#include "core/batch/group_queries.h"
 #include "core/batch/scripted_policy.h"
 #include "protocol/make/make.h"
 
@@ -67,7 +66,7 @@ struct Rollout {
 
 // A rollout of several tasks in one batch.
 struct GroupRollout {
-  std::unique_ptr<BatchGroup> group;
+  std::unique_ptr<Batch> group;
   std::vector<float> actions;
   Policy policy;
 
@@ -83,10 +82,9 @@ struct GroupRollout {
   }
 
   double rate(int steps) {
-    const GroupQueries queries(*group);
     double spent = 0;
     for (int i = 0; i < steps; ++i) {
-      queries.act(policy, actions);
+      ScriptedPolicy(*group, policy).act(actions);
       spent += seconds([this] { group->step(actions); });
     }
     return steps * group->num_envs() / spent;

@@ -2,325 +2,273 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/base/join.h"
 #include "core/base/processors.h"
-#include "core/contact/contact_step.h"
-#include "core/observe/proprio.h"
-#include "core/robot/kernel_selection.h"
-#include "core/scene/model_cache.h"
+#include "core/batch/step_loop.h"
 
 namespace engram {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-// Start pose of all tasks: arm in rad, fingers in m.
-constexpr std::array<double, kRobotJoints> kStartQpos = {
-    0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
-
-constexpr int kTcpPoseDim = 7;
-
-int lanes_of(const BatchOptions& options) {
-  return options.lanes > 0 ? options.lanes : lane_kernel_for(options.num_envs).lanes;
+[[noreturn]] void refuse_mixed(const Batch& one, const Batch& other, const char* what,
+                               const std::string& of_one, const std::string& of_other) {
+  throw Error(Error::kInvalidArgument, std::string(what) + ": " + of_one + " of " + one.info().id +
+                                           " and " + of_other + " of " + other.info().id +
+                                           " given, one for all tasks needed");
 }
 
-// Environments that workers do not share: whole blocks of lanes, since part of a block takes the
-// time of all of it. With images, which take longer, half a block pays for another thread.
-int chosen_unit(const BatchOptions& options) {
-  const int lanes = lanes_of(options);
-  const bool halves = observes_images(options.obs_mode) && options.threads > 1;
-  return halves ? (lanes + 1) / 2 : lanes;
-}
-
-// As many as move together, since among more there are more with like contacts. Ranges of a loop
-// that workers share get shorter towards its end, since some environments take longer than others.
-int chosen_chunk(const BatchOptions& options) {
-  const int lanes = lanes_of(options);
-  if (options.num_envs <= options.threads * lanes) return chosen_unit(options);
-  const int chunk = std::min(options.num_envs / options.threads, Simulator::kMaxTogether);
-  return std::max(lanes, chunk - chunk % lanes);
-}
-
-BatchOptions checked(BatchOptions options, const TaskInfo& task) {
-  check_ranges(options);
-  if (!options.control_mode) options.control_mode = task.control_mode;
-  if (options.threads == 0) {
-    options.threads = std::min(available_processors(), kMaxThreads);
+void require_alike(const Batch& one, const Batch& other) {
+  const BatchOptions& a = one.options();
+  const BatchOptions& b = other.options();
+  if (a.control_mode != b.control_mode) {
+    refuse_mixed(one, other, "control mode", name_of(*a.control_mode), name_of(*b.control_mode));
   }
-  options.threads = std::min(options.threads, options.num_envs);
-  if (options.chunk == 0) options.chunk = chosen_chunk(options);
-  return options;
+  if (a.obs_mode != b.obs_mode) {
+    refuse_mixed(one, other, "observation mode", name_of(a.obs_mode), name_of(b.obs_mode));
+  }
+  if (a.auto_reset != b.auto_reset) {
+    refuse_mixed(one, other, "auto-reset", name_of(a.auto_reset), name_of(b.auto_reset));
+  }
 }
 
-// The engine's variable first, then the task's, then those of perturbations.
-std::vector<RandomVariable> all_variables(const TaskInfo& info,
-                                          const Perturbations& perturbations) {
-  std::vector<RandomVariable> variables = {{kRobotNoiseVariable, kArmJoints, false, -1, 1, "rad",
-                                            "added to the seven arm joints of the start pose"}};
-  variables.insert(variables.end(), info.random_variables.begin(), info.random_variables.end());
-  const std::vector<RandomVariable> more = perturbations.variables();
-  variables.insert(variables.end(), more.begin(), more.end());
-  return variables;
+// Whole blocks of lanes, and several segments for each thread.
+int segment_length(int lanes, int num_envs, int threads) {
+  const int share = std::min(num_envs / (threads * 8), 16);
+  return std::max(lanes, share - share % lanes);
+}
+
+void require_finite(std::span<const float> actions, std::size_t dim) {
+  const auto bad =
+      std::ranges::find_if_not(actions, [](float value) { return std::isfinite(value); });
+  if (bad == actions.end()) return;
+  const auto index = static_cast<std::size_t>(bad - actions.begin());
+  throw Error(Error::kInvalidArgument, "action of environment " + std::to_string(index / dim) +
+                                           ", component " + std::to_string(index % dim) + ": " +
+                                           std::to_string(*bad) + " given, a finite number needed");
+}
+
+// Values of `count` environments from `first` on; null and empty stay so.
+template <class T>
+std::span<T> rows_of(std::span<T> all, int first, int count) {
+  return all.empty() ? all : all.subspan(at(first), at(count));
+}
+
+template <class T>
+std::span<const T> values(const std::vector<OutputArray>& arrays, std::string_view name) {
+  const OutputArray* const array = find_array(arrays, name);
+  if (array == nullptr || array->field.width == 0) return {};
+  return {reinterpret_cast<const T*>(array->data),
+          at(static_cast<int>(array->shape.front())) * at(array->field.width)};
+}
+
+ColumnView named(const ColumnStore& store, std::string_view name) {
+  const ColumnView view = store.find(name);
+  if (view.field != nullptr) return view;
+  std::vector<std::string_view> names;
+  names.reserve(store.size());
+  for (std::size_t i = 0; i < store.size(); ++i) names.push_back(store[i].field->name);
+  throw Error(Error::kUnknownId,
+              "no output named '" + std::string(name) + "'; this task has: " + join(names));
+}
+
+// of(images): those of now, or of the last episodes' ends.
+template <class Of>
+ObservedImages images_of(const BatchData& data, Of&& of) {
+  if (!data.images) return {};
+  ObservedImages images = {
+      of(data.images->rgb()), of(data.images->depth()), of(data.images->segmentation()), {}};
+  if (!images.segmentation.empty()) images.segmentation_names = data.images->segments();
+  return images;
 }
 
 }  // namespace
 
-Batch::Batch(std::unique_ptr<Task> task, const BatchOptions& options, RendererFactory renderers)
-    : Batch(IeeeScope{}, std::move(task), options, std::move(renderers)) {}
+Batch::Batch(std::unique_ptr<Task> task, const BatchOptions& options, RendererFactory renderers) {
+  const IeeeScope scope;
+  data_ = std::make_unique<BatchData>(std::move(task), options, std::move(renderers));
+  num_envs_ = data_->num_envs();
+  parts_.emplace_back().batch = this;
+  pool_.emplace(data_->options.threads, data_->range_unit());
+  BatchData* const data = data_.get();
+  outputs_.emplace(std::span(&data, 1), false);
+  add_views();
+}
 
-Batch::Batch(const IeeeScope& /*scope*/, std::unique_ptr<Task> task, const BatchOptions& options,
-             RendererFactory renderers)
-    : task_(std::move(task)),
-      options_(checked(options, task_->info())),
-      option_values_(
-          engram::option_values(task_->info().options, options_.task_options, options_.rules)),
-      model_(cached_model(task_->scene())),
-      controller_(std::make_unique<Controller>(*options_.control_mode, model_->arm(),
-                                               model_->joint_ranges(), options_.rotation_sign)),
-      pool_(options_.threads, chosen_unit(options_)),
-      simulator_(std::make_unique<Simulator>(
-          *model_, SimulatorOptions{options_.substeps, options_.sleep, options_.lanes},
-          options_.threads, options_.num_envs)),
-      renderers_(std::move(renderers)),
-      tokens_(task_->object_descriptors()),
-      memory_(options_.num_envs),
-      pin_memory_(options_.num_envs),
-      outputs_(options_.num_envs),
-      final_outputs_(options_.num_envs),
-      perturbations_(options_.perturbations) {
-  try {
-    allocate();
-  } catch (const std::bad_alloc&) {
-    throw Error(Error::kUnavailable, "no memory for " + std::to_string(options_.num_envs) +
-                                         " environments of " + task_->info().id);
+Batch::Batch(std::vector<std::unique_ptr<Batch>> parts, int threads) {
+  if (parts.empty()) throw Error(Error::kInvalidArgument, "no task given, at least one needed");
+  if (threads == 0) threads = std::min(available_processors(), kMaxThreads);
+  std::vector<BatchData*> data;
+  for (std::unique_ptr<Batch>& given : parts) {
+    if (!parts_.empty()) require_alike(part(0), *given);
+    Part& added = parts_.emplace_back();
+    added.batch = given.get();
+    added.first = num_envs_;
+    added.owned = std::move(given);
+    added.busy = std::make_unique<std::atomic<bool>[]>(at(added.batch->threads()));
+    num_envs_ += added.batch->num_envs();
+    data.push_back(&added.data());
   }
-  pins_.check(options_.pins);
-  if (perturbations_.has(PerturbationAxis::kInstruction) &&
-      task_->paraphrases(info().instruction).empty()) {
-    throw Error(Error::kInvalidArgument,
-                "perturbation 'instruction': " + info().id +
-                    " has no other wordings of its instruction; level 0 needed");
+  for (int i = 0; i < num_parts(); ++i) {
+    if (data[at(i)]->batch_task != nullptr) continue;  // which shares its own work
+    const int envs = data[at(i)]->num_envs();
+    const int length = segment_length(data[at(i)]->simulator->lanes(), num_envs_, threads);
+    for (int begin = 0; begin < envs; begin += length) {
+      segments_.push_back({i, {begin, std::min(begin + length, envs)}});
+    }
   }
-  if (options_.after_end == AfterEnd::kContinue && options_.auto_reset != AutoReset::kOff) {
-    throw Error(Error::kInvalidArgument, std::string("after_end continue with auto_reset ") +
-                                             name_of(options_.auto_reset) + " given, off needed");
-  }
-  if (info().robot_init_qpos_noise) options_.robot_init_qpos_noise = *info().robot_init_qpos_noise;
+  pool_.emplace(std::clamp(static_cast<int>(segments_.size()), 1, threads));
+  outputs_.emplace(data, true);
+  add_views();
 }
 
 Batch::~Batch() = default;
 
-// Adds all columns: the engine's memory and outputs, then the task's. Their order is part of a
-// snapshot's signature.
-void Batch::allocate() {
-  const TaskInfo& info = task_->info();
-  state_ = State(memory_, static_cast<int>(model_->props().size()),
-                 max_stored_pairs(model_->collision()));
-  const bool goes_on = options_.after_end == AfterEnd::kContinue;
-  memory_.limit("elapsed", 0, goes_on ? kMaxElapsed : info.horizon);
-  pins_ = PinTable(pin_memory_, all_variables(info, perturbations_));
-  bindings_.state = &state_;
-  bindings_.options = option_values_;
-  bindings_.arm = &model_->arm();
-  bindings_.stream_salt = stream_salt(info.id);
-  bindings_.policy_salt = policy_salt(options_.policy_seed);
-  for (std::size_t i = 0; i < option_values_.size(); ++i) {
-    bindings_.strict |= info.options[i].name == kStrictOption && option_values_[i] != 0;
-  }
-  bindings_.memory = &memory_;
-  bindings_.outputs = &outputs_;
-  bindings_.action = memory_.add<float>("action", action_dim());
-  bindings_.previous_action = memory_.add<float>("previous_action", action_dim());
-  tokens_.bind(memory_);
-  bindings_.freeze_steps = memory_.add<std::int32_t>("freeze_steps");
-  perturbations_.bind(memory_, static_cast<int>(info.random_variables.size()));
-  commands_.bind(memory_, perturbations_, action_space());
-  add_state_fields();
-  add_outputs();
-  task_->bind(bindings_);
-  rules_ = task_->batch_task();
-  if (rules_ != nullptr) {
-    work_.begins.resize(static_cast<std::size_t>(num_envs()));
-    work_.episodes.resize(static_cast<std::size_t>(num_envs()));
-  }
-  if (observes_images(options_.obs_mode)) add_images();
-  if (observes_objects(options_.obs_mode)) add_objects();
-  final_outputs_.add_like(outputs_);
-  final_mask_ = AlignedArray<std::uint8_t>(static_cast<std::size_t>(num_envs()));
+void Batch::add_views() {
+  const std::vector<OutputArray>& now = outputs_->now();
+  views_ = {.observation = values<float>(now, "observation"),
+            .proprio = values<float>(now, "proprio"),
+            .reward = values<float>(now, "reward"),
+            .terminated = values<std::uint8_t>(now, "terminated"),
+            .truncated = values<std::uint8_t>(now, "truncated"),
+            .success = values<std::uint8_t>(now, "success"),
+            .unstable = values<std::uint8_t>(now, "unstable"),
+            .final_mask = values<std::uint8_t>(now, "final_mask")};
 }
 
-void Batch::add_state_fields() {
-  const std::vector<Field>& of_task = task_->info().state_fields;
-  state_fields_ = {{"qpos", kRobotJoints, DType::kFloat32, "rad, m", "arm joints, fingers"},
-                   {"qvel", kRobotJoints, DType::kFloat32, "rad/s, m/s", "arm joints, fingers"}};
-  if (controller_->state_dim() > 0) {
-    state_fields_.push_back({controller_->state_name(), controller_->state_dim(), DType::kFloat32,
-                             "", "target that the controller tracks"});
+BatchData& Batch::data() const {
+  if (data_ != nullptr) return *data_;
+  throw Error(Error::kBadState, "this batch has several tasks, one needed; ask its parts");
+}
+
+std::pair<int, int> Batch::locate(int env) const {
+  if (env < 0 || env >= num_envs_) {
+    throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
+                                             std::to_string(num_envs_ - 1) + " allowed");
   }
-  state_fields_.push_back(
-      {"tcp_pose", kTcpPoseDim, DType::kFloat32, "m", "position, quaternion (w, x, y, z)"});
-  state_fields_.insert(state_fields_.end(), of_task.begin(), of_task.end());
+  const auto after = std::ranges::upper_bound(parts_, env, {}, &Part::first);
+  const int part = static_cast<int>(after - parts_.begin()) - 1;
+  return {part, env - first_env(part)};
 }
 
-void Batch::add_outputs() {
-  const TaskInfo& info = task_->info();
-  int dim = 0;
-  for (const Field& field : state_fields_) dim += field.width;
-  observation_ = outputs_.add<float>(kObservation, dim, "", "the state observation",
-                                     observes_state(options_.obs_mode));
-  const bool joints = options_.joint_proprio;
-  proprio_ =
-      outputs_.add<float>("proprio", engram::proprio_dim(joints), joints ? "rad, m" : "m, rad",
-                          joints ? "joint angles of the arm, gripper opening"
-                                 : "TCP position, roll, pitch, yaw, gripper opening");
-  reward_ = outputs_.add<float>("reward");
-  terminated_ = outputs_.add<std::uint8_t>("terminated");
-  truncated_ = outputs_.add<std::uint8_t>("truncated");
-  unstable_ = outputs_.add<std::uint8_t>("unstable", 1, "", "physics diverged in this step");
-  elapsed_steps_ = outputs_.add<std::int32_t>("elapsed_steps", 1, "control steps");
-  bindings_.success = outputs_.add<std::uint8_t>("success");
-  bindings_.failed = outputs_.add<std::uint8_t>("failed");
-  success_once_ =
-      outputs_.add<std::uint8_t>("success_once", 1, "", "success in any step of the episode");
-  episode_return_ = outputs_.add<double>("episode_return", 1, "", "sum of rewards");
-  if (info.oracle_dim > 0 && info.oracle_is_real) {
-    bindings_.oracle_values =
-        outputs_.add_privileged<float>("oracle_info", info.oracle_dim, "", "the hidden quantity");
-  } else if (info.oracle_dim > 0) {
-    bindings_.oracle_info = outputs_.add_privileged<std::int32_t>("oracle_info", info.oracle_dim,
-                                                                  "", "the hidden quantity");
-  }
-  if (info.task_cue_dim > 0) {
-    bindings_.task_cue = outputs_.add_privileged<float>("task_cue", info.task_cue_dim);
-  }
-  if (!info.answer.empty()) bindings_.answers.bind(outputs_);
+int Batch::state_dim() const {
+  if (data_ == nullptr) return find_array(outputs_->now(), "observation")->field.width;
+  return data_->objects ? data_->objects->width() : data_->observation.width();
 }
 
-void Batch::add_images() {
-  if (!renderers_) throw Error(Error::kUnavailable, "rgb observations without a renderer");
-  const ImageKinds kinds = {observes_depth(options_.obs_mode),
-                            observes_segmentation(options_.obs_mode)};
-  ImageSourceOptions source = options_.image_options;
-  source.varies = perturbations_.change_scene();
-  source.has_faults = perturbations_.add_faults();
-  images_ = std::make_unique<ImageBatch>(*model_, task_->document(), options_.images, kinds,
-                                         renderers_, source, num_envs(), options_.threads,
-                                         options_.auto_reset == AutoReset::kSameStep);
+int Batch::horizon() const {
+  int longest = 0;
+  for (const Part& part : parts_) longest = std::max(longest, part.data().info().horizon);
+  return longest;
 }
 
-void Batch::add_objects() {
-  objects_ = std::make_unique<ObjectView>(
-      task_->info(), tokens_,
-      ObjectViewOptions{.num_envs = num_envs(),
-                        .time = options_.observe_time,
-                        .keeps_final = options_.auto_reset == AutoReset::kSameStep});
-}
-
-void Batch::check_env(int env) const {
-  if (env >= 0 && env < num_envs()) return;
-  throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
-                                           std::to_string(num_envs() - 1) + " allowed");
-}
-
-void Batch::require_started(const char* what) const {
-  if (interrupted_) {
-    throw Error(Error::kBadState, std::string(what) + " after " + info().id +
-                                      " has failed in the middle of a step or reset; reset all "
-                                      "environments first");
-  }
-  if (started_) return;
-  throw Error(Error::kBadState, std::string(what) + " before the first reset; reset first");
-}
-
-// --- reset ---
-
-Batch::CheckedReset Batch::checked_reset(const ResetRequest& request) const {
-  const auto count = static_cast<std::size_t>(num_envs());
-  if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
-  if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
-  if (request.pins != nullptr) pins_.check(*request.pins);
-  CheckedReset reset{request, request.pins, {}};
-  if (reset.pins == nullptr && !started_) reset.pins = &options_.pins;
-  if (request.constants != nullptr) reset.ranges = pins_.narrowed_ranges(*request.constants);
-  for (int env = 0; (!started_ || interrupted_) && env < num_envs(); ++env) {
-    if (reset.selects(env)) continue;
-    throw Error(Error::kBadState,
-                std::string(interrupted_ ? "reset after a failure of the task" : "first reset") +
-                    " with environment " + std::to_string(env) +
-                    " masked out; this one must reset all");
-  }
-  return reset;
+// Calls loop(data, caller) for a task with BatchTask.
+template <class Loop>
+void Batch::run_listed(Loop&& loop) {
+  const auto run = [this](auto&& stage) {
+    pool_->run(num_envs_, data_->options.chunk, [&](int worker, int begin, int end) {
+      stage(worker, Range{begin, end});
+    });
+  };
+  data_->interrupted = true;  // unless the end is reached
+  loop(*data_, ListCaller(*data_, run));
+  data_->interrupted = false;
 }
 
 void Batch::reset(const ResetRequest& request) {
   const IeeeScope scope;
-  const CheckedReset reset = checked_reset(request);
-  if (rules_ != nullptr) {
-    reset_batch_task(reset);
-    return;
+  if (!request.mask.empty()) require_length("reset mask", request.mask.size(), at(num_envs_));
+  if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), at(num_envs_));
+  std::vector<std::optional<CheckedReset>> resets(parts_.size());
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const BatchData& data = parts_[i].data();
+    ResetRequest own = request;
+    own.mask = rows_of(request.mask, parts_[i].first, data.num_envs());
+    own.seeds = rows_of(request.seeds, parts_[i].first, data.num_envs());
+    const bool concerned = !is_common() || own.mask.empty() ||
+                           std::ranges::any_of(own.mask, [](auto chosen) { return chosen != 0; });
+    if (concerned) resets[i] = data.checked_reset(own);
   }
-  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
-    reset_range(worker, {begin, end}, reset);
+  for_ranges([&](int part, int worker, Range envs) {
+    BatchData& data = parts_[at(part)].data();
+    if (resets[at(part)]) run_reset(data, RangeCaller(data, worker, envs), *resets[at(part)]);
   });
-  started_ = true;
-}
-
-void Batch::reset_range(int worker, Range envs, const CheckedReset& reset) {
-  const ResetRequest& request = reset.request;
-  if (clock_ != nullptr) clock(worker)->start();
-  for (int env = envs.begin; env < envs.end; ++env) {
-    if (!reset.selects(env)) continue;
-    const auto [seed, episode] = next_episode(env, request);
-    if (reset.pins != nullptr) pins_.set(env, *reset.pins);
-    if (request.constants != nullptr) pins_.narrow(env, reset.ranges);
-    reset_env(worker, env, seed, episode);
-    mark(clock(worker), StepPart::kReset);
-    render_observation(worker, env);
-    final_mask_[static_cast<std::size_t>(env)] = 0;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (!resets[i]) continue;
+    if (parts_[i].data().batch_task != nullptr) {
+      parts_[i].batch->run_listed(
+          [&](BatchData& data, auto caller) { run_reset(data, caller, *resets[i]); });
+    }
+    parts_[i].data().started = true;
   }
-  copy_outputs(envs);
 }
 
-std::pair<std::uint64_t, std::uint64_t> Batch::next_episode(int env,
-                                                            const ResetRequest& request) const {
-  if (!request.seeds.empty()) return {request.seeds[static_cast<std::size_t>(env)], 0};
-  if (started_) return {state_.seed[env], state_.episode[env] + 1};
-  return {options_.seed + static_cast<std::uint64_t>(env), 0};
+void Batch::check_actions(std::span<const float> actions) const {
+  for (const Part& part : parts_) part.data().require_started("step");
+  const std::size_t dim = at(action_dim());
+  require_length("actions", actions.size(), at(num_envs_) * dim);
+  require_finite(actions, dim);
+  for (const Part& part : parts_) part.data().refuse_ended(part.first);
 }
 
-void Batch::reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode) {
-  begin_episode(worker, env, seed, episode);
-  const Range self{env, env + 1};
-  task_->advance(self);
-  evaluate(self);
-  observe(self);
+void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> commanded) {
+  check_actions(actions);
+  if (!commanded.empty()) require_length("commanded", commanded.size(), at(num_envs_));
+  step_all(actions.data(), commanded);
 }
 
-void Batch::begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t episode_number) {
-  memory_.clear_row(env);
-  outputs_.clear_row(env);
-  state_.seed[env] = seed;
-  state_.episode[env] = episode_number;
-
-  const Episode episode(pins_, env, bindings_.stream_key(env), episode_number);
-  perturbations_.draw(episode);
-  double* qpos = state_.qpos.row(env);
-  std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
-  const double* pinned_noise = pins_.values(env, 0);
-  RandomStream noise = episode.engine_stream(kPurposeRobotNoise);
-  for (int i = 0; i < kArmJoints; ++i) {
-    qpos[i] +=
-        pinned_noise != nullptr ? pinned_noise[i] : options_.robot_init_qpos_noise * noise.normal();
-    qpos[i] += perturbations_.start_pose(env, i);
+void Batch::step_no_action() {
+  for (const Part& part : parts_) {
+    part.data().require_started("step");
+    part.data().refuse_ended(part.first);
   }
-  simulator_->update_tcp(state_, env, 1, worker);
-  controller_->reset(state_, env);
+  step_all(nullptr, {});
+}
 
-  task_->reset(episode);
+void Batch::step_all(const float* actions, std::span<const std::uint8_t> commanded) {
+  const IeeeScope scope;
+  outputs_->swap_buffers();
+  const auto actions_of = [&](const Part& part) {
+    StepActions own = {nullptr, rows_of(commanded, part.first, part.batch->num_envs())};
+    if (actions != nullptr) own.values = actions + at(part.first) * at(action_dim());
+    return own;
+  };
+  for_ranges([&](int part, int worker, Range envs) {
+    BatchData& data = parts_[at(part)].data();
+    run_step(data, RangeCaller(data, worker, envs), actions_of(parts_[at(part)]));
+  });
+  for (const Part& part : parts_) {
+    if (part.data().batch_task == nullptr) continue;
+    part.batch->run_listed(
+        [&](BatchData& data, auto caller) { run_step(data, caller, actions_of(part)); });
+  }
+}
+
+void Batch::write_to(std::span<const OutputTarget> first, std::span<const OutputTarget> second) {
+  if (std::ranges::any_of(parts_, [](const Part& part) { return part.data().started; })) {
+    throw Error(Error::kBadState,
+                "arrays for outputs given after the first reset; give them before");
+  }
+  outputs_->write_to(first, second);
+}
+
+ObservedImages Batch::images() const {
+  return images_of(data(), [](const auto& images) { return images.now(); });
+}
+
+ObservedImages Batch::final_images() const {
+  return images_of(data(), [](const auto& images) { return images.finals(); });
+}
+
+ColumnView Batch::output(std::string_view name) const {
+  if (data().objects && name == BatchData::kObservation) return data().objects->rows();
+  return named(data().outputs, name);
+}
+
+ColumnView Batch::final_output(std::string_view name) const {
+  if (data().objects && name == BatchData::kObservation) return data().objects->final_rows();
+  return named(data().final_outputs, name);
 }
 
 }  // namespace engram

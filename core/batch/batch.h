@@ -1,9 +1,10 @@
-// A batch of environments of one task, stepped in lockstep.
+// A batch of environments, of one task or of several, stepped in lockstep.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,30 +12,13 @@
 #include <vector>
 
 #include "core/base/thread_pool.h"
+#include "core/batch/batch_data.h"
+#include "core/batch/batch_outputs.h"
 #include "core/batch/options.h"
-#include "core/batch/output_copies.h"
-#include "core/image/image_batch.h"
-#include "core/observe/object_view.h"
-#include "core/perturb/command_queue.h"
-#include "core/perturb/perturbation.h"
-#include "core/sim/controller.h"
-#include "core/sim/simulator.h"
-#include "core/task/batch_task.h"
+#include "core/batch/reset_request.h"
 #include "core/task/task.h"
 
 namespace engram {
-
-class IeeeScope;
-
-// Environments to reset, and their new seeds, pins and ranges. Empty spans: all environments; seeds
-// and pins as before.
-struct ResetRequest {
-  std::span<const std::uint8_t> mask;      // num_envs values, non-zero: reset
-  std::span<const std::uint64_t> seeds;    // num_envs values; those of masked-out ones are ignored
-  const std::vector<Pin>* pins = nullptr;  // replaces the pins of the environments that are reset
-  // Replaces their narrower ranges: range constants, [least, greatest] within those of the batch.
-  const ConstantTable* constants = nullptr;
-};
 
 // Image observations of a batch, N = num_envs; empty in modes without them.
 struct ObservedImages {
@@ -51,6 +35,10 @@ struct ObservedImages {
 // Columns, reset and step. Beside it stand the modules that read or write a batch as a whole:
 // Snapshotter, Queries, SceneRenderer and scripted policies.
 //
+// A batch of several tasks consists of parts, one for each task: batches of that task alone, whose
+// environments follow one another. One loop over all threads steps them, and environment i of a
+// part is, bit for bit, what it is without the others.
+//
 // Computes in an IeeeScope whatever mode the calling thread has, and gives that back. All spans
 // stay valid, and point to the same memory, for the life of the object; their content
 // changes with step, reset and restore. Not for use from two threads at once.
@@ -62,37 +50,54 @@ class Batch {
   // The task has its constants and its horizon already: use make() (protocol/make/make.h).
   Batch(std::unique_ptr<Task> task, const MakeOptions& options,
         RendererFactory renderers = {}) = delete;
+  // Several tasks, or one of them, with common arrays of outputs (BatchOutputs). parts: batches of
+  // one task each, with the same options but for what is a task's own. threads: 0: one per
+  // processor. Throws Error for no part, or different action spaces or observation modes.
+  Batch(std::vector<std::unique_ptr<Batch>> parts, int threads);
   ~Batch();
 
-  const TaskInfo& info() const { return task_->info(); }
+  int num_envs() const { return num_envs_; }
+  int threads() const { return pool_->threads(); }
+  int action_dim() const { return action_space().dim(); }
+  int state_dim() const;
+  int horizon() const;  // the longest of all tasks
+  const ActionSpace& action_space() const {
+    return parts_.front().data().controller->action_space();
+  }
+
+  // True with common arrays of outputs.
+  bool is_common() const { return data_ == nullptr; }
+  int num_parts() const { return static_cast<int>(parts_.size()); }
+  // A batch of one task is its own part.
+  const Batch& part(int index) const { return *parts_[at(index)].batch; }
+  int first_env(int part) const { return parts_[at(part)].first; }
+  // The part of an environment, and its number there. Throws Error if there is none.
+  std::pair<int, int> locate(int env) const;
+
+  // Facts of a batch of one task. These, images, columns and outputs by name throw Error for
+  // several tasks.
+  const TaskInfo& info() const { return data().info(); }
   // The given options, with defaults resolved: threads and chunk are numbers, not 0, and there is a
   // control mode.
-  const BatchOptions& options() const { return options_; }
-  int num_envs() const { return options_.num_envs; }
-  ControlMode control_mode() const { return *options_.control_mode; }
-  const PhysicsModel& physics_model() const { return *model_; }
-  const ActionSpace& action_space() const { return controller_->action_space(); }
-  int action_dim() const { return controller_->action_space().dim(); }
+  const BatchOptions& options() const { return data().options; }
+  const PhysicsModel& physics_model() const { return *data().model; }
   // Fields of the observation's row, in their order: of the state, or in the objects modes of the
   // robot and the tokens.
   const std::vector<Field>& state_fields() const {
-    return objects_ ? objects_->fields() : state_fields_;
+    return data().objects ? data().objects->fields() : data().state_fields;
   }
-  // 7, or 8 with joint_proprio.
-  int proprio_dim() const { return proprio_.width(); }
-  int state_dim() const { return objects_ ? objects_->width() : observation_.width(); }
 
   // Starts new episodes. Without seeds, the first reset uses options().seed, and later ones begin
-  // the next episode of each environment. Throws Error, changing nothing, if a span has the wrong
-  // length or a pin is not allowed.
+  // the next episode of each environment. Pins and constants must suit every task that has an
+  // environment to reset. Throws Error, changing nothing, if a span has the wrong length or a pin
+  // is not allowed.
   void reset(const ResetRequest& request = {});
 
   // One control step for all environments. actions: (num_envs, action_dim), row by row. Throws
-  // Error, changing nothing, if the length is wrong, a value is not finite or nothing was reset.
-  void step(std::span<const float> actions);
-  // A step in which environments with a 0 in `commanded`, (num_envs), go without a new command, as
-  // in step_no_action.
-  void step(std::span<const float> actions, std::span<const std::uint8_t> commanded);
+  // Error, changing nothing, if a length is wrong, a value is not finite or nothing was reset.
+  // Environments with a 0 in `commanded`, (num_envs) or empty, go without a new command, as in
+  // step_no_action.
+  void step(std::span<const float> actions, std::span<const std::uint8_t> commanded = {});
   // One control step without a new command: the drives keep their targets, and the action of the
   // step before counts as this one's.
   void step_no_action();
@@ -100,14 +105,16 @@ class Batch {
   void check_actions(std::span<const float> actions) const;
 
   // Outputs of the last step or reset; N = num_envs.
-  std::span<const float> observation() const;        // (N, state_dim)
-  std::span<const float> proprio() const;            // (N, proprio_dim): docs/robot.md
-  std::span<const float> reward() const;             // (N)
-  std::span<const std::uint8_t> terminated() const;  // (N)
-  std::span<const std::uint8_t> truncated() const;   // (N)
-  std::span<const std::uint8_t> success() const;     // (N)
-  std::span<const std::uint8_t> unstable() const;    // (N) physics diverged in this step
-  std::span<const std::uint8_t> final_mask() const;  // (N) 1: final_output is of this step
+  std::span<const float> observation() const { return views_.observation; }
+  std::span<const float> proprio() const { return views_.proprio; }  // docs/robot.md
+  std::span<const float> reward() const { return views_.reward; }
+  std::span<const std::uint8_t> terminated() const { return views_.terminated; }
+  std::span<const std::uint8_t> truncated() const { return views_.truncated; }
+  std::span<const std::uint8_t> success() const { return views_.success; }
+  // 1: physics diverged in this step.
+  std::span<const std::uint8_t> unstable() const { return views_.unstable; }
+  // 1: the final outputs are of this step.
+  std::span<const std::uint8_t> final_mask() const { return views_.final_mask; }
   ObservedImages images() const;
   // The last images of the episodes that final_mask marks (same-step mode).
   ObservedImages final_images() const;
@@ -117,166 +124,108 @@ class Batch {
   ColumnView output(std::string_view name) const;
   // An output at the end of each environment's last finished episode (same-step mode).
   ColumnView final_output(std::string_view name) const;
-  const ColumnStore& outputs() const { return outputs_; }
-
-  // Attaches a clock on which steps and resets count their time; null stops that. The clock must
-  // have options().threads workers and live until then.
-  void attach(StepClock* clock) { clock_ = clock; }
-
-  // Attaches copies that are made of the outputs of every range of environments, by the thread that
-  // has computed them; null stops that. They live until then.
-  void attach(const OutputCopies* copies) { copies_ = copies; }
-  // Arrays that take the place of this batch's own images, and outlive it; null: its own.
-  void draw_into(const ImageTargets& now, const ImageTargets& finals = {});
-  // Double buffer: the next step draws into these arrays.
-  void swap_to(const ImageTargets& now);
+  const ColumnStore& outputs() const { return data().outputs; }
+  // All outputs as arrays over the environments of all tasks.
+  const BatchOutputs& output_arrays() const { return *outputs_; }
+  // Outputs are written to arrays of the caller's as well, images to those alone; each as large
+  // as the output. They outlive the batch. second: arrays of the same outputs; steps write to the
+  // first and the second alternately (double buffer), resets to those of the step before. Throws
+  // Error for a name or size that is wrong, twice the same name, or after the first reset.
+  void write_to(std::span<const OutputTarget> first, std::span<const OutputTarget> second = {});
 
   // The engine's columns, for tools and tests that look inside.
-  const State& state() const { return state_; }
-  const ColumnStore& memory() const { return memory_; }
+  const State& state() const { return data().state; }
+  const ColumnStore& memory() const { return data().memory; }
 
  private:
-  friend class BatchGroup;
-  friend class Queries;
-  friend class SceneRenderer;
-  friend class ScriptedPolicy;
-  friend class Snapshotter;
+  friend struct BatchAccess;
 
-  static constexpr const char* kObservation = "observation";
-  // Steps of an episode that goes on after its end are counted up to this.
-  static constexpr std::int32_t kMaxElapsed = 1'000'000'000;
+  struct Part {
+    Batch* batch = nullptr;
+    int first = 0;
+    std::unique_ptr<Batch> owned;  // null: the batch itself
+    // Workers of the part that are in use; its ranges are at most as many as its workers.
+    std::unique_ptr<std::atomic<bool>[]> busy;
 
-  // Under the scope.
-  Batch(const IeeeScope&, std::unique_ptr<Task> task, const BatchOptions& options,
-        RendererFactory renderers);
-  void allocate();
-  void add_state_fields();
-  void add_outputs();
-  void add_images();
-  void add_objects();
-  // Throw Error for an environment that does not exist, or before the first reset.
-  void check_env(int env) const;
-  void require_started(const char* what) const;
-  // A reset whose arguments are checked.
-  struct CheckedReset {
-    const ResetRequest& request;
-    const std::vector<Pin>* pins = nullptr;  // new ones
-    std::vector<NarrowedRange> ranges;       // new ones, where the request has constants
-    bool selects(int env) const {
-      return request.mask.empty() || request.mask[static_cast<std::size_t>(env)] != 0;
-    }
+    BatchData& data() const { return *batch->data_; }
   };
-  CheckedReset checked_reset(const ResetRequest& request) const;
-  void reset_range(int worker, Range envs, const CheckedReset& reset);
-  // The seed and the number of the episode that a reset begins in an environment.
-  std::pair<std::uint64_t, std::uint64_t> next_episode(int env, const ResetRequest& request) const;
-  void reset_env(int worker, int env, std::uint64_t seed, std::uint64_t episode);
-  // The part of it without rules: the robot stands, and the task has sampled.
-  void begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t episode);
-  // Throw Error. first: number of environment 0 in the message.
-  void check_no_action(int first = 0) const;
-  void refuse_ended(int first = 0) const;
-  static void require_finite(std::span<const float> actions, std::size_t dim);
-  // True for an environment that a step leaves alone, or resets.
-  bool waits(int env) const {
-    return state_.finished[env] != 0 && options_.after_end != AfterEnd::kContinue;
-  }
-  // actions: of all environments; null: none.
-  void step_all(const float* actions);
-  // Steps and resets of a task with BatchTask; commanded: empty, or 0 for environments without a
-  // new command.
-  void step_batch_task(const float* actions, std::span<const std::uint8_t> commanded);
-  void reset_batch_task(const CheckedReset& reset);
-  void list_steps();
-  void move_stepping(const float* actions, std::span<const std::uint8_t> commanded);
-  void judge(std::span<const int> envs);
-  void end_steps();
-  void begin_episodes();
-  void step_range(int worker, Range envs, const float* actions);
-  void simulate(int worker, Range envs, const float* actions);
-  void run_physics(int worker, Range envs, const float* actions);
-  void drive_by_queue(int worker, Range envs, std::span<DriveTarget> drives);
-  void take_action(int env, const float* actions);
-  RandomStream noise_stream(int env, std::uint32_t purpose) const {
-    return {bindings_.stream_key(env), state_.episode[env], purpose};
-  }
-  void evaluate(Range envs);
-  void fail_wrong_answers(int env);
-  void finish_steps(int worker, Range envs);
-  void finish_step(int worker, int env);
-  // Sets the endings of a step, and keeps the last outputs of an episode that is replaced at once.
-  // True if that one has ended.
-  bool end_step(int env);
-  bool outputs_finite(int env) const;
-  void render_observation(int worker, int env);
-  std::uint64_t image_noise_key(int env) const;
-  void copy_outputs(Range envs) const {
-    if (copies_ != nullptr) copies_->copy(envs, final_mask_.data());
-  }
-  StepClock::Worker* clock(int worker) const {
-    return clock_ != nullptr ? &clock_->worker(worker) : nullptr;
-  }
-  void observe(Range envs);
-  void observe_proprio(int env);
-  void observe_robot(int env);
-  // The task's part of the observation's rows.
-  FloatRows task_rows();
-  void observe_objects(int env);
-  bool has_dense_reward() const;
-  void compute_rewards(Range envs);
-  void scale_reward(int env);
-  template <class T>
-  std::span<const T> whole(const Column<T>& column) const;
-
-  // Environments of a step or reset by rules.
-  struct RulesWork {
-    std::vector<int> stepping;  // ascending
-    std::vector<int> beginning;
-    std::vector<std::uint8_t> begins;  // 1: an episode begins, whose seed and number are these
-    std::vector<std::pair<std::uint64_t, std::uint64_t>> episodes;
+  // Environments of one part that one thread works on at a time.
+  struct Segment {
+    int part = 0;
+    Range envs;
   };
 
-  std::unique_ptr<Task> task_;
-  BatchTask* rules_ = nullptr;  // of the task, if it has some
-  RulesWork work_;
-  BatchOptions options_;
-  std::vector<double> option_values_;          // of the task's own options
-  std::shared_ptr<const PhysicsModel> model_;  // of all batches of this task
-  std::unique_ptr<Controller> controller_;
-  ThreadPool pool_;
-  std::unique_ptr<Simulator> simulator_;
-  RendererFactory renderers_;
-  std::unique_ptr<ImageBatch> images_;  // rgb modes only
-  ObjectTokens tokens_;
-  std::unique_ptr<ObjectView> objects_;  // objects modes only
+  // Outputs, which stay where they are.
+  struct Views {
+    std::span<const float> observation, proprio, reward;
+    std::span<const std::uint8_t> terminated, truncated, success, unstable, final_mask;
+  };
 
-  ColumnStore memory_;         // everything an environment remembers of its episode
-  ColumnStore pin_memory_;     // its pins, which outlive the episode
-  ColumnStore outputs_;        // everything it shows
-  ColumnStore final_outputs_;  // outputs at the end of the last episode (same-step mode)
-  State state_;
-  PinTable pins_;
-  std::vector<Field> state_fields_;
-  Bindings bindings_;
-  Perturbations perturbations_;
-  CommandQueue commands_;
+  // Throws Error for several tasks.
+  BatchData& data() const;
+  void add_views();
+  void step_all(const float* actions, std::span<const std::uint8_t> commanded);
+  template <class F>
+  void for_ranges(F&& f);
+  template <class Loop>
+  void run_listed(Loop&& loop);
 
-  Column<float> observation_;
-  Column<float> proprio_;
-  Column<float> reward_;
-  Column<std::uint8_t> terminated_;
-  Column<std::uint8_t> truncated_;
-  Column<std::uint8_t> unstable_;
-  Column<std::int32_t> elapsed_steps_;
-  Column<std::uint8_t> success_once_;
-  Column<double> episode_return_;
-  AlignedArray<std::uint8_t> final_mask_;
-
-  const OutputCopies* copies_ = nullptr;
-  StepClock* clock_ = nullptr;
-  bool started_ = false;      // a first reset has been made
-  bool interrupted_ = false;  // rules have failed in the middle of a step or reset
-  std::atomic<std::uint64_t> unstable_count_ = 0;
+  std::unique_ptr<BatchData> data_;  // of a batch of one task
+  std::vector<Part> parts_;
+  int num_envs_ = 0;
+  std::vector<Segment> segments_;  // of several tasks
+  std::optional<ThreadPool> pool_;
+  std::optional<BatchOutputs> outputs_;
+  Views views_;
 };
+
+// Access for the modules beside Batch.
+struct BatchAccess {
+  // Throws Error for a batch of several tasks.
+  static BatchData& data(const Batch& batch) { return batch.data(); }
+  // Calls f(part, worker, range) for all environments of tasks without BatchTask, on all threads.
+  template <class F>
+  static void for_ranges(Batch& batch, F&& f) {
+    batch.for_ranges(std::forward<F>(f));
+  }
+};
+
+// Claims a worker of a part for one range. There is always a free one.
+class WorkerClaim {
+ public:
+  WorkerClaim(std::atomic<bool>* busy, int workers, int first) noexcept
+      : busy_(busy), worker_(first % workers) {
+    while (busy_[worker_].exchange(true, std::memory_order_acquire)) {
+      worker_ = (worker_ + 1) % workers;
+    }
+  }
+  ~WorkerClaim() { busy_[worker_].store(false, std::memory_order_release); }
+  WorkerClaim(const WorkerClaim&) = delete;
+  WorkerClaim& operator=(const WorkerClaim&) = delete;
+
+  int worker() const noexcept { return worker_; }
+
+ private:
+  std::atomic<bool>* busy_;
+  int worker_;
+};
+
+template <class F>
+void Batch::for_ranges(F&& f) {
+  if (data_ != nullptr && data_->batch_task == nullptr) {
+    pool_->run(num_envs_, data_->options.chunk, [&](int worker, int begin, int end) {
+      f(0, worker, Range{begin, end});
+    });
+  }
+  if (segments_.empty()) return;
+  pool_->run(static_cast<int>(segments_.size()), 1, [&](int worker, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const Segment& segment = segments_[at(i)];
+      const Part& part = parts_[at(segment.part)];
+      const WorkerClaim claim(part.busy.get(), part.batch->threads(), worker);
+      f(segment.part, claim.worker(), segment.envs);
+    }
+  });
+}
 
 }  // namespace engram

@@ -1,156 +1,313 @@
-// Outputs of a batch: observations, rewards, images, and all of them by name.
+#include "core/batch/batch_outputs.h"
+
 #include <algorithm>
-#include <numeric>
+#include <cstring>
 
 #include "core/base/error.h"
-#include "core/base/join.h"
-#include "core/batch/batch.h"
 
 namespace engram {
-
-void Batch::observe(Range envs) {
-  for (int env = envs.begin; env < envs.end; ++env) observe_robot(env);
-  if (!observes_state(options_.obs_mode)) return;
-  if (rules_ == nullptr) {
-    task_->observe(envs, task_rows());
-    return;
-  }
-  work_.stepping.resize(static_cast<std::size_t>(envs.end - envs.begin));
-  std::iota(work_.stepping.begin(), work_.stepping.end(), envs.begin);
-  rules_->observe(work_.stepping, task_rows());
-}
-
-// All but the task's part.
-void Batch::observe_robot(int env) {
-  elapsed_steps_[env] = state_.elapsed[env];
-  observe_proprio(env);
-  if (objects_) observe_objects(env);
-  if (!observes_state(options_.obs_mode)) return;
-  float* out = observation_.row(env);
-  const auto append = [&out](const double* values, int count) {
-    out = std::transform(values, values + count, out,
-                         [](double value) { return static_cast<float>(value); });
-  };
-  append(state_.qpos.row(env), kRobotJoints);
-  append(state_.qvel.row(env), kRobotJoints);
-  append(controller_->state_row(state_, env), controller_->state_dim());
-  append(state_.tcp_pos.row(env), 3);
-  append(state_.tcp_quat.row(env), 4);
-}
-
-FloatRows Batch::task_rows() {
-  const int behind = 2 * kRobotJoints + controller_->state_dim() + 7;
-  return {observation_.data() + behind, observation_.width()};
-}
-
-void Batch::observe_proprio(int env) {
-  const double* qpos = state_.qpos.row(env);
-  float* proprio = proprio_.row(env);
-  const auto opening = static_cast<float>(qpos[kArmJoints] + qpos[kArmJoints + 1]);
-  if (options_.joint_proprio) {
-    for (int i = 0; i < kArmJoints; ++i) proprio[i] = static_cast<float>(qpos[i]);
-    proprio[kArmJoints] = opening;
-    return;
-  }
-  const double* pos = state_.tcp_pos.row(env);
-  const double* quat = state_.tcp_quat.row(env);
-  const Eigen::Vector3d angles =
-      roll_pitch_yaw(Eigen::Quaterniond(quat[0], quat[1], quat[2], quat[3]));
-  for (int i = 0; i < 3; ++i) {
-    proprio[i] = static_cast<float>(pos[i]);
-    proprio[3 + i] = static_cast<float>(angles[i]);
-  }
-  proprio[6] = opening;
-}
-
-void Batch::observe_objects(int env) {
-  const float* cue = info().task_cue_dim > 0 ? bindings_.task_cue.row(env) : nullptr;
-  objects_->write(state_, env, bindings_.stream_key(env), cue);
-}
-
-bool Batch::has_dense_reward() const {
-  return options_.reward_mode == RewardMode::kDense ||
-         options_.reward_mode == RewardMode::kNormalizedDense;
-}
-
-void Batch::compute_rewards(Range envs) {
-  if (has_dense_reward()) task_->dense_reward(envs, {reward_.data(), 1});
-  for (int env = envs.begin; env < envs.end; ++env) scale_reward(env);
-}
-
-// From the dense reward, where the mode has it.
-void Batch::scale_reward(int env) {
-  switch (options_.reward_mode) {
-    case RewardMode::kNone:
-      reward_[env] = 0;
-      break;
-    case RewardMode::kSparse:
-      reward_[env] = bindings_.success[env] != 0 ? 1.0F : 0.0F;
-      break;
-    case RewardMode::kDense:
-      break;
-    case RewardMode::kNormalizedDense:
-      reward_[env] /= static_cast<float>(task_->info().success_reward);
-      break;
-  }
-}
-
-template <class T>
-std::span<const T> Batch::whole(const Column<T>& column) const {
-  return {column.data(),
-          static_cast<std::size_t>(num_envs()) * static_cast<std::size_t>(column.width())};
-}
-
-std::span<const float> Batch::observation() const {
-  if (objects_) return objects_->all();
-  if (!observes_state(options_.obs_mode)) return {};
-  return whole(observation_);
-}
-std::span<const float> Batch::proprio() const { return whole(proprio_); }
-std::span<const float> Batch::reward() const { return whole(reward_); }
-std::span<const std::uint8_t> Batch::terminated() const { return whole(terminated_); }
-std::span<const std::uint8_t> Batch::truncated() const { return whole(truncated_); }
-std::span<const std::uint8_t> Batch::success() const { return whole(bindings_.success); }
-std::span<const std::uint8_t> Batch::unstable() const { return whole(unstable_); }
-std::span<const std::uint8_t> Batch::final_mask() const { return final_mask_.span(); }
-
-ObservedImages Batch::images() const {
-  if (!images_) return {};
-  ObservedImages images = {
-      images_->rgb().now(), images_->depth().now(), images_->segmentation().now(), {}};
-  if (!images.segmentation.empty()) images.segmentation_names = images_->segments();
-  return images;
-}
-
-ObservedImages Batch::final_images() const {
-  if (!images_) return {};
-  ObservedImages images = {
-      images_->rgb().finals(), images_->depth().finals(), images_->segmentation().finals(), {}};
-  if (!images.segmentation.empty()) images.segmentation_names = images_->segments();
-  return images;
-}
-
 namespace {
 
-ColumnView named(const ColumnStore& store, std::string_view name) {
-  const ColumnView view = store.find(name);
-  if (view.field != nullptr) return view;
-  std::vector<std::string_view> names;
-  names.reserve(store.size());
-  for (std::size_t i = 0; i < store.size(); ++i) names.push_back(store[i].field->name);
-  throw Error(Error::kUnknownId,
-              "no output named '" + std::string(name) + "'; this task has: " + join(names));
+constexpr std::string_view kRow = BatchData::kObservation;
+constexpr std::string_view kCue = "task_cue";
+constexpr const char* kTaskIndex = "task_index";
+constexpr const char* kObjectMask = "object_mask";
+
+bool is_image(const OutputArray& array) { return array.shape.size() == 4; }
+
+// Arrays that are filled without copies: images, and constants.
+bool is_copied(const OutputArray& array) {
+  return !is_image(array) && array.field.name != kTaskIndex && array.field.name != kObjectMask;
+}
+
+void widen(OutputArray& array, int width) {
+  array.field.width = width;
+  array.shape.resize(1);
+  if (width != 1) array.shape.push_back(width);
+}
+
+void merge_into(OutputArray& into, const OutputArray& array) {
+  if (!is_image(into) && array.field.width > into.field.width) widen(into, array.field.width);
+  if (array.field.dtype != into.field.dtype) into.field.dtype = DType::kFloat32;
+  if (array.field.description != into.field.description) into.field.description.clear();
+  into.field.privileged |= array.field.privileged;
+}
+
+bool observes_cue(const BatchData& data) { return data.info().task_cue_dim > 0; }
+
+std::vector<RangedField> row_of(const BatchData& data) {
+  if (data.objects) return data.objects->ranged_fields();
+  std::vector<RangedField> fields;
+  if (!observes_state(data.options.obs_mode)) return fields;
+  for (const Field& field : data.state_fields) fields.emplace_back().field = field;
+  return fields;
+}
+
+auto find_field(std::vector<RangedField>& fields, std::string_view name) {
+  return std::ranges::find_if(
+      fields, [name](const RangedField& field) { return field.field.name == name; });
 }
 
 }  // namespace
 
-ColumnView Batch::output(std::string_view name) const {
-  if (objects_ && name == kObservation) return objects_->rows();
-  return named(outputs_, name);
+std::vector<RangedField> merged_rows(std::span<const std::vector<RangedField>> rows) {
+  std::vector<RangedField> fields;
+  for (const std::vector<RangedField>& row : rows) {
+    auto next = fields.begin();  // where this row's next field goes, if it is new
+    for (const RangedField& field : row) {
+      auto found = find_field(fields, field.field.name);
+      if (found == fields.end()) {
+        found = fields.insert(next, field);
+      } else {
+        found->field.width = std::max(found->field.width, field.field.width);
+        if (found->field.description != field.field.description) found->field.description.clear();
+      }
+      next = found + 1;
+    }
+  }
+  return fields;
 }
-ColumnView Batch::final_output(std::string_view name) const {
-  if (objects_ && name == kObservation) return objects_->final_rows();
-  return named(final_outputs_, name);
+
+int row_width(std::span<const RangedField> fields) {
+  int width = 0;
+  for (const RangedField& field : fields) width += field.field.width;
+  return width;
+}
+
+int offset_of(std::string_view name, std::span<const RangedField> fields) {
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (fields[i].field.name == name) return row_width(fields.first(i));
+  }
+  throw Error(Error::kInternal, "no field '" + std::string(name) + "' in the common rows");
+}
+
+int count_tokens(std::span<const RangedField> fields) {
+  return static_cast<int>(std::ranges::count_if(fields, [](const RangedField& field) {
+    return field.field.name.starts_with("object_") && field.field.name.ends_with("_seen");
+  }));
+}
+
+BatchOutputs::BatchOutputs(std::span<BatchData* const> parts, bool common) : common_(common) {
+  std::vector<std::vector<RangedField>> rows;
+  for (BatchData* const data : parts) {
+    rows.push_back(row_of(*data));
+    Part& part = parts_.emplace_back();
+    part.data = data;
+    part.first = num_envs_;
+    part.now = output_arrays(*data);
+    part.finals = final_output_arrays(*data);
+    part.row = rows.back();
+    num_envs_ += data->num_envs();
+    any_cue_ |= observes_cue(*data);
+  }
+  row_ = merged_rows(rows);
+  now_ = merged(&Part::now);
+  finals_ = merged(&Part::finals);
+  if (!common_) return;
+  add_constants();
+  allocate(now_);
+  allocate(finals_);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    Part& part = parts_[i];
+    if (part.data->images) {
+      part.data->images->draw_into(images_in(part, now_), images_in(part, finals_));
+    }
+    fill_constants(part, static_cast<int>(i));
+    add_common_copies(part, part.copies[0]);
+  }
+  use_buffer();
+}
+
+// All outputs of that list, in the order of the first part that has them.
+std::vector<OutputArray> BatchOutputs::merged(std::vector<OutputArray> Part::*list) const {
+  std::vector<OutputArray> arrays;
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    for (const OutputArray& array : parts_[part].*list) {
+      if (!has(part, array.field.name)) continue;
+      const auto found = std::ranges::find_if(
+          arrays, [&array](const OutputArray& one) { return one.field.name == array.field.name; });
+      if (found == arrays.end()) {
+        arrays.push_back(array);
+      } else {
+        merge_into(*found, array);
+      }
+    }
+  }
+  for (OutputArray& array : arrays) {
+    array.shape[0] = num_envs_;
+    if (array.field.name == kRow && !row_.empty()) widen(array, row_width(row_));
+  }
+  return arrays;
+}
+
+bool BatchOutputs::has(std::size_t part, std::string_view name) const {
+  return !hides_cue(parts_[part], name) && find_array(parts_[part].now, name) != nullptr;
+}
+
+// Other quantities of the cue's name are left out where tasks have a cue that policies may see.
+bool BatchOutputs::hides_cue(const Part& part, std::string_view name) const {
+  return name == kCue && any_cue_ && !observes_cue(*part.data);
+}
+
+void BatchOutputs::add_constants() {
+  now_.push_back(make_output_array(kTaskIndex, 1, DType::kInt32, "",
+                                   "number of the environment's task", num_envs_));
+  const int tokens = count_tokens(row_);
+  if (tokens == 0) return;
+  now_.push_back(make_output_array(kObjectMask, tokens, DType::kBool, "",
+                                   "1: the task has this object", num_envs_));
+  widen(now_.back(), tokens);
+}
+
+void BatchOutputs::fill_constants(const Part& part, int index) const {
+  auto* const indices =
+      reinterpret_cast<std::int32_t*>(find_array(now_, kTaskIndex)->data) + part.first;
+  std::fill_n(indices, part.data->num_envs(), static_cast<std::int32_t>(index));
+  const OutputArray* const mask = find_array(now_, kObjectMask);
+  if (mask == nullptr) return;
+  const auto tokens = static_cast<std::size_t>(count_tokens(part.row));
+  for (int env = 0; env < part.data->num_envs(); ++env) {
+    std::memset(mask->data + at(part.first + env) * mask->row_bytes(), 1, tokens);
+  }
+}
+
+void BatchOutputs::allocate(std::vector<OutputArray>& arrays) {
+  for (OutputArray& array : arrays) {
+    array.data = memory_.emplace_back(array.row_bytes() * at(num_envs_)).data();
+  }
+}
+
+void BatchOutputs::add_common_copies(Part& part, OutputCopies& copies) const {
+  if (!common_) return;
+  for (const OutputArray& array : now_) {
+    if (is_copied(array)) add_copies(part, part.now, array, &OutputCopies::add, copies);
+  }
+  for (const OutputArray& array : finals_) {
+    if (!is_image(array)) add_copies(part, part.finals, array, &OutputCopies::add_final, copies);
+  }
+}
+
+// Copies of one of a task's own arrays into a part of another one, if the task has it.
+void BatchOutputs::add_copies(const Part& part, const std::vector<OutputArray>& own,
+                              const OutputArray& to, void (OutputCopies::*add)(const RowCopy&),
+                              OutputCopies& copies) const {
+  const OutputArray* const from = find_array(own, to.field.name);
+  if (from == nullptr || hides_cue(part, to.field.name)) return;
+  RowCopy copy;
+  copy.from = from->data;
+  copy.to = to.data + at(part.first) * to.row_bytes();
+  copy.from_row = from->row_bytes();
+  copy.to_row = to.row_bytes();
+  copy.bytes = from->row_bytes();
+  copy.int_to_float = from->field.dtype == DType::kInt32 && to.field.dtype == DType::kFloat32;
+  if (to.field.name != kRow) {
+    (copies.*add)(copy);
+    return;
+  }
+  std::size_t offset = 0;
+  for (const RangedField& field : part.row) {
+    RowCopy one = copy;
+    one.from += offset;
+    one.to += sizeof(float) * at(offset_of(field.field.name, row_));
+    one.bytes = sizeof(float) * at(field.field.width);
+    offset += one.bytes;
+    (copies.*add)(one);
+  }
+}
+
+ImageTargets BatchOutputs::images_in(const Part& part, const std::vector<OutputArray>& arrays) {
+  const auto rows_of = [&](const char* name) -> std::byte* {
+    const OutputArray* const array = find_array(arrays, name);
+    if (array == nullptr || array->data == nullptr) return nullptr;
+    return array->data + at(part.first) * array->row_bytes();
+  };
+  return {reinterpret_cast<std::uint8_t*>(rows_of("rgb")),
+          reinterpret_cast<std::int16_t*>(rows_of("depth")),
+          reinterpret_cast<std::int16_t*>(rows_of("segmentation"))};
+}
+
+// --- callers' arrays ---
+
+void BatchOutputs::check(std::span<const OutputTarget> targets) const {
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const OutputTarget& target = targets[i];
+    const OutputArray* const array = find_array(now_, target.name);
+    if (array == nullptr) {
+      throw Error(Error::kUnknownId, "no output named '" + target.name + "' to be written");
+    }
+    const std::size_t needed = array->row_bytes() * at(num_envs_);
+    if (target.data == nullptr || target.bytes != needed) {
+      throw Error(Error::kInvalidArgument,
+                  "array for " + target.name + ": " +
+                      (target.data == nullptr ? std::string("no address")
+                                              : std::to_string(target.bytes) + " bytes") +
+                      " given, " + std::to_string(needed) + " bytes needed");
+    }
+    for (const OutputTarget& earlier : targets.first(i)) {
+      if (earlier.name == target.name) {
+        throw Error(Error::kInvalidArgument,
+                    "two arrays for " + target.name + " given, one allowed");
+      }
+    }
+  }
+}
+
+void BatchOutputs::write_to(std::span<const OutputTarget> first,
+                            std::span<const OutputTarget> second) {
+  check(first);
+  check(second);
+  for (const OutputTarget& target : second) {
+    const bool paired = std::ranges::any_of(
+        first, [&target](const OutputTarget& one) { return one.name == target.name; });
+    if (!paired || first.size() != second.size()) {
+      throw Error(Error::kInvalidArgument,
+                  "arrays that take turns: both must be for the same outputs");
+    }
+  }
+  has_two_ = !second.empty();
+  buffer_ = 0;
+  add_targets(first, 0);
+  if (has_two_) add_targets(second, 1);
+  for (Part& part : parts_) {
+    if (part.data->images) part.data->images->draw_into(part.images[0], {});
+  }
+  use_buffer();
+}
+
+void BatchOutputs::add_targets(std::span<const OutputTarget> targets, std::size_t buffer) {
+  std::vector<OutputArray> arrays;  // the callers'
+  user_images_[buffer].clear();
+  for (const OutputTarget& target : targets) {
+    const OutputArray* const array = find_array(now_, target.name);
+    arrays.push_back(*array);
+    arrays.back().data = static_cast<std::byte*>(target.data);
+    if (is_image(*array))
+      user_images_[buffer].emplace_back(array - now_.data(), arrays.back().data);
+  }
+  for (Part& part : parts_) {
+    part.copies[buffer] = {};
+    add_common_copies(part, part.copies[buffer]);
+    part.images[buffer] = images_in(part, arrays);
+    for (const OutputArray& array : arrays) {
+      if (!is_image(array)) {
+        add_copies(part, part.now, array, &OutputCopies::add, part.copies[buffer]);
+      }
+    }
+  }
+}
+
+void BatchOutputs::swap_buffers() {
+  if (!has_two_) return;
+  buffer_ = 1 - buffer_;
+  for (Part& part : parts_) {
+    if (part.data->images) part.data->images->swap_to(part.images[at(buffer_)]);
+  }
+  use_buffer();
+}
+
+void BatchOutputs::use_buffer() {
+  for (Part& part : parts_) part.data->copies = &part.copies[at(buffer_)];
+  for (const auto& [output, data] : user_images_[at(buffer_)]) now_[output].data = data;
 }
 
 }  // namespace engram

@@ -1,220 +1,170 @@
-// Steps of a batch.
+// Stages of a step or reset.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
-#include "core/base/error.h"
-#include "core/batch/batch.h"
+#include "core/batch/batch_data.h"
 
 namespace engram {
+namespace {
 
-void Batch::check_actions(std::span<const float> actions) const {
-  require_started("step");
-  const auto dim = static_cast<std::size_t>(action_dim());
-  require_length("actions", actions.size(), static_cast<std::size_t>(num_envs()) * dim);
-  require_finite(actions, dim);
-  if (options_.after_end == AfterEnd::kRefuse) refuse_ended();
-}
+constexpr double kPi = std::numbers::pi;
 
-void Batch::require_finite(std::span<const float> actions, std::size_t dim) {
-  const auto bad =
-      std::ranges::find_if_not(actions, [](float value) { return std::isfinite(value); });
-  if (bad == actions.end()) return;
-  const auto index = static_cast<std::size_t>(bad - actions.begin());
-  throw Error(Error::kInvalidArgument, "action of environment " + std::to_string(index / dim) +
-                                           ", component " + std::to_string(index % dim) + ": " +
-                                           std::to_string(*bad) + " given, a finite number needed");
-}
+// Start pose of all tasks: arm in rad, fingers in m.
+constexpr std::array<double, kRobotJoints> kStartQpos = {
+    0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
 
-// Throws Error if an episode has ended that nothing resets but the user.
-void Batch::refuse_ended(int first) const {
-  if (options_.auto_reset != AutoReset::kOff) return;
-  for (int env = 0; env < num_envs(); ++env) {
-    if (state_.finished[env] == 0) continue;
-    throw Error(Error::kBadState,
-                "the episode of environment " + std::to_string(first + env) +
-                    " has ended; reset it, or make the batch with after_end hold or continue");
+}  // namespace
+
+void BatchData::choose_resets(Range envs, const CheckedReset& reset) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    const bool begins = reset.request.selects(env);
+    stages[at(env)] = begins ? EnvStage::kBeginning : EnvStage::kHeld;
+    if (begins) final_mask[at(env)] = 0;
   }
 }
 
-void Batch::check_no_action(int first) const {
-  require_started("step");
-  if (options_.after_end == AfterEnd::kRefuse) refuse_ended(first);
-}
-
-void Batch::step(std::span<const float> actions) {
-  check_actions(actions);
-  step_all(actions.data());
-}
-
-void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> commanded) {
-  check_actions(actions);
-  require_length("commanded", commanded.size(), static_cast<std::size_t>(num_envs()));
-  if (rules_ != nullptr) {
-    step_batch_task(actions.data(), commanded);
-    return;
+// An environment whose episode has ended is reset or left alone, as the auto-reset mode says. With
+// same-step resets, only one restored from another batch's snapshot can be finished here.
+void BatchData::begin_step(int worker, Range envs, const StepActions& actions) {
+  for (int env = envs.begin; env < envs.end; ++env) {
+    final_mask[at(env)] = 0;
+    if (!is_done(env)) {
+      stages[at(env)] = EnvStage::kStepping;
+      take_action(env, actions.has(env) ? actions.values : nullptr);
+    } else if (options.auto_reset != AutoReset::kOff) {
+      stages[at(env)] = EnvStage::kBeginning;
+    } else {
+      stages[at(env)] = EnvStage::kHeld;
+      reward[env] = 0;
+      if (images) images->repeat(env);
+    }
   }
-  const auto moves = [&](int env) { return commanded[static_cast<std::size_t>(env)] != 0; };
-  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
-    // Runs of neighbours that are alike.
-    for (int env = begin; env < end;) {
-      const int first = env;
-      while (env < end && moves(env) == moves(first)) ++env;
-      step_range(worker, {first, env}, moves(first) ? actions.data() : nullptr);
-    }
-  });
-}
-
-void Batch::step_no_action() {
-  check_no_action();
-  step_all(nullptr);
-}
-
-void Batch::step_all(const float* actions) {
-  if (rules_ != nullptr) {
-    step_batch_task(actions, {});
-    return;
-  }
-  pool_.run(num_envs(), options_.chunk, [&](int worker, int begin, int end) {
-    step_range(worker, {begin, end}, actions);
-  });
-}
-
-// Environments whose episode has ended are reset or left alone, as the auto-reset mode says; the
-// others are stepped in runs of neighbours, so that tasks get whole ranges.
-void Batch::step_range(int worker, Range envs, const float* actions) {
-  if (clock_ != nullptr) clock(worker)->start();
-  int env = envs.begin;
-  while (env < envs.end) {
-    final_mask_[static_cast<std::size_t>(env)] = 0;
-    if (waits(env)) {
-      // With same-step resets, only an environment restored from another batch's snapshot can be
-      // finished here.
-      if (options_.auto_reset != AutoReset::kOff) {
-        reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
-        mark(clock(worker), StepPart::kReset);
-        render_observation(worker, env);
-      } else {
-        reward_[env] = 0;
-        if (images_) images_->repeat(env);
-      }
-      ++env;
-      continue;
-    }
-    const int begin = env;
-    for (; env < envs.end && !waits(env); ++env) {
-      final_mask_[static_cast<std::size_t>(env)] = 0;
-    }
-    for (int first = begin; first < env; first += Simulator::kMaxTogether) {
-      simulate(worker, {first, std::min(env, first + Simulator::kMaxTogether)}, actions);
-    }
-    finish_steps(worker, {begin, env});
-  }
-  copy_outputs(envs);
-}
-
-// Action, task, controller and physics of environments that move together.
-void Batch::simulate(int worker, Range envs, const float* actions) {
-  for (int env = envs.begin; env < envs.end; ++env) take_action(env, actions);
   mark(clock(worker), StepPart::kController);
-  task_->before_physics(envs);
-  mark(clock(worker), StepPart::kTask);
-  run_physics(worker, envs, actions);
+}
+
+// Neighbours that are alike move together.
+void BatchData::simulate_active(int worker, Range envs, const StepActions& actions) {
+  for_runs(envs, EnvStage::kStepping, [&](Range run) {
+    for (int env = run.begin; env < run.end;) {
+      const int first = env;
+      const int end = std::min(run.end, first + Simulator::kMaxTogether);
+      while (env < end && actions.has(env) == actions.has(first)) ++env;
+      run_physics(worker, {first, env}, actions.has(first) ? actions.values : nullptr);
+    }
+  });
 }
 
 // Controller and physics of environments that move together.
-void Batch::run_physics(int worker, Range envs, const float* actions) {
+void BatchData::run_physics(int worker, Range envs, const float* actions) {
   StepClock::Worker* const time = clock(worker);
   std::array<DriveTarget, Simulator::kMaxTogether> drives;
   std::array<bool, Simulator::kMaxTogether> stable{};
-  const std::span<DriveTarget> used(drives.data(), static_cast<std::size_t>(envs.end - envs.begin));
-  if (commands_.delays()) {
+  const std::span<DriveTarget> used(drives.data(), at(envs.end - envs.begin));
+  if (commands.delays()) {
     drive_by_queue(worker, envs, used);
   } else if (actions != nullptr) {
-    controller_->drive(state_, envs.begin, bindings_.action, simulator_->block(worker), used);
+    controller->drive(state, envs.begin, bindings.action, simulator->block(worker), used);
   } else {
     for (int env = envs.begin; env < envs.end; ++env) {
-      used[static_cast<std::size_t>(env - envs.begin)] =
-          controller_->last_drive(state_, env, bindings_.action.row(env));
+      used[at(env - envs.begin)] = controller->last_drive(state, env, bindings.action.row(env));
     }
   }
   mark(time, StepPart::kController);
-  simulator_->step(state_, envs.begin, worker, used, stable.data(), time);
+  simulator->step(state, envs.begin, worker, used, stable.data(), time);
   for (int env = envs.begin; env < envs.end; ++env) {
-    unstable_[env] = stable[static_cast<std::size_t>(env - envs.begin)] ? 0 : 1;
-    if (unstable_[env] != 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
-    if (state_.elapsed[env] < kMaxElapsed) ++state_.elapsed[env];
+    unstable[env] = stable[at(env - envs.begin)] ? 0 : 1;
+    if (unstable[env] != 0) unstable_count.fetch_add(1, std::memory_order_relaxed);
+    if (state.elapsed[env] < kMaxElapsed) ++state.elapsed[env];
   }
   mark(time, StepPart::kGather);
-  simulator_->update_tcp(state_, envs.begin, envs.end - envs.begin, worker);
+  simulator->update_tcp(state, envs.begin, envs.end - envs.begin, worker);
   mark(time, StepPart::kObservation);
 }
 
 // Environments whose commands are late, one by one: some may have none to follow.
-void Batch::drive_by_queue(int worker, Range envs, std::span<DriveTarget> drives) {
+void BatchData::drive_by_queue(int worker, Range envs, std::span<DriveTarget> drives) {
   for (int env = envs.begin; env < envs.end; ++env) {
-    const auto place = static_cast<std::size_t>(env - envs.begin);
-    if (commands_.follows(env)) {
-      controller_->drive(state_, env, bindings_.action, simulator_->block(worker),
-                         drives.subspan(place, 1));
+    const auto place = at(env - envs.begin);
+    if (commands.follows(env)) {
+      controller->drive(state, env, bindings.action, simulator->block(worker),
+                        drives.subspan(place, 1));
     } else {
-      drives[place] = controller_->last_drive(state_, env, bindings_.action.row(env));
+      drives[place] = controller->last_drive(state, env, bindings.action.row(env));
     }
   }
 }
 
 // The action that an environment follows, and the one before. Without actions it is the same again.
-void Batch::take_action(int env, const float* actions) {
+void BatchData::take_action(int env, const float* actions) {
   const auto dim = static_cast<std::size_t>(action_dim());
-  float* current = bindings_.action.row(env);
-  std::copy_n(current, dim, bindings_.previous_action.row(env));
+  float* current = bindings.action.row(env);
+  std::copy_n(current, dim, bindings.previous_action.row(env));
   const float* given =
       actions == nullptr ? nullptr : actions + static_cast<std::ptrdiff_t>(env) * action_dim();
-  if (commands_.is_used()) {
-    const auto elapsed = static_cast<std::uint32_t>(state_.elapsed[env]);
-    given = commands_.next(perturbations_, env, state_.elapsed[env], given,
-                           noise_stream(env, kPurposeActionNoise + elapsed));
+  if (commands.is_used()) {
+    const auto elapsed = static_cast<std::uint32_t>(state.elapsed[env]);
+    given = commands.next(perturbations, env, state.elapsed[env], given,
+                          noise_stream(env, kPurposeActionNoise + elapsed));
   }
   if (given == nullptr) return;
-  if (options_.freeze_cue && state_.elapsed[env] < bindings_.freeze_steps[env]) {
-    controller_->hold_action(state_, env, current);
+  if (options.freeze_cue && state.elapsed[env] < bindings.freeze_steps[env]) {
+    controller->hold_action(state, env, current);
   } else {
     std::copy_n(given, dim, current);
   }
 }
 
-// Everything after physics: phases, info, observation, reward, endings.
-void Batch::finish_steps(int worker, Range envs) {
+void BatchData::finish(int worker, Range envs) {
   StepClock::Worker* const time = clock(worker);
-  task_->advance(envs);
-  evaluate(envs);
-  mark(time, StepPart::kTask);
-  observe(envs);
-  mark(time, StepPart::kObservation);
-  compute_rewards(envs);
-  for (int env = envs.begin; env < envs.end; ++env) {
-    mark(time, StepPart::kTask);
-    render_observation(worker, env);
-    finish_step(worker, env);
-  }
-  mark(time, StepPart::kTask);
+  for_runs(envs, EnvStage::kStepping, [&](Range run) {
+    for (int env = run.begin; env < run.end; ++env) {
+      observe_robot(env);
+      mark(time, StepPart::kObservation);
+      scale_reward(env);
+      render(worker, env);
+      if (end_step(env)) stages[at(env)] = EnvStage::kBeginning;
+      mark(time, StepPart::kTask);
+    }
+  });
 }
 
-void Batch::evaluate(Range envs) {
-  task_->evaluate(envs);
-  if (!bindings_.strict) return;
-  for (int env = envs.begin; env < envs.end; ++env) fail_wrong_answers(env);
+// From the dense reward, where the mode has it.
+void BatchData::scale_reward(int env) {
+  switch (options.reward_mode) {
+    case RewardMode::kNone:
+      reward[env] = 0;
+      break;
+    case RewardMode::kSparse:
+      reward[env] = bindings.success[env] != 0 ? 1.0F : 0.0F;
+      break;
+    case RewardMode::kDense:
+      break;
+    case RewardMode::kNormalizedDense:
+      reward[env] /= static_cast<float>(task->info().success_reward);
+      break;
+  }
+}
+
+void BatchData::fail_wrong_answers(Range envs) {
+  for (int env = envs.begin; env < envs.end; ++env) fail_wrong_answer(env);
+}
+
+void BatchData::fail_wrong_answers(std::span<const int> envs) {
+  for (const int env : envs) fail_wrong_answer(env);
 }
 
 // A wrong first answer fails the episode where users want that.
-void Batch::fail_wrong_answers(int env) {
-  if (!bindings_.answers.wrong(env)) return;
-  bindings_.success[env] = 0;
-  bindings_.failed[env] = 1;
+void BatchData::fail_wrong_answer(int env) {
+  if (!bindings.answers.wrong(env)) return;
+  bindings.success[env] = 0;
+  bindings.failed[env] = 1;
 }
 
 // False if policies or learners would see NaN or infinity.
-bool Batch::outputs_finite(int env) const {
+bool BatchData::outputs_finite(int env) const {
   const auto all_finite = [](std::span<const float> values) {
     bool finite = true;
     for (const float value : values) {
@@ -225,75 +175,107 @@ bool Batch::outputs_finite(int env) const {
   const auto row = [env](const Column<float>& column) {
     return std::span<const float>(column.row(env), static_cast<std::size_t>(column.width()));
   };
-  return std::isfinite(reward_[env]) && all_finite(row(proprio_)) &&
-         all_finite(objects_ ? objects_->robot_part(env) : row(observation_));
+  return std::isfinite(reward[env]) && all_finite(row(proprio)) &&
+         all_finite(objects ? objects->robot_part(env) : row(observation));
 }
 
-void Batch::finish_step(int worker, int env) {
-  if (!end_step(env)) return;
-  const float reward = reward_[env];
-  const std::uint8_t flags[3] = {terminated_[env], truncated_[env], unstable_[env]};
-  reset_env(worker, env, state_.seed[env], state_.episode[env] + 1);
-  mark(clock(worker), StepPart::kReset);
-  reward_[env] = reward;
-  terminated_[env] = flags[0];
-  truncated_[env] = flags[1];
-  unstable_[env] = flags[2];
-  render_observation(worker, env);
-}
-
-bool Batch::end_step(int env) {
+// True if the outputs are kept because a new episode replaces them at once.
+bool BatchData::end_step(int env) {
   // Physics has checked its own columns. A snapshot may also hold NaN or infinity in the task's.
   if (!outputs_finite(env)) {
-    if (unstable_[env] == 0) unstable_count_.fetch_add(1, std::memory_order_relaxed);
-    unstable_[env] = 1;
-    reward_[env] = 0;
+    if (unstable[env] == 0) unstable_count.fetch_add(1, std::memory_order_relaxed);
+    unstable[env] = 1;
+    reward[env] = 0;
   }
-  const bool success = bindings_.success[env] != 0;
-  success_once_[env] |= bindings_.success[env];
-  episode_return_[env] += static_cast<double>(reward_[env]);
+  const bool success = bindings.success[env] != 0;
+  success_once[env] |= bindings.success[env];
+  episode_return[env] += static_cast<double>(reward[env]);
 
-  const Termination rule = task_->info().termination;
-  const bool ends_at_success = options_.terminate_on_success.value_or(rule != Termination::kNever);
-  const bool ends_at_failure = options_.terminate_on_failure &&
-                               rule == Termination::kSuccessOrFailed && bindings_.failed[env] != 0;
-  terminated_[env] = ((success && ends_at_success) || ends_at_failure) ? 1 : 0;
-  truncated_[env] = (state_.elapsed[env] >= task_->info().horizon || unstable_[env] != 0) ? 1 : 0;
-  state_.finished[env] = terminated_[env] | truncated_[env];
+  const Termination rule = task->info().termination;
+  const bool ends_at_success = options.terminate_on_success.value_or(rule != Termination::kNever);
+  const bool ends_at_failure = options.terminate_on_failure &&
+                               rule == Termination::kSuccessOrFailed && bindings.failed[env] != 0;
+  terminated[env] = ((success && ends_at_success) || ends_at_failure) ? 1 : 0;
+  truncated[env] = (state.elapsed[env] >= task->info().horizon || unstable[env] != 0) ? 1 : 0;
+  state.finished[env] = terminated[env] | truncated[env];
 
-  if (state_.finished[env] == 0 || options_.auto_reset != AutoReset::kSameStep) return false;
+  if (state.finished[env] == 0 || options.auto_reset != AutoReset::kSameStep) return false;
   // The new episode's outputs replace the old ones, except for reward and endings of this step.
-  outputs_.copy_row_to(final_outputs_, env);
-  if (images_) images_->keep_final(env);
-  if (objects_) objects_->keep_final(env);
-  final_mask_[static_cast<std::size_t>(env)] = 1;
+  outputs.copy_row_to(final_outputs, env);
+  if (images) images->keep_final(env);
+  if (objects) objects->keep_final(env);
+  final_mask[at(env)] = 1;
   return true;
 }
 
-void Batch::draw_into(const ImageTargets& now, const ImageTargets& finals) {
-  if (images_) images_->draw_into(now, finals);
+void BatchData::begin_episodes(int worker, Range envs, const CheckedReset* reset) {
+  for_runs(envs, EnvStage::kBeginning, [&](Range run) {
+    for (int env = run.begin; env < run.end; ++env) {
+      const auto [seed, number] = next_episode(env, reset);
+      if (reset != nullptr && reset->pins != nullptr) pins.set(env, *reset->pins);
+      if (reset != nullptr && reset->request.constants != nullptr) pins.narrow(env, reset->ranges);
+      const float last_reward = reward[env];
+      const std::uint8_t flags[3] = {terminated[env], truncated[env], unstable[env]};
+      begin_episode(worker, env, seed, number);
+      if (final_mask[at(env)] == 0) continue;
+      reward[env] = last_reward;
+      terminated[env] = flags[0];
+      truncated[env] = flags[1];
+      unstable[env] = flags[2];
+    }
+  });
+  mark(clock(worker), StepPart::kReset);
 }
 
-void Batch::swap_to(const ImageTargets& now) {
-  if (images_) images_->swap_to(now);
+// Seed and number.
+std::pair<std::uint64_t, std::uint64_t> BatchData::next_episode(int env,
+                                                                const CheckedReset* reset) const {
+  if (reset != nullptr && !reset->request.seeds.empty()) return {reset->request.seeds[at(env)], 0};
+  if (started) return {state.seed[env], state.episode[env] + 1};
+  return {options.seed + static_cast<std::uint64_t>(env), 0};
 }
 
-// Key of the sensors' noise in this step.
-std::uint64_t Batch::image_noise_key(int env) const {
-  constexpr std::uint64_t kNextStep = 0xd1b54a32d192ed03u;
-  const auto elapsed = static_cast<std::uint64_t>(state_.elapsed[env]);
-  return noise_stream(env, kPurposeImageNoise).next_u64() + elapsed * kNextStep;
-}
+// The robot stands, and the task has sampled.
+void BatchData::begin_episode(int worker, int env, std::uint64_t seed, std::uint64_t number) {
+  memory.clear_row(env);
+  outputs.clear_row(env);
+  state.seed[env] = seed;
+  state.episode[env] = number;
 
-void Batch::render_observation(int worker, int env) {
-  if (!images_) return;
-  if (perturbations_.change_images()) {
-    const ImageChanges changes = perturbations_.images(env);
-    images_->render(worker, state_, env, &changes, image_noise_key(env));
-  } else {
-    images_->render(worker, state_, env);
+  const Episode episode(pins, env, bindings.stream_key(env), number);
+  perturbations.draw(episode);
+  double* qpos = state.qpos.row(env);
+  std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
+  const double* pinned_noise = pins.values(env, 0);
+  RandomStream noise = episode.engine_stream(kPurposeRobotNoise);
+  for (int i = 0; i < kArmJoints; ++i) {
+    qpos[i] +=
+        pinned_noise != nullptr ? pinned_noise[i] : options.robot_init_qpos_noise * noise.normal();
+    qpos[i] += perturbations.start_pose(env, i);
   }
-  mark(clock(worker), StepPart::kRender);
+  simulator->update_tcp(state, env, 1, worker);
+  controller->reset(state, env);
+
+  task->reset(episode);
+}
+
+std::span<const int> BatchData::listed(EnvStage stage) {
+  list.clear();
+  for (int env = 0; env < num_envs(); ++env) {
+    if (stages[at(env)] == stage) list.push_back(env);
+  }
+  return list;
+}
+
+void BatchData::show_beginning(int worker, Range envs) {
+  for_runs(envs, EnvStage::kBeginning, [&](Range run) {
+    for (int env = run.begin; env < run.end; ++env) {
+      observe_robot(env);
+      mark(clock(worker), StepPart::kReset);
+      render(worker, env);
+    }
+  });
+  copy_outputs(envs);
 }
 
 }  // namespace engram

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/batch/batch.h"
+#include "core/batch/batch_data.h"
 
 namespace engram {
 
@@ -26,9 +26,9 @@ OutputArray make_output_array(const char* name, int width, DType dtype, const ch
                               const char* description, int num_envs);
 
 // Outputs in the order of users' lists: columns, final_mask, images.
-std::vector<OutputArray> output_arrays(const Batch& batch);
+std::vector<OutputArray> output_arrays(const BatchData& data);
 // Those that final outputs have; empty unless the batch keeps any.
-std::vector<OutputArray> final_output_arrays(const Batch& batch);
+std::vector<OutputArray> final_output_arrays(const BatchData& data);
 
 // The array of that name; null if there is none.
 const OutputArray* find_array(const std::vector<OutputArray>& arrays, std::string_view name);

@@ -35,111 +35,127 @@ void write(const Matrix& matrix, std::span<float> out, int env) {
 
 }  // namespace
 
+Queries::Queries(const Batch& batch) : batch_(batch), cameras_(at(batch.num_parts())) {}
+
+BatchData& Queries::data() const { return BatchAccess::data(batch_); }
+
+BatchData& Queries::data(int part) const { return BatchAccess::data(batch_.part(part)); }
+
+void Queries::require_started(const char* what) const {
+  for (int i = 0; i < batch_.num_parts(); ++i) data(i).require_started(what);
+}
+
+std::uint64_t Queries::unstable_count() const {
+  std::uint64_t count = 0;
+  for (int i = 0; i < batch_.num_parts(); ++i) count += data(i).unstable_count.load();
+  return count;
+}
+
 void Queries::robot_state(std::span<float> qpos, std::span<float> qvel,
                           std::span<float> tcp_pose) const {
-  batch_.require_started("robot state");
+  require_started("robot state");
   constexpr auto kJoints = static_cast<std::size_t>(kRobotJoints);
   const int num_envs = batch_.num_envs();
   require_rows("qpos", qpos, num_envs, kJoints);
   require_rows("qvel", qvel, num_envs, kJoints);
   require_rows("tcp_pose", tcp_pose, num_envs, kPose);
-  const State& state = batch_.state();
-  for (int env = 0; env < num_envs; ++env) {
-    const auto index = static_cast<std::size_t>(env);
-    copy_row(state.qpos.row(env), kRobotJoints, qpos, index * kJoints);
-    copy_row(state.qvel.row(env), kRobotJoints, qvel, index * kJoints);
-    copy_row(state.tcp_pos.row(env), 3, tcp_pose, index * kPose);
-    copy_row(state.tcp_quat.row(env), 4, tcp_pose, index * kPose + 3);
+  for (int index = 0; index < num_envs; ++index) {
+    const auto [part, env] = batch_.locate(index);
+    const State& state = data(part).state;
+    copy_row(state.qpos.row(env), kRobotJoints, qpos, at(index) * kJoints);
+    copy_row(state.qvel.row(env), kRobotJoints, qvel, at(index) * kJoints);
+    copy_row(state.tcp_pos.row(env), 3, tcp_pose, at(index) * kPose);
+    copy_row(state.tcp_quat.row(env), 4, tcp_pose, at(index) * kPose + 3);
   }
 }
 
 void Queries::camera_params(std::string_view camera, int width, int height,
                             const CameraSpans& out) {
   const IeeeScope scope;
-  batch_.require_started("camera parameters");
+  require_started("camera parameters");
   check_image_size(width, height);
   const int num_envs = batch_.num_envs();
   require_rows("extrinsic_cv", out.extrinsic_cv, num_envs, 12);
   require_rows("cam2world_gl", out.cam2world_gl, num_envs, 16);
   require_rows("intrinsic_cv", out.intrinsic_cv, num_envs, 9);
-  if (!cameras_) {
-    cameras_ = std::make_unique<CameraPoses>(document(), batch_.physics_model());
-  }
-  const int index = cameras_->find(camera);
   // Change of axes: x right, y up, z backward to x right, y down, z forward.
   const Eigen::Vector3d flip(1, -1, -1);
-  for (int env = 0; env < num_envs; ++env) {
-    const ImageChanges changes = batch_.perturbations_.images(env);
-    const Eigen::Isometry3d pose = cameras_->pose(index, batch_.state().qpos.row(env), changes);
-    const double focal = cameras_->focal_length(index, height, changes);
+  for (int index = 0; index < num_envs; ++index) {
+    const auto [part, env] = batch_.locate(index);
+    const BatchData& of = data(part);
+    std::unique_ptr<CameraPoses>& cameras = cameras_[at(part)];
+    if (!cameras) cameras = std::make_unique<CameraPoses>(of.task->document(), *of.model);
+    const int number = cameras->find(camera);
+    const ImageChanges changes = of.perturbations.images(env);
+    const Eigen::Isometry3d pose = cameras->pose(number, of.state.qpos.row(env), changes);
+    const double focal = cameras->focal_length(number, height, changes);
     Eigen::Matrix3d intrinsic;
     intrinsic << focal, 0, width / 2.0, 0, focal, height / 2.0, 0, 0, 1;
     Eigen::Matrix<double, 3, 4> extrinsic;
     extrinsic.leftCols<3>() = flip.asDiagonal() * pose.linear().transpose();
     extrinsic.col(3) = -(extrinsic.leftCols<3>() * pose.translation());
-    write(extrinsic, out.extrinsic_cv, env);
-    write(pose.matrix(), out.cam2world_gl, env);
-    write(intrinsic, out.intrinsic_cv, env);
+    write(extrinsic, out.extrinsic_cv, index);
+    write(pose.matrix(), out.cam2world_gl, index);
+    write(intrinsic, out.intrinsic_cv, index);
   }
 }
 
 int Queries::sampled_dim() const {
+  if (batch_.is_common()) return 0;
   int dim = 0;
   for (const Field& field : batch_.info().sampled_values) dim += field.width;
   return dim;
 }
 
 void Queries::sampled_values(std::span<float> values) const {
-  batch_.require_started("drawn values");
-  const auto dim = static_cast<std::size_t>(sampled_dim());
-  const int num_envs = batch_.num_envs();
-  require_length("drawn values", values.size(), static_cast<std::size_t>(num_envs) * dim);
+  if (!batch_.is_common()) require_started("drawn values");
+  const std::size_t dim = at(sampled_dim());
+  require_length("drawn values", values.size(), at(batch_.num_envs()) * dim);
   if (dim == 0) return;
-  for (int env = 0; env < num_envs; ++env) {
-    batch_.task_->sampled_values(env, values.data() + static_cast<std::size_t>(env) * dim);
+  for (int env = 0; env < batch_.num_envs(); ++env) {
+    data().task->sampled_values(env, values.data() + at(env) * dim);
   }
 }
 
 std::string Queries::instruction(int env) const {
   const IeeeScope scope;
-  batch_.check_env(env);
-  if (!batch_.perturbations_.has(PerturbationAxis::kInstruction)) {
-    return batch_.task_->instruction(env);
-  }
-  std::vector<std::string> all = wordings(env);
-  return all[static_cast<std::size_t>(
-      batch_.perturbations_.wording(env, static_cast<int>(all.size())))];
+  const auto [part, own] = batch_.locate(env);
+  const BatchData& of = data(part);
+  if (!of.perturbations.has(PerturbationAxis::kInstruction)) return of.task->instruction(own);
+  std::vector<std::string> all = wordings(of, own);
+  return all[at(of.perturbations.wording(own, static_cast<int>(all.size())))];
 }
 
 // The task's own instruction, then others.
-std::vector<std::string> Queries::wordings(int env) const {
-  std::vector<std::string> all = {batch_.task_->instruction(env)};
-  std::ranges::move(batch_.task_->paraphrases(all.front()), std::back_inserter(all));
+std::vector<std::string> Queries::wordings(const BatchData& data, int env) {
+  std::vector<std::string> all = {data.task->instruction(env)};
+  std::ranges::move(data.task->paraphrases(all.front()), std::back_inserter(all));
   return all;
 }
 
 std::vector<std::string> Queries::paraphrases() const {
-  return batch_.task_->paraphrases(batch_.info().instruction);
+  return data().task->paraphrases(batch_.info().instruction);
 }
 
 std::vector<std::string> Queries::paraphrases(int env) const {
   const std::string used = instruction(env);
   const IeeeScope scope;
-  std::vector<std::string> others = wordings(env);
+  const auto [part, own] = batch_.locate(env);
+  std::vector<std::string> others = wordings(data(part), own);
   std::erase(others, used);
   return others;
 }
 
 int Queries::cue_end(int env) const {
   const IeeeScope scope;
-  batch_.check_env(env);
-  return batch_.task_->cue_end(env);
+  const auto [part, own] = batch_.locate(env);
+  return data(part).task->cue_end(own);
 }
 
-const AnswerController* Queries::choices() const { return answer_controller_of(*batch_.task_); }
+const AnswerController* Queries::choices() const { return answer_controller_of(*data().task); }
 
 const AnswerController& Queries::running_answer_controller() const {
-  batch_.require_started("choices");
+  data().require_started("choices");
   const AnswerController* own = choices();
   if (own == nullptr) {
     throw Error(Error::kInvalidArgument,
@@ -149,26 +165,26 @@ const AnswerController& Queries::running_answer_controller() const {
 }
 
 const Annotator* Queries::annotator() const {
-  batch_.require_started("words of an episode");
-  return batch_.task_->annotator();
+  data().require_started("words of an episode");
+  return data().task->annotator();
 }
 
 std::span<const RangedField> Queries::ranged_fields() const {
-  if (!batch_.objects_) return {};
-  return batch_.objects_->ranged_fields();
+  if (!data().objects) return {};
+  return data().objects->ranged_fields();
 }
 
 std::string Queries::document() const {
   const IeeeScope scope;
-  return batch_.task_->document();
+  return data().task->document();
 }
 
 std::size_t Queries::bytes_per_env() const {
-  const Batch& batch = batch_;
-  const std::size_t images = batch.images_ ? batch.images_->bytes() : 0;
-  const std::size_t objects = batch.objects_ ? batch.objects_->bytes() : 0;
-  return images + objects + batch.memory_.row_bytes() + batch.pin_memory_.row_bytes() +
-         2 * batch.outputs_.row_bytes();
+  const BatchData& of = data();
+  const std::size_t images = of.images ? of.images->bytes() : 0;
+  const std::size_t objects = of.objects ? of.objects->bytes() : 0;
+  return images + objects + of.memory.row_bytes() + of.pin_memory.row_bytes() +
+         2 * of.outputs.row_bytes();
 }
 
 }  // namespace engram

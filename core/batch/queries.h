@@ -16,10 +16,12 @@
 
 namespace engram {
 
+// Queries without an environment's number, but for the first three and unstable_count, are of a
+// batch of one task, and throw Error for several.
 class Queries {
  public:
   // The batch outlives this object.
-  explicit Queries(const Batch& batch) : batch_(batch) {}
+  explicit Queries(const Batch& batch);
 
   // The robot in all environments, in every observation mode: (N, 9) rad and m, (N, 9), and the
   // TCP's position and quaternion (w, x, y, z) in the world (N, 7). Empty spans are left out. These
@@ -28,7 +30,7 @@ class Queries {
   // A camera of the scene in all environments, for images of that size.
   void camera_params(std::string_view camera, int width, int height, const CameraSpans& out);
   // Values that the episodes have drawn, (N, sampled_dim), info().sampled_values in order.
-  // Privileged.
+  // Privileged. Several tasks draw different values, so that there are 0 of all.
   void sampled_values(std::span<float> values) const;
   int sampled_dim() const;
 
@@ -50,24 +52,27 @@ class Queries {
   const AnswerController& running_answer_controller() const;
 
   // Random variables of an episode, the engine's robot_noise first.
-  const std::vector<RandomVariable>& random_variables() const { return batch_.pins_.variables(); }
+  const std::vector<RandomVariable>& random_variables() const { return data().pins.variables(); }
   // Values of info().options, in their order.
-  std::span<const double> option_values() const { return batch_.option_values_; }
+  std::span<const double> option_values() const { return data().option_values; }
   // Fields of the observation's row with ranges; in the objects modes only.
   std::span<const RangedField> ranged_fields() const;
   // MJCF text of the whole scene.
   std::string document() const;
 
   // Environment steps that have diverged since construction.
-  std::uint64_t unstable_count() const { return batch_.unstable_count_.load(); }
+  std::uint64_t unstable_count() const;
   // Bytes that every further environment adds.
   std::size_t bytes_per_env() const;
 
  private:
-  std::vector<std::string> wordings(int env) const;
+  BatchData& data() const;  // of a batch of one task
+  BatchData& data(int part) const;
+  void require_started(const char* what) const;
+  static std::vector<std::string> wordings(const BatchData& data, int env);
 
   const Batch& batch_;
-  std::unique_ptr<CameraPoses> cameras_;  // from the first call for them on
+  std::vector<std::unique_ptr<CameraPoses>> cameras_;  // of each part, from the first call on
 };
 
 }  // namespace engram

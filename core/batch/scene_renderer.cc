@@ -13,45 +13,45 @@ constexpr std::string_view kRenderCamera = "render_camera";
 void SceneRenderer::render(int env, std::string_view camera, int width, int height,
                            std::span<std::uint8_t> rgb) {
   const IeeeScope scope;
-  batch_.check_env(env);
+  const auto [part, own_env] = batch_.locate(env);
+  const BatchData& data = BatchAccess::data(batch_.part(part));
   check_image_size(width, height);
   require_length("image", rgb.size(),
                  3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  batch_.require_started("render");
-  ImageSource& source = source_for(camera == kRenderCamera);
+  data.require_started("render");
+  Views& views = views_[at(part)];
+  ImageSource& source = source_for(data, views, camera == kRenderCamera);
   RenderImage image;
   image.camera = find_camera(source, camera);
   image.width = width;
   image.height = height;
   image.rgb = rgb.data();
   image.row_stride = 3 * static_cast<std::ptrdiff_t>(width);
-  const Perturbations& perturbations = batch_.perturbations_;
-  const ImageChanges changes = perturbations.images(env);
-  source.render(0, views_->view(0, batch_.state(), env), {&image, 1}, &changes);
+  const ImageChanges changes = data.perturbations.images(own_env);
+  source.render(0, views.bodies->view(0, data.state, own_env), {&image, 1}, &changes);
   if (camera != kRenderCamera) {
-    add_faults(faults_, {&image, 1}, changes, batch_.image_noise_key(env));
+    add_faults(faults_, {&image, 1}, changes, data.image_noise_key(own_env));
   }
 }
 
-ImageSource& SceneRenderer::source_for(bool people) {
-  if (!views_) views_ = std::make_unique<SceneViews>(batch_.physics_model(), 1);
-  std::unique_ptr<ImageSource>& source = people ? render_source_ : sensor_source_;
+ImageSource& SceneRenderer::source_for(const BatchData& data, Views& views, bool people) {
+  if (!views.bodies) views.bodies = std::make_unique<SceneViews>(*data.model, 1);
+  std::unique_ptr<ImageSource>& source = people ? views.render_source : views.sensor_source;
   if (source) return *source;
-  if (!batch_.renderers_) throw Error(Error::kUnavailable, "images without a renderer");
-  const BatchOptions& given = batch_.options();
-  ImageSourceOptions options = people ? given.render_options : given.image_options;
+  if (!data.renderers) throw Error(Error::kUnavailable, "images without a renderer");
+  ImageSourceOptions options = people ? data.options.render_options : data.options.image_options;
   options.max_size = kMaxImageSize;
   options.for_people = people;
-  options.varies = batch_.perturbations_.change_scene();
-  source = std::make_unique<ImageSource>(batch_.task_->document(), views_->body_names(), options, 1,
-                                         batch_.renderers_);
+  options.varies = data.perturbations.change_scene();
+  source = std::make_unique<ImageSource>(data.task->document(), views.bodies->body_names(), options,
+                                         1, data.renderers);
   return *source;
 }
 
 void SceneRenderer::overlay(int env, Overlay& out) const {
   const IeeeScope scope;
-  batch_.check_env(env);
-  batch_.task_->overlay(env, out);
+  const auto [part, own_env] = batch_.locate(env);
+  BatchAccess::data(batch_.part(part)).task->overlay(own_env, out);
 }
 
 }  // namespace engram

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "core/batch/batch.h"
 #include "core/image/overlay.h"
@@ -15,7 +16,7 @@ namespace engram {
 class SceneRenderer {
  public:
   // The batch outlives this object.
-  explicit SceneRenderer(const Batch& batch) : batch_(batch) {}
+  explicit SceneRenderer(const Batch& batch) : batch_(batch), views_(at(batch.num_parts())) {}
 
   // Draws environment `env` as it is now, row 0 on top: a sensor as observations show it, or
   // render_camera with the render_options. camera: one of the scene's (docs/robot.md);
@@ -27,12 +28,17 @@ class SceneRenderer {
   void overlay(int env, Overlay& out) const;
 
  private:
-  ImageSource& source_for(bool people);
+  // Scenes of one task.
+  struct Views {
+    std::unique_ptr<SceneViews> bodies;
+    std::unique_ptr<ImageSource> sensor_source;
+    std::unique_ptr<ImageSource> render_source;
+  };
+
+  static ImageSource& source_for(const BatchData& data, Views& views, bool people);
 
   const Batch& batch_;
-  std::unique_ptr<SceneViews> views_;
-  std::unique_ptr<ImageSource> sensor_source_;
-  std::unique_ptr<ImageSource> render_source_;
+  std::vector<Views> views_;  // of each part
   SensorFaults faults_;
 };
 

@@ -21,17 +21,15 @@ class ScriptedPolicy {
   // pd_ee_delta_pose, pd_joint_pos or pd_joint_delta_pos. Throws Error if they cannot act, the
   // length is wrong or nothing was reset.
   void act(std::span<float> actions) const;
-  // Actions of a range of environments of a task without BatchTask, after check(), which throws the
-  // errors but for lengths. actions: of all environments. Ranges may be on several threads.
-  void act_range(Range envs, float* actions) const;
-  void check() const;
 
  private:
-  bool stands_still(int env) const;
-  void run_script(Range envs, Script script, FloatRows actions) const;
-  void run_script_by_rules(Script script, FloatRows actions) const;
-  void adapt(int env, float* action) const;
-  void act_randomly(int env, float* action) const;
+  // actions: of all environments of the data.
+  void act_range(const BatchData& data, Range envs, FloatRows actions) const;
+  void act_batch_task(BatchData& data, FloatRows actions) const;
+  bool stands_still(const BatchData& data, int env) const;
+  void run_script(const BatchData& data, Range envs, Script script, FloatRows actions) const;
+  void adapt(const BatchData& data, int env, float* action) const;
+  void act_randomly(const BatchData& data, int env, float* action) const;
 
   Batch& batch_;
   Policy policy_;

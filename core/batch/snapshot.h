@@ -13,7 +13,8 @@ namespace engram {
 
 // Saves and restores one environment of a batch, or all. A snapshot may be restored into any slot
 // of any batch of the same task, control mode, rules and task options; the other options are those
-// of that batch.
+// of that batch. All environments of several tasks fit a batch of the same tasks in the same order;
+// one of them is saved as a batch of its task alone would save it.
 class Snapshotter {
  public:
   // The batch outlives this object.
@@ -28,19 +29,8 @@ class Snapshotter {
   // of environments.
   void restore(int env, std::span<const std::byte> bytes) const;
   void restore(std::span<const std::byte> bytes) const;
-  // Throws Error where restoring all environments would.
-  void check(std::span<const std::byte> bytes) const;
 
  private:
-  std::string label() const;
-  std::uint64_t columns() const;
-  std::size_t row_bytes() const;
-  std::size_t size_of(int count) const;
-  std::vector<std::byte> save_range(Range envs) const;
-  void check_content(std::span<const std::byte> row) const;
-  void check(std::span<const std::byte> bytes, int count) const;
-  void restore_range(Range envs, std::span<const std::byte> bytes) const;
-
   Batch& batch_;
 };
 

@@ -7,8 +7,8 @@ namespace engram {
 namespace {
 
 // Rows of states have no ranges.
-ConstantList describe_rows(const BatchGroup& group) {
-  const std::vector<RangedField>& row = group.layout().row_fields();
+ConstantList describe_rows(const Batch& group) {
+  const std::vector<RangedField>& row = group.output_arrays().row_fields();
   if (observes_objects(group.part(0).options().obs_mode)) {
     return describe_layout(std::span<const RangedField>(row));
   }
@@ -18,9 +18,9 @@ ConstantList describe_rows(const BatchGroup& group) {
 }
 
 // Columns of the group; final_mask and images are arrays of every batch.
-ConstantList describe_outputs(const BatchGroup& group) {
+ConstantList describe_outputs(const Batch& group) {
   ConstantList list;
-  for (const OutputArray& array : group.outputs()) {
+  for (const OutputArray& array : group.output_arrays().now()) {
     if (array.shape.size() > 2 || array.field.name == "final_mask") continue;
     list.emplace_back(describe_output(array.field));
   }
@@ -29,7 +29,7 @@ ConstantList describe_outputs(const BatchGroup& group) {
 
 }  // namespace
 
-ConstantTable describe_group(const BatchGroup& group) {
+ConstantTable describe_group(const Batch& group) {
   if (!group.is_common()) return describe_task(group.part(0));
   ConstantList tasks;
   ConstantList warnings;
@@ -53,7 +53,7 @@ ConstantTable describe_group(const BatchGroup& group) {
           {"family", ""},
           {"horizon", group.horizon()},
           {"action_dim", group.action_dim()},
-          {"control_mode", name_of(first.control_mode())},
+          {"control_mode", name_of(*first.options().control_mode)},
           {"action_spaces", action_spaces},
           {"rules", name_of(first.options().rules)},
           {"warnings", warnings},

@@ -8,6 +8,6 @@ namespace engram {
 
 // A single batch's description is describe_task's. Several tasks': what they have in common, under
 // these keys, and "tasks", the description of each with its environments.
-ConstantTable describe_group(const BatchGroup& group);
+ConstantTable describe_group(const Batch& group);
 
 }  // namespace engram

@@ -50,8 +50,7 @@ std::unique_ptr<Batch> make(std::string_view id, const BatchOptions& options) {
   return make(id, MakeOptions{options, {}, 0});
 }
 
-std::unique_ptr<BatchGroup> make_group(std::span<const TaskShare> tasks,
-                                       const MakeOptions& options) {
+std::unique_ptr<Batch> make_group(std::span<const TaskShare> tasks, const MakeOptions& options) {
   check_ranges(options);
   MakeOptions common = options;
   if (common.threads == 0) common.threads = std::min(available_processors(), kMaxThreads);
@@ -66,7 +65,7 @@ std::unique_ptr<BatchGroup> make_group(std::span<const TaskShare> tasks,
                                                " given, at most " + most + " allowed");
     }
   }
-  return std::make_unique<BatchGroup>(std::move(batches), common.threads);
+  return std::make_unique<Batch>(std::move(batches), common.threads);
 }
 
 const char* version() { return ENGRAM_VERSION; }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/batch/batch_group.h"
+#include "core/batch/batch.h"
 #include "tasks/registry.h"
 
 namespace engram {
@@ -33,8 +33,7 @@ struct TaskShare {
 
 // Environments of several tasks, one task behind the other. Environment i of a task has seed + i.
 // options: of all tasks; their num_envs does not count. Throws the errors of make().
-std::unique_ptr<BatchGroup> make_group(std::span<const TaskShare> tasks,
-                                       const MakeOptions& options);
+std::unique_ptr<Batch> make_group(std::span<const TaskShare> tasks, const MakeOptions& options);
 
 // Version of the library, "0.5.0".
 const char* version();

@@ -311,7 +311,7 @@ ConstantTable describe_task(const Batch& batch) {
   ConstantTable description = describe_rules(info);
   const ConstantTable rest = {
       {"action_dim", batch.action_dim()},
-      {"control_mode", name_of(batch.control_mode())},
+      {"control_mode", name_of(*batch.options().control_mode)},
       {"action_spaces", describe_actions(batch)},
       {"draws", describe_random_variables(Queries(batch).random_variables())},
       {"drawn", describe_sampled_values(info)},

@@ -15,7 +15,8 @@ constexpr const char* kId = "RememberColor3-VLA-v0";
 TEST_CASE("Steps in another thread have the bits of steps in this one", "[step_driver]") {
   BatchOptions options;
   options.num_envs = 3;
-  BatchGroup batch(test::make_env(kId, options));
+  const auto made = test::make_env(kId, options);
+  Batch& batch = *made;
   const auto twin = test::make_env(kId, options);
   batch.reset();
   twin->reset();
@@ -26,29 +27,31 @@ TEST_CASE("Steps in another thread have the bits of steps in this one", "[step_d
     twin->step(actions);
     std::fill(actions.begin(), actions.end(), std::numeric_limits<float>::quiet_NaN());  // copied
     driver.wait();
-    REQUIRE(test::batch_bytes(batch.part(0)) == test::batch_bytes(*twin));
+    REQUIRE(test::batch_bytes(batch) == test::batch_bytes(*twin));
   }
 }
 
 TEST_CASE("Actions that a step refuses start nothing", "[step_driver]") {
-  BatchGroup batch(test::make_env(kId));
+  const auto made = test::make_env(kId);
+  Batch& batch = *made;
   StepDriver driver(batch);
-  std::vector<float> actions = test::zeros(batch.part(0));
+  std::vector<float> actions = test::zeros(batch);
   CHECK_THROWS_WITH(driver.start(actions), Catch::Contains("before the first reset"));
   batch.reset();
   actions[2] = std::numeric_limits<float>::infinity();
   CHECK_THROWS_WITH(driver.start(actions), Catch::Contains("component 2"));
   driver.wait();
-  CHECK(batch.part(0).state().elapsed[0] == 0);
+  CHECK(batch.state().elapsed[0] == 0);
 }
 
 TEST_CASE("A driver waits for its step before it ends", "[step_driver]") {
   BatchOptions options;
   options.num_envs = 8;
-  BatchGroup batch(test::make_env(kId, options));
+  const auto made = test::make_env(kId, options);
+  Batch& batch = *made;
   batch.reset();
-  { StepDriver(batch).start(test::zeros(batch.part(0))); }
-  for (int i = 0; i < 8; ++i) CHECK(batch.part(0).state().elapsed[i] == 1);
+  { StepDriver(batch).start(test::zeros(batch)); }
+  for (int i = 0; i < 8; ++i) CHECK(batch.state().elapsed[i] == 1);
 }
 
 }  // namespace

@@ -249,8 +249,8 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     if (info.task_cue_dim > 0) CHECK(width("task_cue") == info.task_cue_dim);
     CHECK(width("reward_dict") == static_cast<int>(info.reward_terms.size()));
     CHECK(batch->observation().size() == 8U * static_cast<std::size_t>(batch->state_dim()));
-    CHECK(
-        std::ranges::all_of(batch->observation(), [](float value) { return std::isfinite(value); }));
+    CHECK(std::ranges::all_of(batch->observation(),
+                              [](float value) { return std::isfinite(value); }));
     const test::Spectator scene(*batch, 3);
     for (int i = 0; i < 3; ++i) {
       CHECK(scene.observed("tcp_pose")[i] == static_cast<float>(scene.tcp()[i]));

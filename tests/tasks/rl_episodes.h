@@ -31,7 +31,7 @@ inline void check_rl_facts(const std::string& id, int horizon, const char* memor
   CHECK_FALSE(info.canonical);
   CHECK_FALSE(info.frozen_cue);
   CHECK(info.termination == Termination::kSuccess);
-  CHECK(batch->control_mode() == ControlMode::kPdJointDeltaPos);
+  CHECK(batch->options().control_mode == ControlMode::kPdJointDeltaPos);
   CHECK(batch->action_dim() == 8);
   CHECK_THROWS_WITH(make_task(id, {{"ACTION_L2_COEF", 0.1}}), Catch::Contains("ACTION_L2_COEF"));
   const std::unique_ptr<Task> longer = make_task(id, {{"max_episode_steps", 2 * horizon}});

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/batch/queries.h"
+#include "core/observe/proprio.h"
 
 namespace engram {
 namespace {
@@ -115,7 +116,7 @@ void ChoosingPolicy::ask(int env, EpisodeState& state) {
   question.height = batch_.options().images.height;
   question.width = batch_.options().images.width;
   question.state_dim = question.state.empty() ? 0 : batch_.state_dim();
-  question.proprio_dim = batch_.proprio_dim();
+  question.proprio_dim = proprio_dim(batch_.options().joint_proprio);
   question.max_slots = batch_.num_envs();
   question.policy_seed = options_.policy_seed;
   question.context = &context_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/join.h"
+#include "core/observe/proprio.h"
 #include "protocol/eval/policies/seed_commitment.h"
 
 namespace engram {
@@ -161,7 +162,7 @@ void ChunkedPolicy::request() {
   request.height = batch_.options().images.height;
   request.width = batch_.options().images.width;
   request.state_dim = state_.empty() ? 0 : batch_.state_dim();
-  request.proprio_dim = batch_.proprio_dim();
+  request.proprio_dim = proprio_dim(batch_.options().joint_proprio);
   request.max_slots = batch_.num_envs();
   request.policy_seed = options_.policy_seed;
   request.context = &context_;

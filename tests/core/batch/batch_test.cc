@@ -53,7 +53,7 @@ TEST_CASE("joint_proprio shows the arm's angles and the gripper's opening", "[ba
   options.joint_proprio = true;
   const auto batch = make_env("RememberColor3-VLA-v0", options);
   batch->reset();
-  CHECK(batch->proprio_dim() == 8);
+  CHECK(batch->proprio().size() == 8);
   for (int step = 0; step < 3; ++step) {
     const auto proprio = batch->proprio();
     REQUIRE(proprio.size() == 8);

@@ -5,8 +5,7 @@
 #include <cstring>
 
 #include "core/base/error.h"
-#include "core/batch/batch_group.h"
-#include "core/batch/group_queries.h"
+#include "core/batch/batch.h"
 #include "core/batch/snapshot.h"
 #include "protocol/make/make.h"
 #include "render/make_renderer.h"
@@ -175,12 +174,12 @@ TEST_CASE("A group steps tasks of both kinds", "[rules][group]") {
     alone.push_back(test::make_env(id, options));
     members.push_back(id == ids[1] ? listed(id, options) : test::make_env(id, options));
   }
-  BatchGroup group(std::move(members), 2);
+  Batch group(std::move(members), 2);
   group.reset();
   for (const auto& batch : alone) batch->reset();
   std::vector<float> actions(static_cast<std::size_t>(group.num_envs() * group.action_dim()));
   for (int step = 0; step < 40; ++step) {
-    GroupQueries(group).act(Policy::kOracle, actions);
+    ScriptedPolicy(group, Policy::kOracle).act(actions);
     group.step(actions);
     for (std::size_t i = 0; i < alone.size(); ++i) {
       test::step(*alone[i], Policy::kOracle);

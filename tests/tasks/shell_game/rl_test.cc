@@ -65,7 +65,7 @@ TEST_CASE("RL shell games let the arm move from the first action on, by its join
   for (const char* id : kIds) {
     INFO(id);
     const auto batch = make_env(id);
-    CHECK(batch->control_mode() == ControlMode::kPdJointDeltaPos);
+    CHECK(batch->options().control_mode == ControlMode::kPdJointDeltaPos);
     CHECK(batch->action_dim() == 8);
     CHECK(batch->info().horizon == 90);
     CHECK(batch->info().memory_type == "Object");

@@ -1,5 +1,3 @@
-#include "core/batch/batch_group.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -7,7 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/batch/group_queries.h"
+#include "core/batch/batch.h"
+#include "core/batch/scripted_policy.h"
+#include "core/batch/snapshot.h"
 #include "tasks/family_samples.h"
 #include "tests/allocation_counter.h"
 #include "tests/env_helpers.h"
@@ -25,23 +25,23 @@ std::vector<std::unique_ptr<Batch>> make_batches(const std::vector<std::string>&
   return batches;
 }
 
-BatchGroup make_group(const std::vector<std::string>& ids, const BatchOptions& options) {
-  return BatchGroup(make_batches(ids, options), options.threads);
+Batch make_group(const std::vector<std::string>& ids, const BatchOptions& options) {
+  return Batch(make_batches(ids, options), options.threads);
 }
 
-void act(BatchGroup& group, Policy policy, std::vector<float>& actions) {
-  GroupQueries(group).act(policy, actions);
+void act(Batch& group, Policy policy, std::vector<float>& actions) {
+  ScriptedPolicy(group, policy).act(actions);
 }
 
-std::vector<float> zeros(const BatchGroup& group) {
+std::vector<float> zeros(const Batch& group) {
   return std::vector<float>(static_cast<std::size_t>(group.num_envs()) *
                             static_cast<std::size_t>(group.action_dim()));
 }
 
 // Values of one environment in a group's output.
 template <class T>
-std::span<const T> row(const BatchGroup& group, const char* name, int env) {
-  const OutputArray* const array = find_array(group.outputs(), name);
+std::span<const T> row(const Batch& group, const char* name, int env) {
+  const OutputArray* const array = find_array(group.output_arrays().now(), name);
   REQUIRE(array != nullptr);
   const auto width = static_cast<std::size_t>(array->field.width);
   return {reinterpret_cast<const T*>(array->data) + static_cast<std::size_t>(env) * width, width};
@@ -51,7 +51,7 @@ std::span<const T> row(const BatchGroup& group, const char* name, int env) {
 void check_equal_to_batches(const std::vector<std::string>& ids, BatchOptions options, int steps) {
   const std::vector<std::unique_ptr<Batch>> alone = make_batches(ids, options);
   options.threads = 3;
-  BatchGroup group = make_group(ids, options);
+  Batch group = make_group(ids, options);
   group.reset();
   for (const auto& batch : alone) batch->reset();
   std::vector<float> actions = zeros(group);
@@ -95,7 +95,7 @@ TEST_CASE("A group's outputs stand in common arrays") {
   BatchOptions options;
   options.num_envs = 3;
   options.obs_mode = ObsMode::kObjects;
-  BatchGroup group = make_group(kThree, options);
+  Batch group = make_group(kThree, options);
   REQUIRE(group.num_envs() == 9);
   group.reset();
   std::vector<float> actions = zeros(group);
@@ -103,11 +103,10 @@ TEST_CASE("A group's outputs stand in common arrays") {
     act(group, Policy::kRandom, actions);
     group.step(actions);
   }
-  const auto& fields = group.layout().row_fields();
+  const auto& fields = group.output_arrays().row_fields();
   for (int env = 0; env < group.num_envs(); ++env) {
-    const int part = group.part_of(env);
+    const auto [part, own] = group.locate(env);
     const Batch& batch = group.part(part);
-    const int own = env - group.first_env(part);
     CHECK(row<std::int32_t>(group, "task_index", env)[0] == part);
     CHECK(row<float>(group, "reward", env)[0] == batch.reward()[static_cast<std::size_t>(own)]);
     CHECK(row<std::int32_t>(group, "elapsed_steps", env)[0] == 10);
@@ -117,10 +116,9 @@ TEST_CASE("A group's outputs stand in common arrays") {
 
     // Every field of the task's row is in its place; all others are zero.
     std::vector<float> expected(static_cast<std::size_t>(group.state_dim()));
-    const RowLayout common({fields});
     const float* from = test::row<float>(batch.output("observation"), own);
     for (const Field& field : batch.state_fields()) {
-      std::copy_n(from, field.width, expected.begin() + common.offset_of(field.name));
+      std::copy_n(from, field.width, expected.begin() + offset_of(field.name, fields));
       from += field.width;
     }
     CHECK(std::ranges::equal(row<float>(group, "observation", env), expected));
@@ -155,30 +153,30 @@ TEST_CASE("A group's outputs are as wide as the widest task's, and of one type")
   BatchOptions options;
   options.num_envs = 2;
   // oracle_info: one int, and three floats; task_cue: of Rotate to be seen, of others an info.
-  BatchGroup group = make_group(
+  Batch group = make_group(
       {"RememberColor3-VLA-v0", "InterceptSlow-VLA-v0", "RotateLenientPos-VLA-v0", lamp()},
       options);
   group.reset();
-  const OutputArray& oracle = *find_array(group.outputs(), "oracle_info");
+  const OutputArray& oracle = *find_array(group.output_arrays().now(), "oracle_info");
   CHECK(oracle.field.dtype == DType::kFloat32);
   const int colour = *test::row<std::int32_t>(group.part(0).output("oracle_info"), 1);
   const auto values = row<float>(group, "oracle_info", 1);
   CHECK(values[0] == static_cast<float>(colour));
   CHECK(std::ranges::all_of(values.subspan(1), [](float value) { return value == 0; }));
-  CHECK(group.layout().has(2, "task_cue"));
-  CHECK_FALSE(group.layout().has(3, "task_cue"));
-  CHECK_FALSE(group.layout().has(0, "task_cue"));
+  CHECK(group.output_arrays().has(2, "task_cue"));
+  CHECK_FALSE(group.output_arrays().has(3, "task_cue"));
+  CHECK_FALSE(group.output_arrays().has(0, "task_cue"));
   CHECK(row<float>(group, "task_cue", 4)[0] ==
         *test::row<float>(group.part(2).output("task_cue"), 0));
   CHECK(row<float>(group, "task_cue", 6)[0] == 0);
-  CHECK(make_group({lamp()}, options).layout().has(0, "task_cue"));
+  CHECK(make_group({lamp()}, options).output_arrays().has(0, "task_cue"));
 }
 
 TEST_CASE("Final outputs of a group are those of its batches") {
   BatchOptions options;
   options.num_envs = 3;
   options.auto_reset = AutoReset::kSameStep;
-  BatchGroup group = make_group({"InterceptSlow-VLA-v0", "RememberColor3-VLA-v0"}, options);
+  Batch group = make_group({"InterceptSlow-VLA-v0", "RememberColor3-VLA-v0"}, options);
   group.reset();
   std::vector<float> actions = zeros(group);
   bool ended = false;
@@ -186,15 +184,14 @@ TEST_CASE("Final outputs of a group are those of its batches") {
     act(group, Policy::kOracle, actions);
     group.step(actions);
     const auto* const finals = reinterpret_cast<const std::uint8_t*>(
-        find_array(group.final_outputs(), "success_once")->data);
+        find_array(group.output_arrays().finals(), "success_once")->data);
     for (int env = 0; env < group.num_envs(); ++env) {
-      const int part = group.part_of(env);
-      const auto own = static_cast<std::size_t>(env - group.first_env(part));
-      if (group.part(part).final_mask()[own] == 0) continue;
+      const auto [part, own] = group.locate(env);
+      if (group.part(part).final_mask()[static_cast<std::size_t>(own)] == 0) continue;
       ended = true;
       CHECK(row<std::uint8_t>(group, "final_mask", env)[0] == 1);
-      CHECK(finals[env] == *test::row<std::uint8_t>(group.part(part).final_output("success_once"),
-                                                    static_cast<int>(own)));
+      CHECK(finals[env] ==
+            *test::row<std::uint8_t>(group.part(part).final_output("success_once"), own));
       CHECK(row<std::int32_t>(group, "elapsed_steps", env)[0] == 0);
     }
   }
@@ -204,7 +201,7 @@ TEST_CASE("Final outputs of a group are those of its batches") {
 TEST_CASE("Resets of a group concern the environments that are asked for") {
   BatchOptions options;
   options.num_envs = 2;
-  BatchGroup group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
+  Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   std::vector<float> actions = zeros(group);
   CHECK_THROWS_WITH(group.step(actions), Contains("reset first"));
   const std::vector<std::uint64_t> seeds = {1, 2, 3, 4};
@@ -243,7 +240,7 @@ TEST_CASE("A group refuses bad actions by the environment's number") {
   options.num_envs = 2;
   options.auto_reset = AutoReset::kOff;
   options.after_end = AfterEnd::kRefuse;
-  BatchGroup group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
+  Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   group.reset();
   std::vector<float> actions = zeros(group);
   actions[3 * 7 + 2] = NAN;
@@ -253,13 +250,13 @@ TEST_CASE("A group refuses bad actions by the environment's number") {
 }
 
 TEST_CASE("A group of no task, or of different modes, is refused") {
-  CHECK_THROWS_AS(BatchGroup({}, 1), Error);
+  CHECK_THROWS_AS(Batch(std::vector<std::unique_ptr<Batch>>(), 1), Error);
   std::vector<std::unique_ptr<Batch>> batches;
   batches.push_back(test::make_env("RememberColor3-VLA-v0"));
   BatchOptions joints;
   joints.control_mode = ControlMode::kPdJointPos;
   batches.push_back(test::make_env("RememberColor5-VLA-v0", joints));
-  CHECK_THROWS_WITH(BatchGroup(std::move(batches), 1),
+  CHECK_THROWS_WITH(Batch(std::move(batches), 1),
                     Contains("pd_joint_pos of RememberColor5-VLA-v0"));
 }
 
@@ -268,7 +265,7 @@ TEST_CASE("Steps of a group do not allocate", "[allocation]") {
   options.num_envs = 8;
   options.threads = 2;
   options.auto_reset = GENERATE(AutoReset::kNextStep, AutoReset::kSameStep);
-  BatchGroup group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
+  Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   std::vector<float> own(static_cast<std::size_t>(group.num_envs()));
   std::vector<float> other(own.size());
   group.write_to(std::vector<OutputTarget>{{"reward", own.data(), own.size() * sizeof(float)}},
@@ -286,8 +283,8 @@ TEST_CASE("Outputs are written to arrays of the user's, in turns") {
   BatchOptions options;
   options.num_envs = 3;
   const bool several = GENERATE(false, true);
-  auto group = several ? std::make_unique<BatchGroup>(make_batches(kThree, options), 1)
-                       : std::make_unique<BatchGroup>(test::make_env(kThree[0], options));
+  auto group = several ? std::make_unique<Batch>(make_batches(kThree, options), 1)
+                       : test::make_env(kThree[0], options);
   const auto count = static_cast<std::size_t>(group->num_envs());
   const auto width = static_cast<std::size_t>(group->state_dim());
   std::vector<std::vector<float>> rows(2, std::vector<float>(count * width));
@@ -299,19 +296,19 @@ TEST_CASE("Outputs are written to arrays of the user's, in turns") {
   };
   group->write_to(targets(0), targets(1));
   group->reset();
-  CHECK(group->output_buffer() == 0);
+  CHECK(group->output_arrays().buffer() == 0);
   std::vector<float> actions = zeros(*group);
   for (int step = 0; step < 6; ++step) {
     act(*group, Policy::kRandom, actions);
-    const std::vector<float> last = rows[static_cast<std::size_t>(group->output_buffer())];
-    const int output_buffer = group->output_buffer();
+    const std::vector<float> last = rows[static_cast<std::size_t>(group->output_arrays().buffer())];
+    const int output_buffer = group->output_arrays().buffer();
     group->step(actions);
-    CHECK(group->output_buffer() == 1 - output_buffer);
+    CHECK(group->output_arrays().buffer() == 1 - output_buffer);
     CHECK(rows[static_cast<std::size_t>(output_buffer)] == last);  // still readable
-    const auto now = static_cast<std::size_t>(group->output_buffer());
-    const OutputArray& own = *find_array(group->outputs(), "observation");
+    const auto now = static_cast<std::size_t>(group->output_arrays().buffer());
+    const OutputArray& own = *find_array(group->output_arrays().now(), "observation");
     CHECK(std::memcmp(rows[now].data(), own.data, count * own.row_bytes()) == 0);
-    CHECK(std::memcmp(rewards[now].data(), find_array(group->outputs(), "reward")->data,
+    CHECK(std::memcmp(rewards[now].data(), find_array(group->output_arrays().now(), "reward")->data,
                       count * sizeof(float)) == 0);
   }
 }
@@ -319,32 +316,32 @@ TEST_CASE("Outputs are written to arrays of the user's, in turns") {
 TEST_CASE("Arrays for outputs are refused where they do not fit") {
   BatchOptions options;
   options.num_envs = 2;
-  BatchGroup group(test::make_env(kThree[0], options));
+  const auto group = test::make_env(kThree[0], options);
   std::vector<float> values(2);
   const auto write = [&](const OutputTarget& first, const std::vector<OutputTarget>& second = {}) {
-    group.write_to(std::vector{first}, second);
+    group->write_to(std::vector{first}, second);
   };
   CHECK_THROWS_WITH(write({"rewards", values.data(), 8}), Contains("no output named 'rewards'"));
   CHECK_THROWS_WITH(write({"reward", values.data(), 4}), Contains("4 bytes given, 8 bytes needed"));
   CHECK_THROWS_WITH(write({"reward", nullptr, 8}), Contains("no address"));
   CHECK_THROWS_WITH(write({"reward", values.data(), 8}, {{"success", values.data(), 2}}),
                     Contains("the same outputs"));
-  group.reset();
+  group->reset();
   CHECK_THROWS_WITH(write({"reward", values.data(), 8}), Contains("after the first reset"));
 }
 
 TEST_CASE("Groups are saved and restored, whole and one by one") {
   BatchOptions options;
   options.num_envs = 2;
-  BatchGroup group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
-  GroupQueries queries(group);
+  Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
+  const Snapshotter snapshots(group);
   group.reset();
   std::vector<float> actions = zeros(group);
   for (int step = 0; step < 5; ++step) group.step(actions);
-  const std::vector<std::byte> whole = queries.save();
-  const std::vector<std::byte> one = queries.save(3);
-  CHECK(whole.size() == queries.save_size());
-  CHECK(one.size() == queries.save_size(3));
+  const std::vector<std::byte> whole = snapshots.save();
+  const std::vector<std::byte> one = snapshots.save(3);
+  CHECK(whole.size() == snapshots.save_size());
+  CHECK(one.size() == snapshots.save_size(3));
   const Bytes then = test::batch_bytes(group.part(1));
 
   // One environment goes back to a batch of its own task.
@@ -353,8 +350,8 @@ TEST_CASE("Groups are saved and restored, whole and one by one") {
   Snapshotter(*alone).restore(0, one);
   CHECK((test::env_bytes(*alone, 0) == test::env_bytes(group.part(1), 1)));
 
-  BatchGroup other = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
-  GroupQueries(other).restore(whole);
+  Batch other = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
+  Snapshotter(other).restore(whole);
   CHECK((test::batch_bytes(other.part(1)) == then));
   CHECK(row<std::int32_t>(other, "elapsed_steps", 3)[0] == 5);
 
@@ -363,10 +360,10 @@ TEST_CASE("Groups are saved and restored, whole and one by one") {
   const Bytes now = test::batch_bytes(group.part(0));
   std::vector<std::byte> damaged = whole;
   damaged.back() ^= std::byte{1};
-  CHECK_THROWS_AS(queries.restore(damaged), Error);
-  CHECK_THROWS_AS(queries.restore(std::span(whole).first(whole.size() - 9)), Error);
-  CHECK_THROWS_AS(queries.restore(one), Error);
-  CHECK_THROWS_AS(queries.restore(0, one), Error);  // of another task
+  CHECK_THROWS_AS(snapshots.restore(damaged), Error);
+  CHECK_THROWS_AS(snapshots.restore(std::span(whole).first(whole.size() - 9)), Error);
+  CHECK_THROWS_AS(snapshots.restore(one), Error);
+  CHECK_THROWS_AS(snapshots.restore(0, one), Error);  // of another task
   CHECK((test::batch_bytes(group.part(0)) == now));
 }
 
