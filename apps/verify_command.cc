@@ -100,7 +100,7 @@ std::string to_plain_text(const std::vector<TaskCheck>& rows) {
 }
 
 void run(const VerifyOptions& options) {
-  if (options.env.control_mode) require_mode_of(Policy::kOracle, *options.batch.control_mode);
+  if (options.env.control_mode) require_mode_of(Policy::kOracle, *options.env.control_mode);
   const std::vector<TaskCheck> rows = check_all(options);
   JsonList document;
   document.reserve(rows.size());
