@@ -151,58 +151,50 @@ void add_settings(const EvaluationSettings& settings, JsonTable& keys) {
   add(kSealed, settings.commitment.has_value(), settings.commitment_document());
 }
 
-// Keys of engram's own, behind the protocol's. Null without a value.
-JsonTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
-  JsonTable keys = {{"version", version()},
-                    {"rules", name_of(settings.rules)},
-                    {"chance", result.chance},
-                    {"first_answers", nullptr},
-                    {"first_answers_correct", nullptr},
-                    {"first_answer_correct", nullptr},
-                    {"answer_chance", nullptr},
-                    {"memory_score", nullptr},
-                    {"subtasks_done", nullptr},
-                    {"subtasks", nullptr},
-                    {"completion_rate", nullptr},
-                    {"sr_interval", to_document(wilson_interval(
-                                        result.success_rate(),
-                                        effective_episodes(result.successes, settings.repeat)))},
-                    {"digests", digests_document(result.digests)}};
-  const auto set = [&keys](std::string_view name, Json value) {
-    std::ranges::find(keys, name, &JsonTable::value_type::first)->second = std::move(value);
-  };
-  if (!result.answers.empty()) {
-    JsonList first;
-    JsonList correct;
-    for (const Answer& answer : result.answers) {
-      first.push_back(answer.given != 0 ? Json(answer.first) : Json());
-      correct.emplace_back(answer.correct != 0);
-    }
-    set("first_answers", std::move(first));
-    set("first_answers_correct", std::move(correct));
-    set("first_answer_correct", result.answer_rate());
-    set("answer_chance", result.answer_chance);
-  }
-  if (!result.completions.empty()) {
-    JsonList done;
-    JsonList subtasks;
-    for (const Completion& completion : result.completions) {
-      done.emplace_back(completion.done);
-      subtasks.emplace_back(completion.subtasks);
-    }
-    set("subtasks_done", std::move(done));
-    set("subtasks", std::move(subtasks));
-    set("completion_rate", result.completion_rate());
-  }
-  // Ceilings are those of the tasks as they are by default, for policies that act, and at once.
+// A value of each element; null without elements.
+template <class T, class Value>
+Json column(const std::vector<T>& elements, Value&& value) {
+  if (elements.empty()) return {};
+  JsonList values;
+  for (const T& element : elements) values.push_back(value(element));
+  return values;
+}
+
+// Null for tasks without baseline scores, which are those of the tasks as they are by default, for
+// policies that act, and at once.
+Json memory_score_of(const TaskResult& result, const EvaluationSettings& settings) {
   const bool usual = settings.rules == Rules::kReference && settings.task_options.empty() &&
                      settings.constants.empty() && settings.latency == 0 && !settings.choices &&
                      is_null(perturbations_document(settings.perturbations));
-  if (const BaselineScores* baseline = usual ? find_baseline_scores(result.entry->id) : nullptr) {
-    if (const auto score = memory_score(*baseline, result.success_rate())) {
-      set("memory_score", *score);
-    }
-  }
+  const BaselineScores* baseline = usual ? find_baseline_scores(result.entry->id) : nullptr;
+  if (baseline == nullptr) return {};
+  const std::optional<double> score = memory_score(*baseline, result.success_rate());
+  return score ? Json(*score) : Json();
+}
+
+// Keys of engram's own, behind the protocol's. Null without a value.
+JsonTable own_keys(const TaskResult& result, const EvaluationSettings& settings) {
+  const bool answers = !result.answers.empty();
+  const auto first = [](const Answer& one) { return one.given != 0 ? Json(one.first) : Json(); };
+  const auto correct = [](const Answer& one) { return Json(one.correct != 0); };
+  const auto done = [](const Completion& one) { return Json(one.done); };
+  const auto subtasks = [](const Completion& one) { return Json(one.subtasks); };
+  JsonTable keys = {
+      {"version", version()},
+      {"rules", name_of(settings.rules)},
+      {"chance", result.chance},
+      {"first_answers", column(result.answers, first)},
+      {"first_answers_correct", column(result.answers, correct)},
+      {"first_answer_correct", answers ? Json(result.answer_rate()) : Json()},
+      {"answer_chance", answers ? Json(result.answer_chance) : Json()},
+      {"memory_score", memory_score_of(result, settings)},
+      {"subtasks_done", column(result.completions, done)},
+      {"subtasks", column(result.completions, subtasks)},
+      {"completion_rate", result.completions.empty() ? Json() : Json(result.completion_rate())},
+      {"sr_interval",
+       to_document(wilson_interval(result.success_rate(),
+                                   effective_episodes(result.successes, settings.repeat)))},
+      {"digests", digests_document(result.digests)}};
   add_settings(settings, keys);
   Json variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
