@@ -21,6 +21,13 @@ inline std::unique_ptr<Batch> make_env(std::string_view id, const MakeOptions& o
   return std::make_unique<Batch>(make_task(id, options.constants, options.max_episode_steps),
                                  of_batch);
 }
+// An episode has begun.
+template <class Options = BatchOptions>
+std::unique_ptr<Batch> make_running(std::string_view id, const Options& options = {}) {
+  auto batch = make_env(id, options);
+  batch->reset();
+  return batch;
+}
 
 // The ids of all tasks, or of those of one family.
 inline std::vector<std::string> implemented_ids(std::string_view family = {}) {

@@ -11,8 +11,7 @@
 namespace engram {
 namespace {
 
-using test::Placement;
-using test::Rig;
+using test::Placement, test::Rig;
 
 const Eigen::Quaterniond kUpright(mjcf::kBatteryQuat[0], mjcf::kBatteryQuat[1],
                                   mjcf::kBatteryQuat[2], mjcf::kBatteryQuat[3]);
@@ -29,8 +28,7 @@ double tilt(const Rig& rig, int prop) {
 }
 
 BatchOptions with_sleep(bool sleep) {
-  BatchOptions options;
-  options.sleep = sleep;
+  BatchOptions options{.sleep = sleep};
   return options;
 }
 

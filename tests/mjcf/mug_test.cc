@@ -12,9 +12,7 @@
 namespace engram {
 namespace {
 
-using mjcf::Geom;
-using mjcf::GeomType;
-using mjcf::Prop;
+using mjcf::Geom, mjcf::GeomType, mjcf::Prop;
 
 Eigen::Vector3d vec(const mjcf::Vec3& v) { return {v[0], v[1], v[2]}; }
 
@@ -109,8 +107,7 @@ TEST_CASE("A mug rests on its rim without creeping or sinking", "[mjcf][mug]") {
     const test::Placement place{{0.1, -0.15, mjcf::kMugRestingHeight},
                                 PropStatus::kAwake,
                                 Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
-    BatchOptions options;
-    options.sleep = false;
+    const BatchOptions options{.sleep = false};
     test::Rig rig({mjcf::mug("mug")}, {place}, options);
     double highest_speed = 0;
     for (int i = 0; i < 100; ++i) {

@@ -201,8 +201,7 @@ TEST_CASE("The ray caster agrees with MuJoCo's renderer", "[render][reference]")
 TEST_CASE("The OpenGL renderer agrees with MuJoCo's", "[render][reference]") {
   if (!has_egl()) return;
   Comparison comparison;
-  EglRendererOptions options;
-  options.tolerance = 0.03F;
+  const EglRendererOptions options{.tolerance = 0.03F};
   const auto egl = make_egl_renderer(comparison.scene(), options, 1);
   check(compare(*egl, comparison, fine()));
 }

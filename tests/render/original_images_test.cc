@@ -34,9 +34,7 @@ using Color = std::array<double, 3>;
 
 // The arm held still, the gripper open.
 Image draw(const ParsedJson& original) {
-  BatchOptions options;
-  options.threads = 1;
-  options.freeze_cue = false;
+  BatchOptions options{.threads = 1, .freeze_cue = false};
   for (const auto& [name, values] : original["pins"].items()) {
     options.pins.push_back({name, values.get<std::vector<double>>()});
   }

@@ -18,11 +18,8 @@ inline std::vector<InstructionSet> sets() {
 
 // Options of renderers that draw all sizes of these tests.
 inline CpuRendererOptions with(InstructionSet set, bool antialias = false) {
-  CpuRendererOptions options;
-  options.instruction_set = set;
-  options.antialias = antialias;
-  options.max_width = 1300;
-  options.max_height = 300;
+  CpuRendererOptions options{
+      .antialias = antialias, .instruction_set = set, .max_width = 1300, .max_height = 300};
   return options;
 }
 

@@ -62,15 +62,13 @@ struct AnnotatedEpisode {
 // Plays one to its end, or to its first success.
 inline AnnotatedEpisode play_annotated(std::string_view id, std::uint64_t seed,
                                        std::vector<Pin> pins = {}) {
-  BatchOptions options;
-  options.seed = seed;
-  options.threads = 1;
-  options.obs_mode = ObsMode::kNone;
-  options.auto_reset = AutoReset::kOff;
-  options.terminate_on_success = true;
-  options.pins = std::move(pins);
   AnnotatedEpisode episode;
-  episode.batch = make_env(id, options);
+  episode.batch = make_env(id, {.seed = seed,
+                                .threads = 1,
+                                .obs_mode = ObsMode::kNone,
+                                .auto_reset = AutoReset::kOff,
+                                .terminate_on_success = true,
+                                .pins = std::move(pins)});
   episode.batch->reset();
   episode.cue_end = Queries(*episode.batch).cue_end(0);
   while ((episode.batch->terminated()[0] | episode.batch->truncated()[0]) == 0) {

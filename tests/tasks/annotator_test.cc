@@ -15,9 +15,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::play_annotated;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::play_annotated;
 
 // One short task of every family.
 std::vector<std::string> sample_ids() {

@@ -10,8 +10,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::row;
+using test::make_env, test::make_running, test::row;
 
 // Shares of episodes.
 struct Outcome {
@@ -21,14 +20,12 @@ struct Outcome {
 };
 
 Outcome play(const std::string& id, Policy policy, bool strict, int episodes) {
-  BatchOptions options;
-  options.num_envs = episodes;
+  BatchOptions options{.num_envs = episodes};
   options.seed = 77'000;
   options.threads = 2;
   options.auto_reset = AutoReset::kOff;
   if (strict) options.task_options = {{kStrictOption, 1}};
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, options);
   const auto& finished = batch->state().finished;
   while (std::any_of(finished.data(), finished.data() + episodes,
                      [](std::uint8_t over) { return over == 0; })) {
@@ -122,8 +119,7 @@ TEST_CASE("All tasks ask for answers but those that hide nothing", "[answer]") {
 
 TEST_CASE("Strictness changes nothing while first answers are right", "[answer]") {
   for (const char* id : {"RememberColor3-VLA-v0", "RememberShape9-VLA-v0"}) {
-    BatchOptions options;
-    options.num_envs = 16;
+    BatchOptions options{.num_envs = 16};
     const auto usual = make_env(id, options);
     options.task_options = {{kStrictOption, 1}};
     const auto strict = make_env(id, options);
@@ -140,12 +136,10 @@ TEST_CASE("Strictness changes nothing while first answers are right", "[answer]"
 // A robot that answers wrongly first and rightly afterwards.
 TEST_CASE("A wrong first answer fails a strict episode for good", "[answer]") {
   for (const bool strict : {false, true}) {
-    BatchOptions options;
-    options.num_envs = 64;
-    options.auto_reset = AutoReset::kOff;
-    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-    const auto batch = make_env("RememberColor9-Long-VLA-v0", options);
-    batch->reset();
+    const auto batch = make_running("RememberColor9-Long-VLA-v0",
+                                    {.num_envs = 64,
+                                     .auto_reset = AutoReset::kOff,
+                                     .task_options = {{kStrictOption, strict ? 1.0 : 0.0}}});
     const auto flag = [&](const char* name, int i) {
       return *row<std::uint8_t>(batch->output(name), i) != 0;
     };
@@ -167,10 +161,7 @@ TEST_CASE("A wrong first answer fails a strict episode for good", "[answer]") {
 
 TEST_CASE("Nobody has answered before there is anything to answer", "[answer]") {
   for (const std::string& id : asking(false)) {
-    BatchOptions options;
-    options.num_envs = 8;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, {.num_envs = 8});
     INFO(id);
     for (int i = 0; i < batch->num_envs(); ++i) {
       CHECK(*row<std::uint8_t>(batch->output("answered"), i) == 0);

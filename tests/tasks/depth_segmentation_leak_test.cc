@@ -16,11 +16,10 @@ constexpr int kSide = 64;
 
 std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
                                    const RandomVariable& draw, bool second) {
-  BatchOptions options;
-  options.seed = seed;
-  options.threads = 1;
-  options.auto_reset = AutoReset::kOff;
-  options.obs_mode = ObsMode::kRgbDepthSegmentation;
+  BatchOptions options{.seed = seed,
+                       .threads = 1,
+                       .obs_mode = ObsMode::kRgbDepthSegmentation,
+                       .auto_reset = AutoReset::kOff};
   options.images.width = options.images.height = kSide;
   options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
   options.pins = {{draw.name, test::hidden_values(draw, second)}};

@@ -25,10 +25,7 @@ bool holds_a_prop(const State& state, int env) {
 
 // Grips in all control steps of eight episodes in which something is held firmly.
 Grips oracle_grips(const std::string& id) {
-  BatchOptions options;
-  options.num_envs = 8;
-  const auto batch = test::make_env(id, options);
-  batch->reset();
+  const auto batch = test::make_running(id, {.num_envs = 8});
   const State& state = batch->state();
   Grips grips;
   std::vector<double> before(8, 0);

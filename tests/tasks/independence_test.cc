@@ -14,8 +14,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::row;
+using test::make_env, test::make_running, test::row;
 
 constexpr std::uint64_t kCanonicalSeed = 4242424242;
 constexpr int kSeeds = 50;
@@ -28,8 +27,7 @@ std::vector<std::vector<int>> hidden(const std::string& id, std::uint64_t seed, 
   options.num_envs = episodes;
   options.seed = seed;
   options.threads = 2;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, options);
   if (batch->info().oracle_dim == 0 || batch->info().oracle_is_real) return {};
   std::vector<std::vector<int>> result;
   for (int i = 0; i < episodes; ++i) {

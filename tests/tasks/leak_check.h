@@ -32,12 +32,11 @@ inline std::unique_ptr<Batch> make_hiding(const std::string& id, const ConstantT
                                           std::uint64_t seed, const RandomVariable& draw,
                                           bool second,
                                           std::vector<PerturbationLevel> perturbations = {}) {
-  MakeOptions options;
-  options.seed = seed;
-  options.threads = 1;
-  options.auto_reset = AutoReset::kOff;
-  options.constants = constants;
-  options.perturbations = std::move(perturbations);
+  MakeOptions options{{.seed = seed,
+                       .threads = 1,
+                       .auto_reset = AutoReset::kOff,
+                       .perturbations = std::move(perturbations)},
+                      constants};
   options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
   auto batch = make(id, options);
   const std::vector<Pin> pins = {{draw.name, hidden_values(draw, second)}};

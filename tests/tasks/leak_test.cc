@@ -102,9 +102,7 @@ TEST_CASE("Images of Rotate never reveal the angle", "[render][leak]") {
 TEST_CASE("Images of TakeItBack do not reveal the start once the cube is on its target",
           "[render][leak]") {
   const std::string id = GENERATE(as<std::string>{}, "TakeItBack-VLA-v0", "TakeItBack-v0");
-  BatchOptions options;
-  options.threads = 1;
-  options.auto_reset = AutoReset::kOff;
+  BatchOptions options{.threads = 1, .auto_reset = AutoReset::kOff};
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     options.seed = seed;
     const auto one = make(id, options);

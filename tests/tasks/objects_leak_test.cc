@@ -27,17 +27,14 @@ enum class Drawing {
 
 std::unique_ptr<Batch> make_seeing(const std::string& id, std::uint64_t seed,
                                    const std::vector<Pin>& pins) {
-  BatchOptions options;
-  options.seed = seed;
-  options.threads = 1;
-  options.auto_reset = AutoReset::kOff;
-  options.obs_mode = ObsMode::kObjects;
-  options.observe_time = true;
+  BatchOptions options{.seed = seed,
+                       .threads = 1,
+                       .obs_mode = ObsMode::kObjects,
+                       .observe_time = true,
+                       .auto_reset = AutoReset::kOff};
   options.reward_mode = RewardMode::kSparse;  // dense ones measure the way to the hidden goal
   options.pins = pins;
-  auto batch = test::make_env(id, options);
-  batch->reset();
-  return batch;
+  return test::make_running(id, options);
 }
 
 // Two batches of one environment with the same seed, and something else to be remembered.
@@ -194,8 +191,7 @@ TEST_CASE("A token or an info that revealed the hidden quantity would be noticed
 // So what is said of infos and rewards here holds of all of them.
 TEST_CASE("Infos and rewards are the same whatever is observed", "[objects][leak]") {
   for (const std::string& id : test::implemented_ids()) {
-    BatchOptions options;
-    options.seed = 5;
+    BatchOptions options{.seed = 5};
     options.images.width = options.images.height = 8;
     const auto first = make(id, options);
     first->reset();
@@ -310,9 +306,7 @@ int pixels_of(Batch& batch, Batch& bare, test::ImagePair& images, std::uint64_t 
 int check_tokens(const std::vector<std::string>& ids) {
   int tokens = 0;
   for (const std::string& id : ids) {
-    BatchOptions options;
-    options.obs_mode = ObsMode::kObjects;
-    options.threads = 1;
+    const BatchOptions options{.threads = 1, .obs_mode = ObsMode::kObjects};
     const auto batch = make(id, options);
     const auto bare = make(id, options);
     batch->reset();

@@ -12,7 +12,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
+using test::make_running;
 
 constexpr float kOpen = 1;
 constexpr float kClosed = -0.6F;
@@ -61,10 +61,7 @@ void check_habit(const Habit& habit, const std::string& id) {
   // RL tasks do not freeze the cue either.
   const bool is_long =
       id.find("-Long-") != std::string::npos || require_entry(id).split == Split::kRl;
-  BatchOptions options;
-  options.control_mode = ControlMode::kPdEeDeltaPose;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, {.control_mode = ControlMode::kPdEeDeltaPose});
   const bool frozen = batch->info().frozen_cue;
   int waited = 0;
   while (true) {
@@ -109,8 +106,7 @@ TEST_CASE("Long Remember: the fingers stay open, but for neighbours of what is t
                     {"cue_steps", {10}},
                     {"empty_steps", {50}},
                     {"positions", {0, 0.2, 0, 0.2 - beside, 0, -0.2}}};
-    const auto batch = make_env("RememberColor3-Long-VLA-v0", options);
-    batch->reset();
+    const auto batch = make_running("RememberColor3-Long-VLA-v0", options);
     const auto away = [&batch] { return std::abs(batch->state().tcp_pos.row(0)[1] - 0.2); };
     while (batch->success()[0] == 0) {
       const std::vector<float> action = test::act(*batch, Policy::kOracle);
@@ -127,8 +123,7 @@ TEST_CASE("Long Remember: the fingers stay open, but for neighbours of what is t
 }
 
 TEST_CASE("The colour tasks' oracle closes its fingers for the button alone", "[oracle][gripper]") {
-  const auto batch = make_env("BunchOfColors3-VLA-v0");
-  batch->reset();
+  const auto batch = make_running("BunchOfColors3-VLA-v0");
   bool closed = false;
   while (batch->success()[0] == 0) {
     const std::vector<float> action = test::act(*batch, Policy::kOracle);
@@ -143,12 +138,8 @@ TEST_CASE("The colour tasks' oracle closes its fingers for the button alone", "[
 
 TEST_CASE("Open fingers nudge no coloured cube", "[oracle][gripper]") {
   for (const char* id : {"BunchOfColors7-VLA-v0", "ChainOfColors5-VLA-v0"}) {
-    BatchOptions options;
-    options.num_envs = 30;
-    options.threads = 2;
-    options.auto_reset = AutoReset::kOff;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch =
+        make_running(id, {.num_envs = 30, .threads = 2, .auto_reset = AutoReset::kOff});
     std::vector<bool> acting(30);
     double moved = 0;
     for (int step = 0; step < batch->info().horizon; ++step) {

@@ -13,22 +13,18 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::row;
+using test::make_env, test::make_running, test::row;
 
 constexpr std::uint64_t kCanonicalSeed = 4242424242;
 
 std::vector<std::uint8_t> outcomes(const std::string& id, Policy policy, bool sleep = true,
                                    int episodes = 50, Rules rules = Rules::kReference) {
-  BatchOptions options;
-  options.rules = rules;
-  options.num_envs = episodes;
-  options.seed = kCanonicalSeed;
-  options.sleep = sleep;
-  options.threads = 2;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, {.num_envs = episodes,
+                                       .seed = kCanonicalSeed,
+                                       .threads = 2,
+                                       .auto_reset = AutoReset::kOff,
+                                       .sleep = sleep,
+                                       .rules = rules});
   const State& state = batch->state();
   const std::uint8_t* succeeded = row<std::uint8_t>(batch->output("success_once"), 0);
   const auto all_over = [&] {

@@ -14,7 +14,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
+using test::make_env, test::make_running;
 
 struct OptionUnderRules {
   double reference;
@@ -71,9 +71,7 @@ OptionUnderRules known_of(const std::string& id, const std::string& option) {
 }
 
 BatchOptions under(Rules rules, std::vector<TaskOptionValue> choices = {}) {
-  BatchOptions options;
-  options.rules = rules;
-  options.task_options = std::move(choices);
+  BatchOptions options{.task_options = std::move(choices), .rules = rules};
   return options;
 }
 
@@ -131,8 +129,7 @@ TEST_CASE("Rules do not touch tasks without such an option", "[rules]") {
     INFO(id);
     std::vector<test::Bytes> played;
     for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
-      const auto batch = make_env(id, under(rules));
-      batch->reset();
+      const auto batch = make_running(id, under(rules));
       for (int i = 0; i < 20; ++i) test::step(*batch, Policy::kOracle);
       played.push_back(test::batch_bytes(*batch));
     }

@@ -10,9 +10,7 @@
 namespace engram {
 namespace {
 
-using test::batch_bytes;
-using test::Bytes;
-using test::make_env;
+using test::batch_bytes, test::Bytes, test::make_env;
 
 MakeOptions going_on(int threads = 1) {
   MakeOptions options;

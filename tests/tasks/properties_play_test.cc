@@ -22,10 +22,7 @@
 namespace engram {
 namespace {
 
-using test::Judge;
-using test::make_env;
-using test::Spectator;
-using test::Timing;
+using test::Judge, test::make_env, test::Spectator, test::Timing;
 
 // --- playing ---
 
@@ -56,12 +53,10 @@ Timing timing_of(const TaskInfo& info) {
 }
 
 std::unique_ptr<Batch> make_play(const std::string& id) {
-  BatchOptions options;
-  options.num_envs = kEnvs;
-  options.seed = kSeed;
-  options.auto_reset = AutoReset::kOff;
-  options.pins = length_pins(make_task(id)->info());
-  return make_env(id, options);
+  return make_env(id, {.num_envs = kEnvs,
+                       .seed = kSeed,
+                       .auto_reset = AutoReset::kOff,
+                       .pins = length_pins(make_task(id)->info())});
 }
 
 // Even environments are played by the oracle, odd ones at random.
@@ -342,10 +337,7 @@ TEST_CASE("docs/tasks/README.md says what the tasks expect of rewards", "[proper
 // Plays equal steps in all modes: the mode scales the reward and changes nothing else.
 void compare_modes(const std::string& id, int steps) {
   INFO(id);
-  BatchOptions options;
-  options.num_envs = 2;
-  options.seed = kSeed;
-  options.auto_reset = AutoReset::kOff;
+  BatchOptions options{.num_envs = 2, .seed = kSeed, .auto_reset = AutoReset::kOff};
   std::array<std::unique_ptr<Batch>, 4> envs;
   for (std::size_t i = 0; i < envs.size(); ++i) {
     options.reward_mode = static_cast<RewardMode>(i);

@@ -23,9 +23,7 @@
 namespace engram {
 namespace {
 
-using nlohmann::json;
-using test::make_env;
-using test::row;
+using nlohmann::json, test::make_env, test::make_running, test::row;
 
 constexpr std::array kAutoResets = {AutoReset::kNextStep, AutoReset::kSameStep, AutoReset::kOff};
 
@@ -48,8 +46,7 @@ void check_horizon(const std::string& id, AutoReset mode) {
   options.terminate_on_success = false;
   options.obs_mode = ObsMode::kNone;
   if (id.starts_with("TimedTransfer")) options.pins = {{"signal_step", {2}}};
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, options);
   const int last = last_step_of_idlers(*batch);
   const bool fails = last < batch->info().horizon;
   const std::vector<float> rest = test::zeros(*batch);
@@ -206,8 +203,7 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     INFO(id);
     MakeOptions options;
     options.num_envs = 8;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     const TaskInfo& info = batch->info();
     const RegistryEntry& entry = require_entry(id);
     engram_options c_options = test::default_options(1);

@@ -13,8 +13,7 @@
 namespace engram {
 namespace {
 
-using test::benchmark;
-using test::BenchmarkRow;
+using test::benchmark, test::BenchmarkRow;
 
 BenchmarkRow to_row(const RegistryEntry& entry) {
   return {std::string(entry.id),          std::string(entry.family),

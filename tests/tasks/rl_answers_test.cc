@@ -10,10 +10,7 @@ TEST_CASE("An episode that success ends has a right first answer, or a wrong one
           "[answer][rl]") {
   for (const RegistryEntry& entry : registry()) {
     if (entry.split != Split::kRl) continue;
-    BatchOptions options;
-    options.num_envs = 20;
-    options.threads = 2;
-    options.auto_reset = AutoReset::kOff;
+    const BatchOptions options{.num_envs = 20, .threads = 2, .auto_reset = AutoReset::kOff};
     const auto batch = test::make_env(entry.id, options);
     if (batch->info().answer.empty()) continue;
     batch->reset();

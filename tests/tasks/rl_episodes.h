@@ -48,12 +48,12 @@ std::pair<int, int> play_rl(
     const Begin& begin = [](const Batch& /*env*/, int /*index*/) {}) {
   constexpr int kSteps = 5400;  // at least, of all policies
   constexpr int kPolicies = 3;
-  BatchOptions options;
-  options.num_envs = std::max(20, kSteps / (kPolicies * require_entry(id).horizon));
-  options.threads = 2;
-  options.reward_mode = RewardMode::kDense;
-  options.terminate_on_success = false;
-  options.auto_reset = AutoReset::kOff;
+  const BatchOptions options{
+      .num_envs = std::max(20, kSteps / (kPolicies * require_entry(id).horizon)),
+      .threads = 2,
+      .reward_mode = RewardMode::kDense,
+      .auto_reset = AutoReset::kOff,
+      .terminate_on_success = false};
   const auto batch = make_env(id, options);
   int steps = 0;
   int successes = 0;
@@ -89,14 +89,11 @@ std::vector<float> move_to(const Batch& batch, const GoalOf& goal_of) {
 
 // The number of `episodes` held-out episodes that a policy solves.
 inline int solved_by(Policy policy, const std::string& id, ControlMode mode, int episodes) {
-  BatchOptions options;
-  options.num_envs = episodes;
-  options.threads = 2;
-  options.seed = 1000;
-  options.control_mode = mode;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, {.num_envs = episodes,
+                                       .seed = 1000,
+                                       .threads = 2,
+                                       .control_mode = mode,
+                                       .auto_reset = AutoReset::kOff});
   for (int t = 0; t < batch->info().horizon; ++t) step(*batch, policy);
   int solved = 0;
   for (int i = 0; i < episodes; ++i) {

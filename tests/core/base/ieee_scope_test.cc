@@ -61,12 +61,11 @@ void append(test::Bytes& to, std::span<const T> values) {
 // An episode's beginning, a snapshot and its restoration, made in one mode and played in another.
 Played play(const std::string& id, unsigned when_made, unsigned later) {
   Played played;
-  BatchOptions options;
-  options.num_envs = 3;
-  options.threads = 2;
-  options.chunk = 1;
-  options.obs_mode = ObsMode::kRgb;
-  options.auto_reset = AutoReset::kSameStep;
+  const BatchOptions options{.num_envs = 3,
+                             .threads = 2,
+                             .chunk = 1,
+                             .obs_mode = ObsMode::kRgb,
+                             .auto_reset = AutoReset::kSameStep};
   std::unique_ptr<Batch> batch;
   Host maker(when_made);
   maker.run([&] { batch = make(id, options); });

@@ -17,10 +17,7 @@
 namespace engram {
 namespace {
 
-using test::RecordedBody;
-using test::RecordedRobot;
-using test::RecordedRun;
-using test::Recordings;
+using test::RecordedBody, test::RecordedRobot, test::RecordedRun, test::Recordings;
 
 constexpr int kSubsteps = 5;
 

@@ -20,12 +20,8 @@
 namespace engram {
 namespace {
 
-using test::RecordedBody;
-using test::RecordedPoint;
-using test::RecordedRobot;
-using test::RecordedRun;
-using test::RecordedSubstep;
-using test::Recordings;
+using test::RecordedBody, test::RecordedPoint, test::RecordedRobot, test::RecordedRun,
+    test::RecordedSubstep, test::Recordings;
 
 // Errors of one substep.
 struct Errors {

@@ -15,11 +15,8 @@
 namespace engram {
 namespace {
 
-using test::RecordedBody;
-using test::RecordedPoint;
-using test::RecordedRun;
-using test::RecordedSubstep;
-using test::Recordings;
+using test::RecordedBody, test::RecordedPoint, test::RecordedRun, test::RecordedSubstep,
+    test::Recordings;
 
 // Pairs of boxes of a run, found in every recorded substep.
 class Finder {

@@ -27,11 +27,7 @@ constexpr double kTableTop = -0.0005;  // of the box that is seen
 constexpr double kHalfCube = 0.02;
 
 BatchOptions seeing(ObsMode mode, int num_envs, std::uint64_t seed = 11) {
-  BatchOptions options;
-  options.num_envs = num_envs;
-  options.seed = seed;
-  options.threads = 1;
-  options.obs_mode = mode;
+  BatchOptions options{.num_envs = num_envs, .seed = seed, .threads = 1, .obs_mode = mode};
   return options;
 }
 

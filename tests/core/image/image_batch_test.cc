@@ -14,11 +14,7 @@ constexpr const char* kId = "RememberColor9-VLA-v0";
 constexpr std::size_t kBytes = 128 * 128 * 6;
 
 BatchOptions rgb_options(int num_envs, std::uint64_t seed = 11) {
-  BatchOptions options;
-  options.num_envs = num_envs;
-  options.seed = seed;
-  options.threads = 1;
-  options.obs_mode = ObsMode::kRgb;
+  BatchOptions options{.num_envs = num_envs, .seed = seed, .threads = 1, .obs_mode = ObsMode::kRgb};
   return options;
 }
 

@@ -16,13 +16,11 @@ namespace engram {
 namespace {
 
 using Layout = ObjectTokens::Layout;
-using test::make_env;
+using test::make_env, test::make_running;
 
 std::unique_ptr<Batch> make_seeing(std::string_view id, MakeOptions options = {}) {
   options.obs_mode = ObsMode::kObjects;
-  auto batch = make_env(id, options);
-  batch->reset();
-  return batch;
+  return make_running(id, options);
 }
 
 // The tokens of one environment: the last part of its row.
@@ -229,8 +227,7 @@ TEST_CASE("Rows are described part by part, and lie in the ranges", "[objects]")
 TEST_CASE("What is far off or fast is cut off at the ends of the ranges", "[objects]") {
   MakeOptions options;
   options.obs_mode = ObsMode::kObjects;
-  const auto batch = make_env("RememberColor3-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("RememberColor3-VLA-v0", options);
   batch->state().prop_pos.row(0)[0] = 1e6;
   batch->state().prop_pos.row(0)[1] = -1e6;
   batch->state().qvel.row(0)[0] = 1e6;

@@ -15,16 +15,13 @@ using Layout = ObjectTokens::Layout;
 
 std::unique_ptr<Batch> make_seeing(std::string_view id, BatchOptions options) {
   options.obs_mode = ObsMode::kObjects;
-  auto batch = test::make_env(id, options);
-  batch->reset();
-  return batch;
+  return test::make_running(id, options);
 }
 
 TEST_CASE("A row is the robot, the cue where there is one, the time if asked for, and the tokens",
           "[objects]") {
   const auto names = [](const char* id, bool time) {
-    BatchOptions options;
-    options.observe_time = time;
+    const BatchOptions options{.observe_time = time};
     const auto batch = make_seeing(id, options);
     std::vector<std::string> parts;
     for (const Field& field : batch->state_fields()) {
@@ -52,10 +49,8 @@ TEST_CASE("Ranges are those of the fields, and other modes have none", "[objects
 }
 
 TEST_CASE("The last observation of an episode is kept", "[objects]") {
-  BatchOptions options;
-  options.num_envs = 3;
-  options.auto_reset = AutoReset::kSameStep;
-  options.observe_time = true;
+  const BatchOptions options{
+      .num_envs = 3, .observe_time = true, .auto_reset = AutoReset::kSameStep};
   const auto batch = make_seeing("RememberColor3-VLA-v0", options);
   for (int t = 0; t < 25; ++t) test::step(*batch, Policy::kRandom);
   REQUIRE(batch->final_mask()[0] == 1);
@@ -67,8 +62,7 @@ TEST_CASE("The last observation of an episode is kept", "[objects]") {
 }
 
 TEST_CASE("A row that is no row of numbers ends the episode", "[objects]") {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kOff;
+  const BatchOptions options{.auto_reset = AutoReset::kOff};
   const auto batch = make_seeing("RotateLenientPos-VLA-v0", options);
   test::step(*batch, Policy::kZero);
   CHECK(batch->unstable()[0] == 0);

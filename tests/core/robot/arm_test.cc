@@ -236,8 +236,7 @@ TEST_CASE("A rotation vector is the shorter of both", "[arm]") {
 }
 
 TEST_CASE("Roll, pitch and yaw compose about fixed axes", "[arm]") {
-  using Eigen::AngleAxisd;
-  using Eigen::Vector3d;
+  using Eigen::AngleAxisd, Eigen::Vector3d;
   RandomStream random(4, 0, 0);
   for (int round = 0; round < 100; ++round) {
     const Vector3d angles(random.uniform(-3, 3), random.uniform(-1.5, 1.5), random.uniform(-3, 3));

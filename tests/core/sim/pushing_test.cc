@@ -71,8 +71,7 @@ struct Appearance {
 };
 
 Appearance appear(mjcf::ObjectShape shape, const Vec3& offset, double yaw, bool sleep) {
-  BatchOptions options;
-  options.sleep = sleep;
+  const BatchOptions options{.sleep = sleep};
   const mjcf::Prop prop = mjcf::shape_prop("shape", shape, {1, 0, 0, 1});
   const double rest = mjcf::resting_height(shape);
   Rig rig({prop}, {{{0.3, 0.6, rest}, PropStatus::kHidden}}, options);

@@ -18,9 +18,7 @@ constexpr double kGravity = 9.81;
 
 // Every control step is one substep, so that nothing happens unseen in between.
 BatchOptions fine_steps(bool sleep = true) {
-  BatchOptions options;
-  options.substeps = 1;
-  options.sleep = sleep;
+  BatchOptions options{.sleep = sleep, .substeps = 1};
   return options;
 }
 

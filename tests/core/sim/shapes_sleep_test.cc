@@ -11,9 +11,7 @@
 namespace engram {
 namespace {
 
-using mjcf::ObjectShape;
-using test::Placement;
-using test::Rig;
+using mjcf::ObjectShape, test::Placement, test::Rig;
 
 mjcf::Prop shape(ObjectShape which, int index) {
   return mjcf::shape_prop("shape_" + std::to_string(index), which, {0, 0, 1, 1});
@@ -95,8 +93,7 @@ TEST_CASE("A prop that falls a millimetre beside others leaves them where they a
 
 // Pushes a shape along x with the closed gripper, low over the table, and goes away.
 Eigen::Vector3d push(ObjectShape which, bool sleep) {
-  BatchOptions options;
-  options.sleep = sleep;
+  const BatchOptions options{.sleep = sleep};
   const double height = mjcf::resting_height(which);
   Rig rig({shape(which, 0)}, {{{0.0, 0.0, height}}}, options);
   rig.move({-0.08, 0, 0.08}, 30, -0.6);

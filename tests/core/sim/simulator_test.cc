@@ -14,8 +14,7 @@
 namespace engram {
 namespace {
 
-using test::mixed_model;
-using test::MixedColumns;
+using test::mixed_model, test::MixedColumns;
 
 constexpr int kEnvs = 21;
 

@@ -12,12 +12,10 @@
 namespace engram {
 namespace {
 
-using test::Placement;
-using test::Rig;
+using test::Placement, test::Rig;
 
 BatchOptions with_sleep(bool sleep) {
-  BatchOptions options;
-  options.sleep = sleep;
+  BatchOptions options{.sleep = sleep};
   return options;
 }
 

@@ -11,8 +11,7 @@ namespace {
 TEST_CASE("A battery that is thrown tumbles no faster and faster", "[physics]") {
   BatchOptions options;
   options.sleep = GENERATE(true, false);
-  const auto batch = test::make_env("BatteriesCheckerHard-3-VLA-v0", options);
-  batch->reset();
+  const auto batch = test::make_running("BatteriesCheckerHard-3-VLA-v0", options);
   const double pos[3] = {0, 0.5, 4};
   const double quat[4] = {1, 0, 0, 0};
   const State& state = batch->state();

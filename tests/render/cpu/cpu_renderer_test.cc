@@ -10,8 +10,7 @@
 namespace engram::test {
 namespace {
 
-using Eigen::Matrix3f;
-using Eigen::Vector3f;
+using Eigen::Matrix3f, Eigen::Vector3f;
 using Color = std::array<int, 3>;
 
 TEST_CASE("spheres are shaded by Lambert's law", "[render]") {
@@ -160,8 +159,7 @@ TEST_CASE("antialiasing takes the mean of four samples", "[render]") {
   RenderRig rig;
   rig.add(RenderShape::kSphere, {1, 0, 0}, {3, 0.2F, 0.1F});
   rig.add_light({1, 1, -1}, 0.5F);
-  CpuRendererOptions smooth;
-  smooth.antialias = true;
+  const CpuRendererOptions smooth{.antialias = true};
   const Image fine = rig.render(66, 42);
   const Image mean = rig.render(33, 21, smooth);
   for (int y = 0; y < 21; ++y) {
@@ -188,8 +186,7 @@ TEST_CASE("shadows fall where light is blocked", "[render]") {
   SECTION("box") { rig.add(RenderShape::kBox, {0.5F, 0.5F, 0.5F}, {1, 0, 5}, slanted); }
   SECTION("capsule") { rig.add(RenderShape::kCapsule, {0.5F, 0.1F, 0}, {1, 0, 5}, slanted); }
   SECTION("cylinder") { rig.add(RenderShape::kCylinder, {0.5F, 0.5F, 0}, {1, 0, 5}, slanted); }
-  CpuRendererOptions hard;
-  hard.shadow_rays = 1;
+  CpuRendererOptions hard{.shadow_rays = 1};
   const Image image = rig.render(64, 64, hard);  // of 8 m x 8 m, with +x up; the geom is above
   CHECK(image.color(32, 24) == Color{128, 128, 128});
   CHECK(image.color(32, 40) == Color{255, 255, 255});

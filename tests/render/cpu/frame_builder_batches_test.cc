@@ -13,11 +13,7 @@
 namespace engram::test {
 namespace {
 
-using cpu::FrameData;
-using cpu::PrimitiveKind;
-using cpu::ScreenPrimitive;
-using cpu::Surface;
-using Eigen::Vector3f;
+using cpu::FrameData, cpu::PrimitiveKind, cpu::ScreenPrimitive, cpu::Surface, Eigen::Vector3f;
 
 std::vector<const cpu::Kernel*> kernels() {
   std::vector<const cpu::Kernel*> all = {cpu::baseline_kernel()};

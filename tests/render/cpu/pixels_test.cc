@@ -52,9 +52,7 @@ TEST_CASE("any of the outputs may be left out", "[render]") {
 
 TEST_CASE("images beyond the limits stay untouched", "[render]") {
   const RenderRig rig = crowd(2);
-  CpuRendererOptions options;
-  options.max_width = 20;
-  options.max_height = 10;
+  const CpuRendererOptions options{.max_width = 20, .max_height = 10};
   const auto renderer = make_cpu_renderer(rig.scene, options, 1);
   std::vector<std::uint8_t> bytes(3 * 21 * 11, 9);
   RenderImage image;
@@ -125,9 +123,7 @@ TEST_CASE("images do not depend on workers, threads or what was drawn before", "
 }
 
 TEST_CASE("rendering does not allocate", "[render]") {
-  CpuRendererOptions options;
-  options.antialias = true;
-  options.shadow_rays = 2;
+  const CpuRendererOptions options{.shadow_rays = 2, .antialias = true};
   const RenderRig rig = crowd(5);
   const auto renderer = make_cpu_renderer(rig.scene, options, 1);
   std::vector<std::uint8_t> bytes(3 * 96 * 96);

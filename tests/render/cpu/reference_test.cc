@@ -11,9 +11,7 @@
 namespace engram::test {
 namespace {
 
-using Eigen::Matrix3f;
-using Eigen::Vector3d;
-using Eigen::Vector3f;
+using Eigen::Matrix3f, Eigen::Vector3d, Eigen::Vector3f;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -185,8 +183,7 @@ struct Shadows {
 
 Shadows compare_shadows(const RenderRig& rig, const Vector3d& to_light, int width, int height) {
   using Rows = Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>;
-  CpuRendererOptions hard;
-  hard.shadow_rays = 1;
+  const CpuRendererOptions hard{.shadow_rays = 1};
   RenderRig unlit = rig;
   unlit.scene.lights.clear();
   const Image shadowed = rig.render(width, height, hard);

@@ -44,10 +44,7 @@ TEST_CASE("tiles of the tasks' scenes have the colours of pixels drawn one by on
                              "RotateLenientPos-VLA-v0",        "GatherAndRecall3-VLA-v0",
                              "InterceptGrabMedium-VLA-v0",     "BlinkCountButtonPressEasy-VLA-v0"};
   for (const std::string& id : ids) {
-    BatchOptions options;
-    options.num_envs = 2;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, {.num_envs = 2});
     SceneViews views(batch->physics_model(), 1);
     ImageSourceOptions image_options;
     image_options.for_people = false;

@@ -212,8 +212,7 @@ TEST_CASE("A finer tolerance brings OpenGL's outlines closer to exact ones", "[r
   const Image exact = draw(*cpu, stage, 0, 256, 256);
   double previous = 1;
   for (const float tolerance : {3.0F, 0.5F, 0.05F}) {
-    EglRendererOptions options;
-    options.tolerance = tolerance;
+    const EglRendererOptions options{.tolerance = tolerance};
     const auto egl = make_egl_renderer(stage.scene, options, 1);
     const double silhouette = compare(draw(*egl, stage, 0, 256, 256), exact).silhouette;
     CHECK(silhouette < previous);
@@ -224,10 +223,8 @@ TEST_CASE("A finer tolerance brings OpenGL's outlines closer to exact ones", "[r
 TEST_CASE("OpenGL's soft shadows fall where the ray caster's do", "[render][egl]") {
   if (!has_egl()) return;
   const Stage stage = random_stage(2, false);
-  CpuRendererOptions cpu_options;
-  cpu_options.shadow_rays = 32;
-  EglRendererOptions egl_options;
-  egl_options.shadows = true;
+  const CpuRendererOptions cpu_options{.shadow_rays = 32};
+  const EglRendererOptions egl_options{.shadows = true};
   const auto cpu = make_cpu_renderer(stage.scene, cpu_options, 1);
   const auto egl = make_egl_renderer(stage.scene, egl_options, 1);
   const auto unshadowed = make_egl_renderer(stage.scene, {}, 1);
@@ -243,10 +240,8 @@ TEST_CASE("OpenGL's soft shadows fall where the ray caster's do", "[render][egl]
 TEST_CASE("Multisampling smooths outlines and leaves the rest alone", "[render][egl]") {
   if (!has_egl()) return;
   const Stage stage = random_stage(5, true);
-  CpuRendererOptions cpu_options;
-  cpu_options.antialias = true;
-  EglRendererOptions egl_options;
-  egl_options.samples = 4;
+  const CpuRendererOptions cpu_options{.antialias = true};
+  const EglRendererOptions egl_options{.samples = 4};
   const auto cpu = make_cpu_renderer(stage.scene, cpu_options, 1);
   const auto smooth = make_egl_renderer(stage.scene, egl_options, 1);
   const auto sharp = make_egl_renderer(stage.scene, {}, 1);
@@ -260,8 +255,7 @@ TEST_CASE("Multisampling smooths outlines and leaves the rest alone", "[render][
 TEST_CASE("OpenGL images obey strides, visibility and sizes", "[render][egl]") {
   if (!has_egl()) return;
   Stage stage = random_stage(4, false);
-  EglRendererOptions options;
-  options.max_width = 64;
+  const EglRendererOptions options{.max_width = 64};
   const auto egl = make_egl_renderer(stage.scene, options, 1);
   const Image packed = draw(*egl, stage, 1, 64, 32);
 
@@ -356,8 +350,7 @@ TEST_CASE("The OpenGL renderer refuses what makes no sense", "[render][egl]") {
     }
     return false;
   };
-  EglRendererOptions options;
-  options.samples = 3;
+  EglRendererOptions options{.samples = 3};
   CHECK(refused(stage.scene, options, 1));
   options = {};
   options.max_width = 0;

@@ -8,8 +8,7 @@
 namespace engram::test {
 namespace {
 
-using gl::Shapes;
-using gl::Vertex;
+using gl::Shapes, gl::Vertex;
 
 RenderGeom geom_of(RenderShape shape) {
   RenderGeom geom;

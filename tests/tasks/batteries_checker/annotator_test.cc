@@ -10,10 +10,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::play_annotated;
-using test::Texts;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::play_annotated, test::Texts;
 
 TEST_CASE("Words of BatteriesChecker: results as the lamp shows them",
           "[labels][batteries_checker]") {

@@ -8,12 +8,7 @@
 namespace engram {
 namespace {
 
-using Eigen::Vector3d;
-using test::first_answer;
-using test::FirstAnswer;
-using test::flag;
-using test::row;
-using test::step_at;
+using Eigen::Vector3d, test::first_answer, test::FirstAnswer, test::flag, test::row, test::step_at;
 
 constexpr const char* kEasy = "BatteriesCheckerEasy-3-VLA-v0";
 constexpr const char* kHard = "BatteriesCheckerHard-3-VLA-v0";
@@ -25,15 +20,12 @@ Vector3d slot(int battery) { return {-0.05 * battery, -0.084, 0.03}; }
 
 // Battery 0 works. Everything stays where a test puts it.
 std::unique_ptr<Batch> start(const char* id, bool strict = false, bool check_all = true) {
-  BatchOptions options;
-  options.substeps = 0;
-  options.auto_reset = AutoReset::kOff;
-  options.pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}};
-  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0},
-                          {"check_all", check_all ? 1.0 : 0.0}};
-  auto batch = test::make_env(id, options);
-  batch->reset();
-  return batch;
+  const BatchOptions options{
+      .auto_reset = AutoReset::kOff,
+      .substeps = 0,
+      .pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}},
+      .task_options = {{kStrictOption, strict ? 1.0 : 0.0}, {"check_all", check_all ? 1.0 : 0.0}}};
+  return test::make_running(id, options);
 }
 
 void put(Batch& batch, int battery, const Vector3d& where) {

@@ -12,9 +12,7 @@
 namespace engram {
 namespace {
 
-using test::flag;
-using test::make_env;
-using test::row;
+using test::flag, test::make_env, test::make_running, test::row;
 
 const double* const kUpright = mjcf::kBatteryQuat.data();
 const std::vector<Pin> kLayout = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}};
@@ -22,14 +20,10 @@ const std::vector<TaskOptionValue> kCheckAll = {{"check_all", 1}};
 
 std::unique_ptr<Batch> start(const std::string& id, std::vector<double> working,
                              std::vector<TaskOptionValue> choices = {}) {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kOff;
-  options.pins = kLayout;
+  BatchOptions options{.auto_reset = AutoReset::kOff, .pins = kLayout};
   options.pins.push_back({"working", std::move(working)});
   options.task_options = std::move(choices);
-  auto batch = make_env("BatteriesChecker" + id + "-VLA-v0", options);
-  batch->reset();
-  return batch;
+  return make_running("BatteriesChecker" + id + "-VLA-v0", options);
 }
 
 Eigen::Vector3d pos(const Batch& batch, int battery) {
@@ -92,10 +86,7 @@ TEST_CASE("The state observation has the specified widths", "[battery]") {
 }
 
 TEST_CASE("Working batteries are distinct active slots, in ascending order", "[battery]") {
-  BatchOptions options;
-  options.num_envs = 40;
-  const auto batch = make_env("BatteriesCheckerEasy-6-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("BatteriesCheckerEasy-6-VLA-v0", {.num_envs = 40});
   std::vector<int> seen(6);
   for (int i = 0; i < 40; ++i) {
     const std::int32_t* slots = row<std::int32_t>(batch->output("oracle_info"), i);
@@ -232,13 +223,10 @@ TEST_CASE("Success is that every working battery was found", "[battery]") {
 
 TEST_CASE("The number of working batteries decides what success needs", "[battery]") {
   for (const int working : {1, 2, 3}) {
-    MakeOptions options;
-    options.auto_reset = AutoReset::kOff;
-    options.constants = {{"WORKING_BATTERY_COUNT", working}};
-    options.pins = {{"working", {0}}};
+    MakeOptions options{{.auto_reset = AutoReset::kOff, .pins = {{"working", {0}}}},
+                        {{"WORKING_BATTERY_COUNT", working}}};
     for (int i = 1; i < working; ++i) options.pins[0].values.push_back(i);
-    const auto batch = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
-    batch->reset();
+    const auto batch = make_running("BatteriesCheckerEasy-3-VLA-v0", options);
     REQUIRE(play(*batch, 300, [&] { return flag(*batch, "success"); }));
     CHECK(number(*batch, "checked_count") == working);
   }
@@ -246,9 +234,7 @@ TEST_CASE("The number of working batteries decides what success needs", "[batter
 
 TEST_CASE("Chance is that of the rules of the batch", "[battery]") {
   for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
-    BatchOptions options;
-    options.rules = rules;
-    const auto batch = make_env("BatteriesCheckerEasy-3-VLA-v0", options);
+    const auto batch = make_env("BatteriesCheckerEasy-3-VLA-v0", {.rules = rules});
     CHECK(batch->info().chance() == Approx((rules == Rules::kOriginal ? 6.0 : 19.0) / 27));
   }
 }

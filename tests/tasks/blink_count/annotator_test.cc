@@ -10,11 +10,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::play_annotated;
-using test::row;
-using test::Texts;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::play_annotated, test::row, test::Texts;
 
 TEST_CASE("Words of BlinkCount: blinks as they come, then presses", "[labels][blink_count]") {
   for (int blinks = 1; blinks <= 3; ++blinks) {

@@ -18,10 +18,7 @@
 namespace engram {
 namespace {
 
-using test::flag;
-using test::make_env;
-using test::row;
-using test::step_at;
+using test::flag, test::make_running, test::row, test::step_at;
 
 constexpr const char* kEasy = "BlinkCountButtonPressEasy-VLA-v0";
 const Eigen::Vector3d kFarAway(-0.1, 0, 0.4);
@@ -39,18 +36,17 @@ T value(const Batch& batch, const char* name, int index = 0) {
 int count(const Batch& batch, const char* name) { return value<std::int32_t>(batch, name); }
 
 BatchOptions placed(double blinks) {
-  BatchOptions options;
-  options.substeps = 0;
-  options.reward_mode = RewardMode::kDense;
-  options.auto_reset = AutoReset::kOff;
-  options.pins = {{"button_x", {-0.1}}, {"button_y", {0}}, {"target_blinks", {blinks}}};
+  BatchOptions options{
+      .reward_mode = RewardMode::kDense,
+      .auto_reset = AutoReset::kOff,
+      .substeps = 0,
+      .pins = {{"button_x", {-0.1}}, {"button_y", {0}}, {"target_blinks", {blinks}}}};
   return options;
 }
 
 // An environment without physics after the last evaluation of the cue.
 std::unique_ptr<Batch> after_cue(double blinks) {
-  auto batch = make_env(kEasy, placed(blinks));
-  batch->reset();
+  auto batch = make_running(kEasy, placed(blinks));
   while (batch->state().elapsed[0] < Queries(*batch).cue_end(0) - 1) step_at(*batch, kFarAway);
   return batch;
 }
@@ -60,8 +56,7 @@ TEST_CASE("The lamp blinks as the worked example says", "[blink_count]") {
   options.pins.push_back({"pre_blink_off_steps", {5}});
   options.pins.push_back({"blink_on_steps", {3, 3, 3}});
   options.pins.push_back({"blink_off_steps", {4, 3, 5}});
-  const auto batch = make_env(kEasy, options);
-  batch->reset();
+  const auto batch = make_running(kEasy, options);
   CHECK(Queries(*batch).cue_end(0) == 18);
   const auto& props = batch->physics_model().props();
   const auto index = [&props](const std::string& name) {
@@ -99,8 +94,7 @@ TEST_CASE("The lamp's colour is an option", "[blink_count]") {
   BatchOptions options = placed(1);
   options.task_options = {{"blink_red", 51}, {"blink_green", 255}, {"blink_blue", 0}};
   options.pins.push_back({"pre_blink_off_steps", {5}});
-  const auto batch = make_env(kEasy, options);
-  batch->reset();
+  const auto batch = make_running(kEasy, options);
   for (int t = 0; t < 5; ++t) step_at(*batch, kFarAway);
   REQUIRE(flag(*batch, "light_on"));
   const float* rgba = batch->state().prop_rgba.row(0);
@@ -126,10 +120,8 @@ TEST_CASE("Episodes draw what the ranges allow", "[blink_count]") {
   };
   for (const auto& [id, ranges] : table) {
     INFO(id);
-    BatchOptions options;
-    options.num_envs = 3000;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 3000};
+    const auto batch = make_running(id, options);
     CHECK(batch->state_dim() == 77);
     CHECK(batch->info().candidates == ranges.high - ranges.low + 1);
     std::map<int, int> blinks;
@@ -211,10 +203,8 @@ TEST_CASE("A press of the cue counts in the first step of the action phase", "[b
 }
 
 TEST_CASE("The cap sinks ahead of the finger, and stops a hard press", "[blink_count]") {
-  BatchOptions options;
-  options.pins = {{"target_blinks", {1}}, {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}};
-  const auto batch = make_env(kEasy, options);
-  batch->reset();
+  const auto batch = make_running(
+      kEasy, {.pins = {{"target_blinks", {1}}, {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}}});
   while (batch->state().elapsed[0] < Queries(*batch).cue_end(0)) test::step(*batch, Policy::kZero);
   for (int i = 0; i < 60 && count(*batch, "raw_press_count") == 0; ++i) {
     test::step(*batch, Policy::kOracle);
@@ -245,8 +235,7 @@ TEST_CASE("The cap sinks ahead of the finger, and stops a hard press", "[blink_c
 TEST_CASE("Without termination at success a later press too many fails", "[blink_count]") {
   BatchOptions options = placed(1);
   options.terminate_on_success = false;
-  const auto batch = make_env(kEasy, options);
-  batch->reset();
+  const auto batch = make_running(kEasy, options);
   while (batch->state().elapsed[0] < Queries(*batch).cue_end(0)) step_at(*batch, kFarAway);
   for (const double height : {0.08, 0.09, 0.17}) step_at(*batch, over(kRed, height));
   step_at(*batch, over(kBlack, 0.08));
@@ -328,8 +317,7 @@ TEST_CASE("The blink reward has the worked value of a step with an abrupt action
 
 TEST_CASE("The first action is compared with zero", "[reward][blink_count]") {
   BatchOptions options = placed(1);
-  const auto batch = make_env(kEasy, options);
-  batch->reset();
+  const auto batch = make_running(kEasy, options);
   batch->step(std::vector<float>{0.3F, 0, 0, 0, 0, 0, 0.4F});
   step_at(*batch, kFarAway);
   const float* terms = row<float>(batch->output("reward_dict"), 0);
@@ -364,8 +352,7 @@ TEST_CASE("Only the first count is the answer, and none before the action phase"
           "[blink_count][answer]") {
   BatchOptions options = placed(1);
   options.terminate_on_success = false;
-  const auto batch = make_env(kEasy, options);
-  batch->reset();
+  const auto batch = make_running(kEasy, options);
   while (batch->state().elapsed[0] < Queries(*batch).cue_end(0) - 2) {
     step_at(*batch, over(kBlack, batch->state().elapsed[0] % 2 == 0 ? 0.08 : 0.2));
     CHECK_FALSE(flag(*batch, "answered"));

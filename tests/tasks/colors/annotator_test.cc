@@ -11,11 +11,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::play_annotated;
-using test::row;
-using test::Texts;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::play_annotated, test::row, test::Texts;
 
 constexpr int kFirstTouch = 2;
 

@@ -121,10 +121,7 @@ TEST_CASE("The colour reward has the worked values", "[reward]") {
 
 TEST_CASE("The RL tasks' colour reward has the worked values", "[reward][rl]") {
   const auto value = [](int length, double goal, double speed, int correct, int wrong) {
-    ColorTouchReward in;
-    in.length = length;
-    in.goal_distance = goal;
-    in.arm_speed = speed;
+    ColorTouchReward in{.goal_distance = goal, .arm_speed = speed, .length = length};
     in.tally.correct = correct;
     in.tally.wrong = wrong;
     in.acting = true;

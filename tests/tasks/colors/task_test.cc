@@ -19,10 +19,7 @@
 namespace engram {
 namespace {
 
-using test::flag;
-using test::make_env;
-using test::row;
-using test::step_at;
+using test::flag, test::make_env, test::make_running, test::row, test::step_at;
 
 const Eigen::Vector3d kFarAway(-0.1, 0, 0.4);
 
@@ -59,8 +56,7 @@ std::unique_ptr<Batch> acting(const std::string& id, std::vector<double> sequenc
   options.reward_mode = RewardMode::kDense;
   const char* cue = id.find("Bunch") == 0 ? "cue_steps" : "cue_step_duration";
   options.pins = {{"sequence", std::move(sequence)}, {cue, {1}}, {"empty_steps", {1}}};
-  auto batch = make_env(id, options);
-  batch->reset();
+  auto batch = make_running(id, options);
   const int start = Queries(*batch).cue_end(0) + 1;
   for (int t = 0; t < start; ++t) step_at(*batch, kFarAway);
   CHECK(batch->state().elapsed[0] == start);
@@ -82,12 +78,11 @@ void press_button(Batch& batch) {
 }
 
 TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}};
+  const BatchOptions options{
+      .substeps = 0,
+      .pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}}};
   for (const char* id : {"SeqOfColors3-VLA-v0", "ChainOfColors3-VLA-v0"}) {
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     CHECK(Queries(*batch).cue_end(0) == 6);
     for (int t = 0; t <= 20; ++t) {
       INFO(id << ", elapsed " << t);
@@ -110,11 +105,9 @@ TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
 }
 
 TEST_CASE("Bunch shows all colours at once, each in its place", "[color_recall]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}, {"sequence", {8, 0, 3}}};
-  const auto batch = make_env("BunchOfColors3-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running(
+      "BunchOfColors3-VLA-v0",
+      {.substeps = 0, .pins = {{"cue_steps", {1}}, {"empty_steps", {1}}, {"sequence", {8, 0, 3}}}});
   const std::map<int, Eigen::Vector3d> places = {{0, {0.038203, -0.156658, 0.02}},
                                                  {3, {0.206732, -0.060244, 0.02}},
                                                  {8, {0.038203, 0.156658, 0.02}}};
@@ -152,10 +145,8 @@ TEST_CASE("Cubes are put back in the first five steps of the action phase", "[co
 
 TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle",
           "[color_recall]") {
-  BatchOptions options;
-  options.num_envs = 4000;
-  const auto batch = make_env("ChainOfColors7-VLA-v0", options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 4000};
+  const auto batch = make_running("ChainOfColors7-VLA-v0", options);
   std::array<std::array<int, 9>, 9> counts{};
   std::array<int, 9> first{};
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
@@ -217,23 +208,20 @@ TEST_CASE("A touch asks for the phase, stillness and the radius", "[color_recall
   CHECK(touched(*batch, 4));
 
   // With upstream's radius a touch is nearer.
-  BatchOptions narrow;
-  narrow.task_options = {{"touch_radius", 0.02}};
+  const BatchOptions narrow{.task_options = {{"touch_radius", 0.02}}};
   const auto strict = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, narrow);
   step_at(*strict, cube(*strict, 4) + Eigen::Vector3d(0, 0, 0.07));
   CHECK_FALSE(touched(*strict, 4));
   step_at(*strict, cube(*strict, 4) + Eigen::Vector3d(0, 0, 0.035));
   CHECK(touched(*strict, 4));
-  BatchOptions wrong;
-  wrong.task_options = {{"touch_radius", 0}};
-  CHECK_THROWS_WITH(make_env("BunchOfColors3-VLA-v0", wrong), Catch::Contains("0.001 to 0.2"));
+  CHECK_THROWS_WITH(make_env("BunchOfColors3-VLA-v0", {.task_options = {{"touch_radius", 0}}}),
+                    Catch::Contains("0.001 to 0.2"));
 
   // Not during the cue.
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}};
-  const auto early = make_env("ChainOfColors3-VLA-v0", options);
-  early->reset();
+  const auto early = make_running(
+      "ChainOfColors3-VLA-v0",
+      {.substeps = 0,
+       .pins = {{"cue_step_duration", {2}}, {"empty_steps", {2}}, {"sequence", {4, 1, 7}}}});
   for (int t = 1; t < 8; ++t) {
     step_at(*early, {0, 0, 0.055});
     for (int color = 0; color < 9; ++color) CHECK_FALSE(touched(*early, color));
@@ -285,8 +273,7 @@ TEST_CASE("The button opens when the colours are touched, and success needs all 
 }
 
 TEST_CASE("With strict order Seq demands the cue's order", "[color_recall]") {
-  BatchOptions strict;
-  strict.task_options = {{"strict_order", 1}};
+  const BatchOptions strict{.task_options = {{"strict_order", 1}}};
   for (const bool right : {true, false}) {
     const auto batch = acting("SeqOfColors3-VLA-v0", {4, 1, 7}, strict);
     for (const int color : right ? std::vector<int>{4, 1, 7} : std::vector<int>{4, 7, 1}) {
@@ -340,11 +327,8 @@ TEST_CASE("The goal vector leads from colour to colour and to the button", "[col
 }
 
 TEST_CASE("The cap sinks in the action phase only", "[color_recall]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = {{"cue_steps", {2}}, {"empty_steps", {2}}};
-  const auto batch = make_env("BunchOfColors5-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running(
+      "BunchOfColors5-VLA-v0", {.substeps = 0, .pins = {{"cue_steps", {2}}, {"empty_steps", {2}}}});
   const auto& props = batch->physics_model().props();
   const auto index = [&props](const char* name) {
     return static_cast<int>(
@@ -383,9 +367,8 @@ TEST_CASE("Colour tasks have the published sizes", "[color_recall]") {
 }
 
 TEST_CASE("Colours that are pinned twice are refused", "[color_recall]") {
-  BatchOptions options;
-  options.pins = {{"sequence", {4, 1, 4}}};
-  CHECK_THROWS_WITH(make_env("ChainOfColors3-VLA-v0", options), Catch::Contains("4 given twice"));
+  CHECK_THROWS_WITH(make_env("ChainOfColors3-VLA-v0", {.pins = {{"sequence", {4, 1, 4}}}}),
+                    Catch::Contains("4 given twice"));
 }
 
 TEST_CASE("The answer is the first wrong touch, or the last that is needed",
@@ -422,8 +405,7 @@ TEST_CASE("The answer is the first wrong touch, or the last that is needed",
 
 TEST_CASE("A wrong touch fails a strict episode", "[color_recall][answer]") {
   for (const bool strict : {false, true}) {
-    BatchOptions options;
-    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+    const BatchOptions options{.task_options = {{kStrictOption, strict ? 1.0 : 0.0}}};
     const auto batch = acting("BunchOfColors3-VLA-v0", {4, 1, 7}, options);
     touch(*batch, 1);
     CHECK_FALSE(flag(*batch, "failed"));

@@ -14,12 +14,8 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::Point;
-using test::Spectator;
-using test::touch_colors::is_chain;
-using test::touch_colors::kFamilies;
-using test::touch_colors::start_of;
+using test::make_running, test::Point, test::Spectator, test::touch_colors::is_chain,
+    test::touch_colors::kFamilies, test::touch_colors::start_of;
 
 // The rules and the dense reward, programmed again from their description.
 class Reference {
@@ -98,14 +94,12 @@ TEST_CASE("RL colours: rewards are those of the formula, whatever the policy",
       for (const Policy policy : {Policy::kOracle, Policy::kBlind, Policy::kRandom}) {
         const std::string id = family + std::to_string(length) + "-v0";
         INFO(id << ", " << name_of(policy));
-        BatchOptions options;
-        options.num_envs = kEnvs;
+        BatchOptions options{.num_envs = kEnvs};
         options.seed = 90'000;
         options.reward_mode = RewardMode::kDense;
         options.terminate_on_success = false;
         options.auto_reset = AutoReset::kOff;
-        const auto batch = make_env(id, options);
-        batch->reset();
+        const auto batch = make_running(id, options);
         std::vector<Reference> references(kEnvs, Reference(id, length));
         while (batch->state().finished[0] == 0) {
           test::step(*batch, policy);

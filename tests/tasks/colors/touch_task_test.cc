@@ -21,15 +21,9 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::Point;
-using test::row;
-using test::step_at;
-using test::touch_colors::is_bunch;
-using test::touch_colors::is_chain;
-using test::touch_colors::kFamilies;
-using test::touch_colors::start_of;
-using test::touch_colors::three;
+using test::make_env, test::make_running, test::Point, test::row, test::step_at,
+    test::touch_colors::is_bunch, test::touch_colors::is_chain, test::touch_colors::kFamilies,
+    test::touch_colors::start_of, test::touch_colors::three;
 
 const Point kFarAway(-0.1, 0, 0.4);
 
@@ -53,9 +47,7 @@ std::unique_ptr<Batch> still_env(const std::string& id, BatchOptions options = {
   options.reward_mode = RewardMode::kDense;
   options.auto_reset = AutoReset::kOff;
   options.pins = {{"sequence", {4, 1, 7}}};
-  auto batch = make_env(id, options);
-  batch->reset();
-  return batch;
+  return make_running(id, options);
 }
 
 // A batch in the first step of its action phase.
@@ -116,10 +108,8 @@ TEST_CASE("RL colours: cubes are placed once, when they appear", "[color_recall]
 
 TEST_CASE("RL colours: places are the nine slots of the narrow arc, jittered and shuffled",
           "[color_recall][rl]") {
-  BatchOptions options;
-  options.num_envs = 1000;
-  const auto batch = make_env("ChainOfColors7-v0", options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 1000};
+  const auto batch = make_running("ChainOfColors7-v0", options);
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
   std::array<int, 9> of_red{};
   for (int i = 0; i < options.num_envs; ++i) {
@@ -177,8 +167,7 @@ TEST_CASE("RL colours: a touch asks for 2 cm, stillness and the phase", "[color_
     step_at(*early, place);
     CHECK(touched(*early, 4));
   }
-  BatchOptions wide;
-  wide.task_options = {{"touch_radius", 0.05}};
+  const BatchOptions wide{.task_options = {{"touch_radius", 0.05}}};
   const auto batch = acting("BunchOfColors3-v0", wide);
   step_at(*batch, cube(*batch, 4) + Point(0, 0, 0.07));
   CHECK(touched(*batch, 4));
@@ -197,8 +186,7 @@ TEST_CASE("RL colours: the last touch succeeds and ends the episode", "[color_re
     for (const auto& [touches, set, order] : rows) {
       for (const bool ends : {true, false}) {
         INFO(family << ", row with " << touches.size() << " touches, ends " << ends);
-        BatchOptions options;
-        options.terminate_on_success = ends;
+        const BatchOptions options{.terminate_on_success = ends};
         const auto batch = acting(three(family), options);
         for (const int color : touches) {
           CHECK(batch->success()[0] == 0);
@@ -231,8 +219,7 @@ TEST_CASE("RL colours: goals are the lowest colour, in Chain the cue's order",
                       {{4, 1, 3}, 7, 7}, {{4, 1, 7, 3}, -1, 4}};
   for (const char* family : kFamilies) {
     for (const auto& [touches, set, chain] : rows) {
-      BatchOptions options;
-      options.terminate_on_success = false;
+      const BatchOptions options{.terminate_on_success = false};
       const auto batch = still_env(three(family), options);
       const float* goal = row<float>(batch->output("obj_to_goal_pos"), 0);
       while (batch->state().elapsed[0] < start_of(family, 3)) {
@@ -294,14 +281,11 @@ TEST_CASE("RL colours: the oracle solves them in both modes and moves no cube",
     for (const std::string& id : test::rl_ids(family)) {
       for (const ControlMode mode : {ControlMode::kPdJointDeltaPos, ControlMode::kPdEeDeltaPose}) {
         INFO(id << ", " << name_of(mode));
-        BatchOptions options;
-        options.num_envs = kEpisodes;
-        options.threads = 2;
-        options.seed = 1000;
-        options.control_mode = mode;
-        options.auto_reset = AutoReset::kOff;
-        const auto batch = make_env(id, options);
-        batch->reset();
+        const auto batch = make_running(id, {.num_envs = kEpisodes,
+                                             .seed = 1000,
+                                             .threads = 2,
+                                             .control_mode = mode,
+                                             .auto_reset = AutoReset::kOff});
         for (int t = 0; t < batch->info().horizon; ++t) test::step(*batch, Policy::kOracle);
         int solved = 0;
         double farthest = 0;
@@ -324,10 +308,7 @@ TEST_CASE("RL colours: the oracle waits low with open fingers, wherever the cube
   for (const char* family : kFamilies) {
     std::vector<std::vector<float>> waiting;
     for (const double first : {4, 2}) {
-      BatchOptions options;
-      options.pins = {{"sequence", {first, 1, 7}}};
-      const auto batch = make_env(three(family), options);
-      batch->reset();
+      const auto batch = make_running(three(family), {.pins = {{"sequence", {first, 1, 7}}}});
       auto& actions = waiting.emplace_back();
       while (batch->success()[0] == 0 && batch->state().elapsed[0] < 119) {
         const std::vector<float> action = test::act(*batch, Policy::kOracle);
@@ -351,15 +332,13 @@ TEST_CASE("RL colours: constants can be changed, but not what has no effect",
     INFO(family);
     const std::string id = three(family);
     const char* cue = is_bunch(id) ? "CUE_PHASE_STEPS" : "CUE_STEP_DURATION";
-    MakeOptions options;
-    options.num_envs = 40;
-    options.constants = {{"SEQUENCE_LENGTH", 2},
-                         {"COLORS", 6},
-                         {cue, ConstantList{3, 4}},
-                         {"EMPTY_PHASE_STEPS", 9},
-                         {"CUBE_HALFSIZE", 0.025}};
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const MakeOptions options{{.num_envs = 40},
+                              {{"SEQUENCE_LENGTH", 2},
+                               {"COLORS", 6},
+                               {cue, ConstantList{3, 4}},
+                               {"EMPTY_PHASE_STEPS", 9},
+                               {"CUBE_HALFSIZE", 0.025}}};
+    const auto batch = make_running(id, options);
     std::set<int> ends;
     for (int i = 0; i < 40; ++i) ends.insert(Queries(*batch).cue_end(i));
     CHECK(ends == (is_bunch(id) ? std::set<int>{3, 4} : std::set<int>{6, 8}));

@@ -10,11 +10,8 @@
 namespace engram {
 namespace {
 
-using tasks::ColorList;
-using tasks::ConstantBinder;
-using tasks::NameList;
-using tasks::SampledRange;
-using tasks::StepRange;
+using tasks::ColorList, tasks::ConstantBinder, tasks::NameList, tasks::SampledRange,
+    tasks::StepRange;
 
 constexpr std::array kShapes = {"circle", "square", "triangle"};
 

@@ -73,11 +73,8 @@ TEST_CASE("Paraphrases: ten or more of every task's instruction", "[labels]") {
 }
 
 TEST_CASE("Paraphrases: the episode's numbers are in them", "[labels]") {
-  BatchOptions options;
-  options.seed = 3;
-  options.pins = {{"target_angle", {-0.5}}};
-  const auto batch = test::make_env("RotateStrictPosNeg-VLA-v0", options);
-  batch->reset();
+  const auto batch = test::make_running("RotateStrictPosNeg-VLA-v0",
+                                        {.seed = 3, .pins = {{"target_angle", {-0.5}}}});
   const std::vector<std::string> texts = paraphrases(Queries(*batch).instruction(0));
   REQUIRE(texts.size() >= 10);
   for (const std::string& text : texts) {

@@ -12,15 +12,11 @@
 namespace engram {
 namespace {
 
-using test::Bytes;
-using test::make_env;
-using test::row;
+using test::Bytes, test::make_env, test::make_running, test::row;
 
 // Every draw that makes an episode long at its least, so that the course begins soon.
 BatchOptions shortened(const std::string& id, int num_envs = 1) {
-  BatchOptions options;
-  options.num_envs = num_envs;
-  options.auto_reset = AutoReset::kOff;
+  BatchOptions options{.num_envs = num_envs, .auto_reset = AutoReset::kOff};
   const auto task = make_task(id);
   for (const RandomVariable& draw : task->info().random_variables) {
     const bool waits = draw.unit == "control steps" || draw.name == "target_blinks";
@@ -64,8 +60,7 @@ std::vector<Bytes> course(Batch& batch, int steps) {
 TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot][button]") {
   for (const std::string& id : ids_with_button()) {
     INFO(id);
-    const auto batch = make_env(id, shortened(id));
-    batch->reset();
+    const auto batch = make_running(id, shortened(id));
     for (int i = 0; i < batch->info().horizon && !pending(*batch); ++i) {
       test::step(*batch, Policy::kOracle);
     }
@@ -84,8 +79,7 @@ TEST_CASE("A snapshot in the middle of a press goes on bit for bit", "[snapshot]
 TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinism][button]") {
   for (const std::string& id : ids_with_button()) {
     INFO(id);
-    const auto single = make_env(id, shortened(id));
-    single->reset();
+    const auto single = make_running(id, shortened(id));
     std::vector<Bytes> expected;
     while (single->success()[0] == 0 && single->state().finished[0] == 0) {
       test::step(*single, Policy::kOracle);
@@ -98,8 +92,7 @@ TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinis
     CHECK((course(*single, steps) == expected));
     BatchOptions options = shortened(id, 3);
     options.threads = 3;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     CHECK((course(*batch, steps) == expected));
   }
 }

@@ -7,9 +7,7 @@
 namespace engram {
 namespace {
 
-using tasks::RandomVariables;
-using tasks::SampledRange;
-using tasks::StepRange;
+using tasks::RandomVariables, tasks::SampledRange, tasks::StepRange;
 
 // Three random variables, as a family declares them.
 struct Variables {

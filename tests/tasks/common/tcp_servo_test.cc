@@ -15,11 +15,7 @@ using namespace tasks;
 
 // A robot that stands where it is put.
 std::unique_ptr<Batch> make_still_env() {
-  BatchOptions options;
-  options.substeps = 0;
-  auto batch = test::make_env("RememberColor3-VLA-v0", options);
-  batch->reset();
-  return batch;
+  return test::make_running("RememberColor3-VLA-v0", {.substeps = 0});
 }
 
 TEST_CASE("The tool tilts outwards where it must and not before", "[servo]") {
@@ -94,15 +90,13 @@ std::vector<float> joint_steps(const State& state, const Arm& arm,
 }
 
 TEST_CASE("A tool whose orientation is free goes sideways sooner by joint steps", "[servo]") {
-  BatchOptions options;
-  options.control_mode = ControlMode::kPdJointDeltaPos;
-  options.robot_init_qpos_noise = 0;
+  const BatchOptions options{.control_mode = ControlMode::kPdJointDeltaPos,
+                             .robot_init_qpos_noise = 0};
   const Eigen::Vector3d goals[] = {{0.05, 0.2, 0.3}, {-0.2, -0.25, 0.3}, {0.1, 0, 0.3}};
   for (const Eigen::Vector3d& goal : goals) {
     std::array<int, 2> steps{};  // with the orientation free, and kept
     for (const std::size_t keeps : {0U, 1U}) {
-      const auto batch = test::make_env("BunchOfColors7-v0", options);
-      batch->reset();
+      const auto batch = test::make_running("BunchOfColors7-v0", options);
       const State& state = batch->state();
       const Arm& arm = batch->physics_model().arm();
       const auto away = [&] {
@@ -125,8 +119,7 @@ TEST_CASE("A tool whose orientation is free goes sideways sooner by joint steps"
 }
 
 TEST_CASE("The tool's velocity is that of its way", "[servo]") {
-  const auto batch = test::make_env("RememberColor3-VLA-v0");
-  batch->reset();
+  const auto batch = test::make_running("RememberColor3-VLA-v0");
   const State& state = batch->state();
   const Arm& arm = batch->physics_model().arm();
   double* q = state.qpos.row(0);

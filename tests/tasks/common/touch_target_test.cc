@@ -75,9 +75,9 @@ TEST_CASE("The touch reward has the worked values", "[reward]") {
 double expected_reward(const Batch& batch, const std::vector<float>& action,
                        const std::vector<float>& previous, const SmoothnessParams& params) {
   const float* delta = row<float>(batch.output("obj_to_goal_pos"), 0);
-  TouchReward in;
-  in.distance = std::hypot(static_cast<double>(delta[0]), static_cast<double>(delta[1]),
-                           static_cast<double>(delta[2]));
+  TouchReward in{.distance =
+                     std::hypot(static_cast<double>(delta[0]), static_cast<double>(delta[1]),
+                                static_cast<double>(delta[2]))};
   double speed = 0;
   double norm = 0;
   double change = 0;
@@ -98,13 +98,12 @@ double expected_reward(const Batch& batch, const std::vector<float>& action,
 
 TEST_CASE("Without action cost, the touch reward equals its published values", "[reward]") {
   const auto reward = [](double distance, double speed, bool still) {
-    TouchReward in;
-    in.distance = distance;
-    in.arm_speed = speed;
-    in.action_norm = 1;
-    in.action_delta_norm = 1;
-    in.robot_static = still;
-    in.placed = distance <= 0.05;
+    TouchReward in{.distance = distance,
+                   .arm_speed = speed,
+                   .action_norm = 1,
+                   .action_delta_norm = 1,
+                   .robot_static = still,
+                   .placed = distance <= 0.05};
     return in.compute();
   };
   CHECK(reward(0.12, 0.6, false) == Approx(0.168818).margin(6e-7));
@@ -124,12 +123,9 @@ TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Row& task = rows[seed];
     INFO(task.id);
-    BatchOptions options;
-    options.seed = seed;
-    options.reward_mode = RewardMode::kDense;
-    options.freeze_cue = seed % 2 == 0;
-    const auto batch = test::make_env(task.id, options);
-    batch->reset();
+    const BatchOptions options{
+        .seed = seed, .reward_mode = RewardMode::kDense, .freeze_cue = seed % 2 == 0};
+    const auto batch = test::make_running(task.id, options);
     std::vector<float> previous(7);
     double total = 0;
     int successes = 0;
@@ -155,9 +151,7 @@ TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
 }
 
 TEST_CASE("The reward terms in the info are those of the step before", "[reward]") {
-  BatchOptions options;
-  options.reward_mode = RewardMode::kDense;
-  const auto batch = test::make_env("RememberColor3-VLA-v0", options);
+  const auto batch = test::make_env("RememberColor3-VLA-v0", {.reward_mode = RewardMode::kDense});
   std::vector<std::string> names;
   for (const Field& term : batch->info().reward_terms) names.push_back(term.name);
   REQUIRE(names.size() == 12);
@@ -181,10 +175,8 @@ TEST_CASE("The reward terms in the info are those of the step before", "[reward]
     CHECK(term("success") == (success ? 1 : 0));
     CHECK(term("reaching_reward") == Approx(1 - std::tanh(10 * distance)).margin(1e-6));
   }
-  BatchOptions sparse;
-  sparse.reward_mode = RewardMode::kSparse;
-  const auto without = test::make_env("RememberColor3-VLA-v0", sparse);
-  without->reset();
+  const auto without =
+      test::make_running("RememberColor3-VLA-v0", {.reward_mode = RewardMode::kSparse});
   for (int i = 0; i < 5; ++i) test::step(*without, Policy::kZero);
   CHECK(std::isnan(row<float>(without->output("reward_dict"), 0)[0]));
 }

@@ -20,9 +20,7 @@ struct Rig {
   Tour tour;
 
   Rig() {
-    BatchOptions options;
-    options.substeps = 0;
-    batch = test::make_env("RememberColor3-Long-VLA-v0", options);
+    batch = test::make_env("RememberColor3-Long-VLA-v0", {.substeps = 0});
     batch->reset();
     for (const Eigen::Vector3d& stop : {kMiddle, kLeft, kRight}) tour.add(stop);
   }

@@ -120,11 +120,7 @@ std::shared_ptr<CountingRules::Log> registered() {
 TEST_CASE("A task with rules outside of the library runs", "[own_tasks]") {
   const auto log = registered();
   CHECK(find_entry(kId)->split == Split::kExtended);
-  BatchOptions options;
-  options.num_envs = 5;
-  options.reward_mode = RewardMode::kDense;
-  const auto batch = test::make_env(kId, options);
-  batch->reset();
+  const auto batch = test::make_running(kId, {.num_envs = 5, .reward_mode = RewardMode::kDense});
   CHECK(batch->info().horizon == 20);
   const auto* goals = reinterpret_cast<const std::int32_t*>(batch->memory().find("draw:goal").data);
   for (int step = 1; step <= 6; ++step) {
@@ -143,11 +139,7 @@ TEST_CASE("A task with rules outside of the library runs", "[own_tasks]") {
 
 TEST_CASE("Rules see the environments concerned alone", "[own_tasks]") {
   const auto log = registered();
-  BatchOptions options;
-  options.num_envs = 6;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = test::make_env(kId, options);
-  batch->reset();
+  const auto batch = test::make_running(kId, {.num_envs = 6, .auto_reset = AutoReset::kOff});
   test::step(*batch, Policy::kZero);
   log->calls.clear();
   const std::vector<std::uint8_t> mask = {0, 1, 0, 0, 1, 0};
@@ -160,9 +152,8 @@ TEST_CASE("Rules see the environments concerned alone", "[own_tasks]") {
 
 TEST_CASE("Constants reach the rules, and wrong ones are refused", "[own_tasks]") {
   const auto log = registered();
-  MakeOptions options;
-  options.constants = {{"SIZE", Constant(7)}, {kHorizonConstant, Constant(4)}};
-  const auto batch = test::make_env(kId, options);
+  const auto batch = test::make_env(
+      kId, MakeOptions{{}, {{"SIZE", Constant(7)}, {kHorizonConstant, Constant(4)}}});
   CHECK(batch->info().horizon == 4);
   CHECK(log->constants.front().second == Constant(7));
   CHECK_THROWS_WITH(make_task(kId, {{"SIZE", Constant(10)}}),
@@ -172,8 +163,7 @@ TEST_CASE("Constants reach the rules, and wrong ones are refused", "[own_tasks]"
 
 TEST_CASE("What rules remember is in snapshots", "[own_tasks][snapshot]") {
   registered();
-  BatchOptions options;
-  options.num_envs = 3;
+  const BatchOptions options{.num_envs = 3};
   const auto batch = test::make_env(kId, options);
   const auto other = test::make_env(kId, options);
   batch->reset();
@@ -188,8 +178,7 @@ TEST_CASE("What rules remember is in snapshots", "[own_tasks][snapshot]") {
 
 TEST_CASE("Scripts that a task lacks are refused", "[own_tasks][errors]") {
   registered();
-  const auto batch = test::make_env(kId, BatchOptions());
-  batch->reset();
+  const auto batch = test::make_running(kId, BatchOptions());
   CHECK_THROWS_WITH(test::act(*batch, Policy::kSweep), "task 'CountSteps-v0': it has no sweep");
   test::step(*batch, Policy::kOracle);  // goes on
 }

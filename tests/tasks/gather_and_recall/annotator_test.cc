@@ -11,11 +11,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::play_annotated;
-using test::row;
-using test::Texts;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::play_annotated, test::row, test::Texts;
 
 TEST_CASE("Words of GatherAndRecall: the flash, once it has come", "[labels][gather_and_recall]") {
   const char* const colors[] = {"red", "green", "blue"};
@@ -44,12 +40,8 @@ TEST_CASE("Words of GatherAndRecall: the flash, once it has come", "[labels][gat
 
 // Against the columns, frame by frame.
 TEST_CASE("Words of GatherAndRecall: flash and cubes as they are", "[labels][gather_and_recall]") {
-  BatchOptions options;
-  options.seed = 9;
-  options.threads = 1;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = test::make_env("GatherAndRecall3-VLA-v0", options);
-  batch->reset();
+  const auto batch = test::make_running("GatherAndRecall3-VLA-v0",
+                                        {.seed = 9, .threads = 1, .auto_reset = AutoReset::kOff});
   const auto flag = [&](const char* name) {
     return *row<std::uint8_t>(batch->output(name), 0) != 0;
   };

@@ -45,11 +45,11 @@ TEST_CASE("The lamp flashes once, from the step that triggers it", "[gather]") {
 }
 
 TEST_CASE("The gathering reward's examples", "[gather][reward]") {
-  GatherReward in;
-  in.goal_distance = 0.25;
-  in.cubes = 5;
-  in.cubes_on_disc = 2;
-  in.action_cost = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
+  GatherReward in{
+      .goal_distance = 0.25,
+      .cubes = 5,
+      .cubes_on_disc = 2,
+      .action_cost = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4}};
   CHECK(in.compute() == Approx(4.025338).margin(1e-6));
   CHECK(in.smooth.penalty == Approx(0.046606).margin(1e-6));
   in.correct_depth = 0.5;  // pressing too early is worth nothing

@@ -12,25 +12,21 @@
 namespace engram {
 namespace {
 
-using test::flag;
-using test::make_env;
-using test::row;
+using test::flag, test::make_env, test::make_running, test::row;
 
 const Eigen::Vector3d kDisc(0.04, 0.14, 0.026);
 constexpr double kUpright[4] = {1, 0, 0, 0};
 
 std::unique_ptr<Batch> start(int cubes, double color, double trigger, double duration = 8) {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kOff;
-  options.pins = {{"disc_x", {0.04}},
-                  {"disc_y", {0.14}},
-                  {"flash_color", {color}},
-                  {"flash_trigger_count", {trigger}},
-                  {"flash_duration", {duration}},
-                  {"cube_jitter", std::vector<double>(static_cast<std::size_t>(2 * cubes))}};
-  auto batch = make_env("GatherAndRecall" + std::to_string(cubes) + "-VLA-v0", options);
-  batch->reset();
-  return batch;
+  const BatchOptions options{
+      .auto_reset = AutoReset::kOff,
+      .pins = {{"disc_x", {0.04}},
+               {"disc_y", {0.14}},
+               {"flash_color", {color}},
+               {"flash_trigger_count", {trigger}},
+               {"flash_duration", {duration}},
+               {"cube_jitter", std::vector<double>(static_cast<std::size_t>(2 * cubes))}}};
+  return make_running("GatherAndRecall" + std::to_string(cubes) + "-VLA-v0", options);
 }
 
 int number(const Batch& batch, const char* name) {
@@ -219,13 +215,12 @@ TEST_CASE("A snapshot in the middle of a grasp goes on bit for bit - gathering",
 
 TEST_CASE("Only the first button is the answer", "[gather][answer]") {
   for (const bool strict : {false, true}) {
-    BatchOptions options;
-    options.auto_reset = AutoReset::kOff;
-    options.terminate_on_success = false;
-    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-    options.pins = {{"disc_x", {0.04}}, {"disc_y", {0.14}}, {"flash_color", {1}}};
-    const auto batch = make_env("GatherAndRecall3-VLA-v0", options);
-    batch->reset();
+    const BatchOptions options{
+        .auto_reset = AutoReset::kOff,
+        .terminate_on_success = false,
+        .pins = {{"disc_x", {0.04}}, {"disc_y", {0.14}}, {"flash_color", {1}}},
+        .task_options = {{kStrictOption, strict ? 1.0 : 0.0}}};
+    const auto batch = make_running("GatherAndRecall3-VLA-v0", options);
     for (int cube = 0; cube < 3; ++cube) put_on_disc(*batch, cube);
     for (const double y : {0.14, 0.28}) {  // green, then blue
       move(*batch, {-0.18, y, 0.12}, 25);

@@ -10,10 +10,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::play_annotated;
-using test::Texts;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::play_annotated, test::Texts;
 
 TEST_CASE("Words of Intercept: nothing to remember, one thing after the other",
           "[labels][intercept]") {
@@ -37,12 +34,8 @@ TEST_CASE("Words of Intercept: nothing to remember, one thing after the other",
 TEST_CASE("Words of InterceptGrab: a grasped ball is to be held still", "[labels][intercept]") {
   int held = 0;
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
-    BatchOptions options;
-    options.seed = seed;
-    options.threads = 1;
-    options.auto_reset = AutoReset::kOff;
-    const auto batch = test::make_env("InterceptGrabSlow-VLA-v0", options);
-    batch->reset();
+    const auto batch = test::make_running(
+        "InterceptGrabSlow-VLA-v0", {.seed = seed, .threads = 1, .auto_reset = AutoReset::kOff});
     while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
       const bool grasped = *test::row<std::uint8_t>(batch->output("is_ball_grasped"), 0) != 0;
       const AnnotatedFrame frame = test::annotate(*batch);

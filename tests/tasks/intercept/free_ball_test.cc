@@ -46,16 +46,13 @@ const Launches& measured() {
 }
 
 std::unique_ptr<Batch> launch(const std::string& id, const Moment& start, bool sleep) {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kOff;
-  options.sleep = sleep;
-  options.pins = {{"ball_x", {start.pos.x()}},
-                  {"ball_y", {start.pos.y()}},
-                  {"velocity_x", {start.velocity.x()}},
-                  {"velocity_y", {start.velocity.y()}}};
-  auto batch = test::make_env(id, options);
-  batch->reset();
-  return batch;
+  const BatchOptions options{.auto_reset = AutoReset::kOff,
+                             .sleep = sleep,
+                             .pins = {{"ball_x", {start.pos.x()}},
+                                      {"ball_y", {start.pos.y()}},
+                                      {"velocity_x", {start.velocity.x()}},
+                                      {"velocity_y", {start.velocity.y()}}}};
+  return test::make_running(id, options);
 }
 
 TEST_CASE("Balls that nobody touches go the way of the original's", "[intercept][rolling]") {

@@ -13,9 +13,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::rl_ids;
-using test::row;
+using test::make_env, test::make_running, test::rl_ids, test::row;
 using Vector = Eigen::Vector3d;
 
 const std::map<std::string, std::pair<double, double>> kSpeeds = {
@@ -37,8 +35,7 @@ TEST_CASE("The RL tasks of Intercept are those of the published list", "[interce
 TEST_CASE("RL tasks of Intercept draw and show what the VLA tasks do", "[intercept][rl]") {
   for (const auto& [id, speed] : kSpeeds) {
     INFO(id);
-    BatchOptions options;
-    options.num_envs = 500;
+    const BatchOptions options{.num_envs = 500};
     const auto batch = make_env(id, options);
     const auto twin = make_env(id.substr(0, id.size() - 2) + "VLA-v0", options);
     batch->reset();
@@ -70,14 +67,11 @@ TEST_CASE("RL tasks of Intercept draw and show what the VLA tasks do", "[interce
 TEST_CASE("A ball in the target ends an RL episode, unless the user wants it to go on",
           "[intercept][rl]") {
   for (const bool ends : {true, false}) {
-    BatchOptions options;
-    options.substeps = 0;
-    options.reward_mode = RewardMode::kDense;
-    options.auto_reset = AutoReset::kOff;
+    BatchOptions options{
+        .reward_mode = RewardMode::kDense, .auto_reset = AutoReset::kOff, .substeps = 0};
     if (!ends) options.terminate_on_success = false;
     options.pins = {{"ball_x", {-0.2}}, {"goal_y", {0.0}}};
-    const auto batch = make_env("InterceptFast-v0", options);
-    batch->reset();
+    const auto batch = make_running("InterceptFast-v0", options);
     double* pos = batch->state().prop_pos_of(0, 0);
     pos[0] = 0;
     pos[1] = -0.1001;
@@ -95,11 +89,10 @@ TEST_CASE("A ball in the target ends an RL episode, unless the user wants it to 
 
 TEST_CASE("The reward of InterceptGrab as an RL task equals its published values",
           "[intercept][rl]") {
-  tasks::GrabReward in;
-  in.bonuses = {.attempt = 45, .grasp = 100};
-  in.ball = {-0.2, -0.1, 0.02};
-  in.tcp = {-0.2, -0.09, 0.03};
-  in.gripper_width = 0.08;
+  tasks::GrabReward in{.ball = {-0.2, -0.1, 0.02},
+                       .tcp = {-0.2, -0.09, 0.03},
+                       .gripper_width = 0.08,
+                       .bonuses = {.attempt = 45, .grasp = 100}};
   CHECK(in.compute() == Approx(123.940290).margin(1e-5));
   in.tcp = in.ball;
   in.gripper_width = 0.05;
@@ -187,13 +180,11 @@ TEST_CASE("Rewards of Intercept as an RL task are those of the published formula
 
 TEST_CASE("A hand that was once behind the ball earns by the ball's distance alone",
           "[intercept][rl]") {
-  BatchOptions options;
-  options.num_envs = 8;
-  options.reward_mode = RewardMode::kDense;
-  options.control_mode = ControlMode::kPdEeDeltaPose;
-  options.terminate_on_success = false;
-  const auto batch = make_env("InterceptSlow-v0", options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 8,
+                             .reward_mode = RewardMode::kDense,
+                             .control_mode = ControlMode::kPdEeDeltaPose,
+                             .terminate_on_success = false};
+  const auto batch = make_running("InterceptSlow-v0", options);
   std::map<int, bool> reached;
   int latched = 0;
   for (int t = 1; t < 90; ++t) {

@@ -11,8 +11,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::row;
+using test::make_running, test::row;
 using Vector = Eigen::Vector3d;
 
 const std::map<std::string, std::pair<double, double>> kSpeeds = {
@@ -23,10 +22,8 @@ const std::map<std::string, std::pair<double, double>> kSpeeds = {
 bool is_grab(const std::string& id) { return id.find("Grab") != std::string::npos; }
 
 TEST_CASE("The reward of Intercept equals the worked examples", "[intercept]") {
-  tasks::InterceptReward in;
-  in.ball = {-0.2, -0.5, 0.02};
-  in.goal = {0, 0, 0.001};
-  in.tcp = {-0.07, 0, 0.318};
+  tasks::InterceptReward in{
+      .ball = {-0.2, -0.5, 0.02}, .goal = {0, 0, 0.001}, .tcp = {-0.07, 0, 0.318}};
   double reward = in.compute();
   CHECK(in.tcp_to_hit_pose_dist == Approx(0.656385).margin(1e-6));
   CHECK(reward == Approx(0.270051).margin(1e-6));
@@ -49,10 +46,7 @@ TEST_CASE("The reward of Intercept equals the worked examples", "[intercept]") {
 }
 
 TEST_CASE("The reward of InterceptGrab equals the worked examples", "[intercept]") {
-  tasks::GrabReward in;
-  in.ball = {-0.2, -0.5, 0.02};
-  in.tcp = {-0.07, 0, 0.318};
-  in.gripper_width = 0.08;
+  tasks::GrabReward in{.ball = {-0.2, -0.5, 0.02}, .tcp = {-0.07, 0, 0.318}, .gripper_width = 0.08};
   CHECK(in.compute() == Approx(0.543210).margin(1e-6));
   in.ball = {-0.2, -0.1, 0.02};
   in.tcp = {-0.2, -0.09, 0.03};
@@ -71,10 +65,8 @@ TEST_CASE("The reward of InterceptGrab equals the worked examples", "[intercept]
 
 TEST_CASE("Launches cover their ranges", "[intercept]") {
   for (const auto& [id, speed] : kSpeeds) {
-    BatchOptions options;
-    options.num_envs = 2000;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 2000};
+    const auto batch = make_running(id, options);
     Vector low = Vector::Constant(9);
     Vector high = -low;
     Vector slow = low;
@@ -106,14 +98,12 @@ TEST_CASE("Launches cover their ranges", "[intercept]") {
 }
 
 TEST_CASE("The first observation shows the ball where it starts", "[intercept]") {
-  BatchOptions options;
-  options.pins = {{"ball_x", {-0.1}},
-                  {"ball_y", {-0.7}},
-                  {"velocity_x", {0.02}},
-                  {"velocity_y", {0.3}},
-                  {"goal_y", {0.1}}};
-  const auto batch = make_env("InterceptSlow-VLA-v0", options);
-  batch->reset();
+  const BatchOptions options{.pins = {{"ball_x", {-0.1}},
+                                      {"ball_y", {-0.7}},
+                                      {"velocity_x", {0.02}},
+                                      {"velocity_y", {0.3}},
+                                      {"goal_y", {0.1}}}};
+  const auto batch = make_running("InterceptSlow-VLA-v0", options);
   const auto observation = batch->observation();
   const std::vector<double> expected = {0.1,  0.1, 0.001, -0.1, -0.7, 0.04, 1, 0, 0, 0,
                                         0.02, 0.3, 0,     0.02, 0.3,  0,    0, 0, 0};
@@ -130,12 +120,10 @@ TEST_CASE("The first observation shows the ball where it starts", "[intercept]")
 }
 
 TEST_CASE("A ball inside the target succeeds, at any speed and height", "[intercept]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.reward_mode = RewardMode::kDense;
-  options.pins = {{"ball_x", {-0.2}}, {"goal_y", {0.0}}};
-  const auto batch = make_env("InterceptFast-VLA-v0", options);
-  batch->reset();
+  const auto batch =
+      make_running("InterceptFast-VLA-v0", {.reward_mode = RewardMode::kDense,
+                                            .substeps = 0,
+                                            .pins = {{"ball_x", {-0.2}}, {"goal_y", {0.0}}}});
   const auto succeeds = [&](double x, double y, double z) {
     double* pos = batch->state().prop_pos_of(0, 0);
     pos[0] = x;
@@ -154,12 +142,9 @@ TEST_CASE("A ball inside the target succeeds, at any speed and height", "[interc
 }
 
 TEST_CASE("Having been behind the ball is remembered for the episode", "[intercept]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.reward_mode = RewardMode::kDense;
+  BatchOptions options{.reward_mode = RewardMode::kDense, .substeps = 0};
   options.pins = {{"ball_y", {-0.65}}, {"goal_y", {-0.2}}};  // 0.49 m apart
-  const auto batch = make_env("InterceptSlow-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("InterceptSlow-VLA-v0", options);
   double* ball = batch->state().prop_pos_of(0, 0);
   const Vector start = Eigen::Map<Vector>(ball);
   test::step(*batch, Policy::kZero);
@@ -181,8 +166,7 @@ TEST_CASE("Having been behind the ball is remembered for the episode", "[interce
 }
 
 TEST_CASE("The reward term robot_static_reward of InterceptGrab is a condition", "[intercept]") {
-  const auto batch = make_env("InterceptGrabFast-VLA-v0");
-  batch->reset();
+  const auto batch = make_running("InterceptGrabFast-VLA-v0");
   constexpr int kTerm = 9;  // in docs/tasks/intercept.md
   const auto reported = [&] { return row<float>(batch->output("reward_dict"), 0)[kTerm]; };
   const auto is_static = [&] { return *row<std::uint8_t>(batch->output("is_robot_static"), 0); };
@@ -195,8 +179,7 @@ TEST_CASE("The reward term robot_static_reward of InterceptGrab is a condition",
 }
 
 TEST_CASE("The TCP's velocity is that of its motion", "[intercept]") {
-  const auto batch = make_env("InterceptGrabFast-VLA-v0");
-  batch->reset();
+  const auto batch = make_running("InterceptGrabFast-VLA-v0");
   for (int i = 0; i < 3; ++i) batch->step(std::vector<float>{1, 0.5F, -0.5F, 0, 0, 0, 1});
   const auto observation = batch->observation();
   Vector velocity;  // of the TCP: the ball's minus the relative one
@@ -219,10 +202,8 @@ TEST_CASE("The TCP's velocity is that of its motion", "[intercept]") {
 TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[intercept]") {
   for (const auto& [id, speed] : kSpeeds) {
     if (!is_grab(id)) continue;
-    BatchOptions options;
-    options.num_envs = 8;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 8};
+    const auto batch = make_running(id, options);
     int held = 0;
     for (int step = 0; step < 58; ++step) {
       test::step(*batch, Policy::kOracle);
@@ -242,11 +223,9 @@ TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[interc
 
 TEST_CASE("Who does nothing hardly ever succeeds", "[intercept]") {
   const auto share = [](const char* id) {
-    BatchOptions options;
-    options.num_envs = 4000;
+    BatchOptions options{.num_envs = 4000};
     options.seed = 10'000;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     for (int i = 0; i < 60; ++i) test::step(*batch, Policy::kZero);
     const std::uint8_t* once = row<std::uint8_t>(batch->output("success_once"), 0);
     return static_cast<double>(std::count(once, once + options.num_envs, 1)) / options.num_envs;

@@ -11,11 +11,8 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::memory_int;
-using test::play_annotated;
-using test::Texts;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::memory_int, test::play_annotated,
+    test::Texts;
 
 constexpr int kWait = 1;
 constexpr int kMove = 2;

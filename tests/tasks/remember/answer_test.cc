@@ -8,25 +8,19 @@
 namespace engram {
 namespace {
 
-using test::first_answer;
-using test::FirstAnswer;
-using test::make_env;
-using test::memory_int;
-using test::row;
-using test::step_at;
-using test::stored_pos;
+using test::first_answer, test::FirstAnswer, test::make_running, test::memory_int, test::row,
+    test::step_at, test::stored_pos;
 
 constexpr int kTarget = 4;
 const Eigen::Vector3d kAbove(0, 0, 0.03);  // m
 
 // A posed environment whose objects have appeared.
 std::unique_ptr<Batch> make_ready(bool strict) {
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = {{"target", {kTarget}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
-  options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-  auto batch = make_env("RememberColor9-VLA-v0", options);
-  batch->reset();
+  auto batch =
+      make_running("RememberColor9-VLA-v0",
+                   {.substeps = 0,
+                    .pins = {{"target", {kTarget}}, {"cue_steps", {1}}, {"empty_steps", {1}}},
+                    .task_options = {{kStrictOption, strict ? 1.0 : 0.0}}});
   test::step(*batch, Policy::kZero);
   return batch;
 }
@@ -87,11 +81,10 @@ TEST_CASE("A stop between two objects answers with the nearer one", "[remember][
 
 TEST_CASE("Passing by is no answer, nor is anything before the objects appear",
           "[remember][answer]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = {{"target", {kTarget}}, {"cue_steps", {100}}, {"empty_steps", {50}}};
-  const auto batch = make_env("RememberColor9-Long-VLA-v0", options);
-  batch->reset();
+  const auto batch =
+      make_running("RememberColor9-Long-VLA-v0",
+                   {.substeps = 0,
+                    .pins = {{"target", {kTarget}}, {"cue_steps", {100}}, {"empty_steps", {50}}}});
   step_at(*batch, stored_pos(*batch, kTarget) + kAbove);
   CHECK(first_answer(*batch) == FirstAnswer{});
   while (batch->state().elapsed[0] < test::appearance_of(*batch)) step_at(*batch, {0.1, 0, 0.3});

@@ -15,12 +15,8 @@
 namespace engram {
 namespace {
 
-using test::count_of;
-using test::make_env;
-using test::memory_int;
-using test::object_pos;
-using test::row;
-using test::stored_pos;
+using test::count_of, test::make_env, test::make_running, test::memory_int, test::object_pos,
+    test::row, test::stored_pos;
 
 Eigen::Vector3d cue_pos(const Batch& batch, int key, double z, int index = 0) {
   const double* pos = row<double>(batch.memory().find("cue_positions"), index) + 2 * key;
@@ -54,8 +50,7 @@ void check_phase(const Batch& batch) {
 }
 
 TEST_CASE("FindImposter runs through the phases of the worked example", "[find_imposter]") {
-  BatchOptions options;
-  options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
+  const BatchOptions options{.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}}};
   for (const std::string& id : test::ids_of("FindImposter")) {
     const auto batch = make_env(id, options);
     CHECK(batch->info().frozen_cue);
@@ -81,11 +76,9 @@ TEST_CASE("FindImposter runs through the phases of the worked example", "[find_i
 
 TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposter]") {
   for (const bool sleep : {true, false}) {
-    BatchOptions options;
-    options.sleep = sleep;
-    options.pins = {{"cue_steps", {5}}, {"empty_steps", {2}}};
-    const auto batch = make_env("FindImposterShape9-VLA-v0", options);
-    batch->reset();
+    const auto batch =
+        make_running("FindImposterShape9-VLA-v0",
+                     {.sleep = sleep, .pins = {{"cue_steps", {5}}, {"empty_steps", {2}}}});
     for (int t = 1; t < 5; ++t) {
       // The caller has displaced and turned an object during the step.
       const int key = memory_int(*batch, "target") == 3 ? 4 : 3;
@@ -99,10 +92,8 @@ TEST_CASE("Objects that are shown hang in the air, awake or not", "[find_imposte
 }
 
 TEST_CASE("Low shapes drop from the step of their appearance on", "[find_imposter]") {
-  BatchOptions options;
-  options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
-  const auto batch = make_env("FindImposterShape9-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("FindImposterShape9-VLA-v0",
+                                  {.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}}});
   test::step(*batch, Policy::kZero);
   test::step(*batch, Policy::kZero);
   const tasks::ObjectSet objects = test::objects_of(*batch);
@@ -122,10 +113,8 @@ TEST_CASE("Low shapes drop from the step of their appearance on", "[find_imposte
 }
 
 TEST_CASE("A pinned permutation deals the places as in the example", "[find_imposter]") {
-  BatchOptions options;
-  options.pins = {{"permutation", {1, 2, 0}}};
-  const auto batch = make_env("FindImposterShape3-VLA-v0", options);
-  batch->reset();
+  BatchOptions options{.pins = {{"permutation", {1, 2, 0}}}};
+  const auto batch = make_running("FindImposterShape3-VLA-v0", options);
   for (const auto& [key, place] : {std::pair{0, 1}, {1, 2}, {2, 0}}) {
     CHECK(stored_pos(*batch, key).head<2>() == cue_pos(*batch, place, 0).head<2>());
   }
@@ -145,12 +134,10 @@ TEST_CASE(
                            "FindImposterShapeAndColor3x3-VLA-v0"}) {
       INFO(id << ", rules " << static_cast<int>(rules));
       const bool static_needed = rules == Rules::kOriginal;
-      BatchOptions options;
-      options.substeps = 0;
-      options.rules = rules;
-      options.pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {2}}};
-      const auto batch = make_env(id, options);
-      batch->reset();
+      const auto batch =
+          make_running(id, {.substeps = 0,
+                            .pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {2}}},
+                            .rules = rules});
       // After a step with the tool so far above an object, and a joint at that speed.
       const auto succeeds = [&](int key, double height, double speed) {
         test::pose_tool(*batch, object_pos(*batch, key) + Eigen::Vector3d(0, 0, height));
@@ -183,12 +170,11 @@ TEST_CASE(
 TEST_CASE("To pass by an object is an answer where the arm need not stand still",
           "[find_imposter][answer]") {
   for (const double needed : {0.0, 1.0}) {
-    BatchOptions options;
-    options.substeps = 0;
-    options.task_options = {{"static_needed", needed}, {kStrictOption, 1}};
-    options.pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {1}}};
-    const auto batch = make_env("FindImposterColor9-VLA-v0", options);
-    batch->reset();
+    const BatchOptions options{
+        .substeps = 0,
+        .pins = {{"imposter", {4}}, {"cue_steps", {1}}, {"empty_steps", {1}}},
+        .task_options = {{"static_needed", needed}, {kStrictOption, 1}}};
+    const auto batch = make_running("FindImposterColor9-VLA-v0", options);
     test::step(*batch, Policy::kZero);
     test::step(*batch, Policy::kZero);
     for (const int key : {2, 4}) {
@@ -211,10 +197,8 @@ int dealt(const Batch& batch, int key, int index) {
 }
 
 TEST_CASE("Places are dealt anew, each way as likely, but never as before", "[find_imposter]") {
-  BatchOptions options;
-  options.num_envs = 3000;
-  const auto batch = make_env("FindImposterColor3-VLA-v0", options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 3000};
+  const auto batch = make_running("FindImposterColor3-VLA-v0", options);
   std::map<std::array<int, 3>, int> seen;
   for (int i = 0; i < options.num_envs; ++i) {
     ++seen[{dealt(*batch, 0, i), dealt(*batch, 1, i), dealt(*batch, 2, i)}];
@@ -226,11 +210,8 @@ TEST_CASE("Places are dealt anew, each way as likely, but never as before", "[fi
 
 TEST_CASE("FindImposter draws imposters and phase lengths uniformly", "[find_imposter]") {
   for (const std::string& id : test::ids_of("FindImposter")) {
-    BatchOptions options;
-    options.num_envs = 3000;
-    options.threads = 2;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 3000, .threads = 2};
+    const auto batch = make_running(id, options);
     std::map<int, int> imposters;
     std::map<int, int> cues;
     std::map<int, int> empties;

@@ -13,12 +13,8 @@
 namespace engram {
 namespace {
 
-using test::count_of;
-using test::make_env;
-using test::memory_int;
-using test::object_pos;
-using test::Part;
-using test::stored_pos;
+using test::count_of, test::make_env, test::make_running, test::memory_int, test::object_pos,
+    test::Part, test::stored_pos;
 
 constexpr int kCueEnd = 5;
 constexpr int kReveal = 10;
@@ -38,9 +34,7 @@ TEST_CASE("The RL tasks of Remember are those of the published list", "[remember
 TEST_CASE("RL tasks of Remember show the cue for five steps and nothing for five",
           "[remember][rl]") {
   for (const std::string& id : test::ids_of("Remember", Part::kRl)) {
-    BatchOptions options;
-    options.auto_reset = AutoReset::kOff;
-    const auto batch = make_env(id, options);
+    const auto batch = make_env(id, {.auto_reset = AutoReset::kOff});
     const tasks::ObjectSet objects = test::objects_of(*batch);
     batch->reset();
     const int target = memory_int(*batch, "target");
@@ -64,8 +58,7 @@ TEST_CASE("RL tasks of Remember show the cue for five steps and nothing for five
 }
 
 TEST_CASE("The arm moves from the first action on in RL tasks", "[remember][rl]") {
-  const auto batch = make_env("RememberColor3-v0");
-  batch->reset();
+  const auto batch = make_running("RememberColor3-v0");
   const double before = batch->state().qpos.row(0)[0];
   std::vector<float> action = test::zeros(*batch);
   action[0] = 1;
@@ -75,10 +68,8 @@ TEST_CASE("The arm moves from the first action on in RL tasks", "[remember][rl]"
 
 TEST_CASE("Rows of three are not stretched in RL tasks", "[remember][rl]") {
   for (const char* id : {"RememberColor3-v0", "RememberShape3-v0"}) {
-    BatchOptions options;
-    options.num_envs = 500;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 500};
+    const auto batch = make_running(id, options);
     double farthest = 0;
     double sum = 0;
     for (int i = 0; i < options.num_envs; ++i) {
@@ -95,8 +86,7 @@ TEST_CASE("Rows of three are not stretched in RL tasks", "[remember][rl]") {
 TEST_CASE("Objects that are pushed or turned after the reveal stay so in RL tasks",
           "[remember][rl]") {
   for (const char* id : {"RememberColor5-v0", "RememberShape9-v0", "RememberShapeAndColor3x3-v0"}) {
-    const auto batch = make_env(id);
-    batch->reset();
+    const auto batch = make_running(id);
     for (int t = 1; t <= kReveal; ++t) batch->step(test::zeros(*batch));
     const double away[3] = {0.3, 0.3, 0.02};
     const double turned[4] = {0, 0, 0, 1};
@@ -128,8 +118,7 @@ TEST_CASE("Success ends an episode of an RL task, unless the user wants it to go
     options.auto_reset = AutoReset::kOff;
     options.after_end = AfterEnd::kContinue;
     if (!ends) options.terminate_on_success = false;
-    const auto batch = make_env("RememberColor3-v0", options);
-    batch->reset();
+    const auto batch = make_running("RememberColor3-v0", options);
     for (int t = 1; t < kReveal; ++t) batch->step(test::zeros(*batch));
     batch->step(test::zeros(*batch));
     CHECK_FALSE(succeeds(*batch, 0.0501, 0));
@@ -143,10 +132,7 @@ TEST_CASE("Success ends an episode of an RL task, unless the user wants it to go
 }
 
 TEST_CASE("To rest at the object of the cue is no success in RL tasks", "[remember][rl]") {
-  BatchOptions options;
-  options.substeps = 0;
-  const auto batch = make_env("RememberColor3-v0", options);
-  batch->reset();
+  const auto batch = make_running("RememberColor3-v0", {.substeps = 0});
   const State& state = batch->state();
   for (int t = 1; t < kReveal; ++t) {
     // The tool is where the cue is.

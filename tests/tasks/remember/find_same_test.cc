@@ -13,13 +13,8 @@
 namespace engram {
 namespace {
 
-using test::count_of;
-using test::make_env;
-using test::memory_int;
-using test::object_pos;
-using test::Part;
-using test::row;
-using test::stored_pos;
+using test::count_of, test::make_env, test::make_running, test::memory_int, test::object_pos,
+    test::Part, test::row, test::stored_pos;
 
 bool settles(const Batch& batch) { return batch.info().family != "RememberColor"; }
 
@@ -48,11 +43,9 @@ void check_phase(const Batch& batch) {
 }
 
 TEST_CASE("Remember runs through the phases of the worked example", "[remember]") {
-  BatchOptions options;
-  options.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}};
+  const BatchOptions options{.pins = {{"cue_steps", {2}}, {"empty_steps", {3}}}};
   for (const std::string& id : test::ids_of("Remember", Part::kShort)) {
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     check_phase(*batch);
     double opening = static_cast<double>(batch->proprio()[6]);
     for (int t = 1; t <= 8; ++t) {
@@ -74,10 +67,7 @@ TEST_CASE("Remember runs through the phases of the worked example", "[remember]"
 TEST_CASE("Remember changes phases at the drawn steps in every variant", "[remember]") {
   for (const std::string& id : test::ids_of("Remember")) {
     for (std::uint64_t seed = 0; seed < 2; ++seed) {
-      BatchOptions options;
-      options.seed = seed;
-      const auto batch = make_env(id, options);
-      batch->reset();
+      const auto batch = make_running(id, {.seed = seed});
       const int cue = memory_int(*batch, "cue_steps");
       const int appearance = test::appearance_of(*batch);
       check_phase(*batch);
@@ -92,10 +82,7 @@ TEST_CASE("Remember changes phases at the drawn steps in every variant", "[remem
 TEST_CASE("Objects stay where they appear for the steps in which they settle", "[remember]") {
   for (const char* id :
        {"RememberColor5-VLA-v0", "RememberShape9-VLA-v0", "RememberShapeAndColor3x3-VLA-v0"}) {
-    BatchOptions options;
-    options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, {.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}}});
     const State& state = batch->state();
     test::step(*batch, Policy::kZero);
     for (int t = 2; t <= 6; ++t) {
@@ -129,8 +116,7 @@ TEST_CASE("Remember draws targets and phase lengths uniformly over their ranges"
     BatchOptions options;
     options.num_envs = lengthy ? 5000 : 1500;  // all of 401 lengths are to occur
     options.threads = 2;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     std::map<int, int> targets;
     std::map<int, int> cues;
     std::map<int, int> empties;
@@ -152,10 +138,8 @@ TEST_CASE("Rows of three are stretched in RememberColor and RememberShape alone"
                                                {"FindImposterColor3-VLA-v0", 0.2},
                                                {"FindImposterShape3-VLA-v0", 0.2}};
   for (const auto& [id, span] : spans) {
-    BatchOptions options;
-    options.num_envs = 200;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 200};
+    const auto batch = make_running(id, options);
     double sum = 0;
     for (int i = 0; i < options.num_envs; ++i) {
       const auto y = [&](int key) { return stored_pos(*batch, key, i).y(); };
@@ -171,8 +155,7 @@ TEST_CASE("Success asks for phase, distance and stillness", "[remember]") {
   options.substeps = 0;  // the robot stays where the test puts it
   options.robot_init_qpos_noise = 0;
   options.pins = {{"cue_steps", {2}}, {"empty_steps", {2}}, {"target", {1}}};
-  const auto batch = make_env("RememberColor3-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("RememberColor3-VLA-v0", options);
   const State& state = batch->state();
   const Eigen::Vector3d tcp = Eigen::Map<Eigen::Vector3d>(state.tcp_pos.row(0));
   const auto result = [&](double distance, double speed) {
@@ -229,9 +212,9 @@ int rest_at_cue(Batch& batch, bool counts) {
 
 TEST_CASE("Touching the cue before the objects appear is a success with success_in_cue alone",
           "[remember]") {
-  BatchOptions options;
-  options.pins = {
-      {"cue_steps", {100}}, {"empty_steps", {50}}, {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}};
+  BatchOptions options{.pins = {{"cue_steps", {100}},
+                                {"empty_steps", {50}},
+                                {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}}};
   for (const char* id : {"RememberColor3-Long-VLA-v0", "RememberShapeAndColor5x3-Long-VLA-v0"}) {
     for (const bool counts : {false, true}) {
       INFO(id << ", option " << counts);
@@ -244,10 +227,8 @@ TEST_CASE("Touching the cue before the objects appear is a success with success_
 
 TEST_CASE("Cubes forget in every step what they stick to, shapes do not", "[remember]") {
   for (const bool cubes : {true, false}) {
-    BatchOptions options;
-    options.substeps = 0;
-    const auto batch = make_env(cubes ? "RememberColor3-VLA-v0" : "RememberShape3-VLA-v0", options);
-    batch->reset();
+    const auto batch =
+        make_running(cubes ? "RememberColor3-VLA-v0" : "RememberShape3-VLA-v0", {.substeps = 0});
     for (int i = 0; i < 22; ++i) test::step(*batch, Policy::kZero);
     std::int32_t* const ids = batch->state().contact_ids.row(0);
     std::fill_n(ids, StoredPair::kInts, 0);
@@ -262,10 +243,8 @@ TEST_CASE("Cubes forget in every step what they stick to, shapes do not", "[reme
 }
 
 TEST_CASE("A cube that was pushed is where it was pushed to", "[remember]") {
-  BatchOptions options;
-  options.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}};
-  const auto batch = make_env("RememberColor5-VLA-v0", options);
-  batch->reset();
+  const auto batch =
+      make_running("RememberColor5-VLA-v0", {.pins = {{"cue_steps", {1}}, {"empty_steps", {1}}}});
   for (int i = 0; i < 15; ++i) test::step(*batch, Policy::kOracle);
   for (int i = 0; i < 9; ++i) batch->step(std::vector<float>{0.5F, 0, -0.5F, 0, 0, 0, -0.6F});
   const int target = memory_int(*batch, "target");

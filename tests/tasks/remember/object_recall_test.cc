@@ -14,13 +14,8 @@
 namespace engram {
 namespace {
 
-using tasks::Layout;
-using test::count_of;
-using test::make_env;
-using test::memory_int;
-using test::Part;
-using test::row;
-using test::stored_pos;
+using tasks::Layout, test::count_of, test::make_env, test::make_running, test::memory_int,
+    test::Part, test::row, test::stored_pos;
 
 TEST_CASE("State observations have the published lengths", "[object_recall]") {
   const std::map<int, int> lengths = {{3, 35}, {5, 41}, {6, 45}, {9, 53}, {15, 72}};
@@ -57,11 +52,8 @@ double min_clearance(const tasks::ObjectSet& objects, const Layout& layout) {
 
 TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]") {
   for (const std::string& id : test::recall_ids(Part::kBrief)) {
-    BatchOptions options;
-    options.num_envs = 1000;
-    options.threads = 2;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 1000, .threads = 2};
+    const auto batch = make_running(id, options);
     const tasks::ObjectSet objects = test::objects_of(*batch);
     const bool imposter = batch->memory().find("cue_positions").field != nullptr;
     CHECK(imposter == (id.find("Imposter") != std::string::npos));
@@ -103,11 +95,8 @@ double overlap(const mjModel& model, mjData& data, const Batch& batch, int index
 
 TEST_CASE("No prop is inside another when all have appeared", "[object_recall]") {
   for (const std::string& id : test::recall_ids(Part::kBrief)) {
-    BatchOptions options;
-    options.num_envs = 40;
-    options.threads = 2;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 40, .threads = 2};
+    const auto batch = make_running(id, options);
     const ModelPtr model = compile_model(make_task(id)->document());
     const DataPtr data = make_data(*model);
     double deepest = 0;
@@ -129,10 +118,7 @@ TEST_CASE("No prop is inside another when all have appeared", "[object_recall]")
 // Among fifteen objects the hand brushes a neighbour in one episode of a hundred.
 TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall][oracle]") {
   for (const std::string& id : test::recall_ids()) {
-    BatchOptions options;
-    options.num_envs = 30;
-    options.threads = 2;
-    options.auto_reset = AutoReset::kOff;
+    BatchOptions options{.num_envs = 30, .threads = 2, .auto_reset = AutoReset::kOff};
     // As soon as can be.
     const std::unique_ptr<Task> task = make_task(id);
     for (const RandomVariable& draw : task->info().random_variables) {
@@ -140,8 +126,7 @@ TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall]
         options.pins.push_back({draw.name, {draw.low}});
       }
     }
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     const int steps = std::min(batch->info().horizon, test::appearance_of(*batch) + 30);
     for (int t = 0; t < steps; ++t) test::step(*batch, Policy::kOracle);
     int moved = 0;  // episodes
@@ -161,12 +146,10 @@ TEST_CASE("Oracles leave alone what they do not mean to touch", "[object_recall]
 
 TEST_CASE("Episodes differ in nothing else if only what is hidden differs", "[object_recall]") {
   for (const std::string& id : test::recall_ids(Part::kBrief)) {
-    BatchOptions options;
-    options.seed = 5;
+    BatchOptions options{.seed = 5};
     const auto play = [&](double hidden) {
       options.pins = {{make_task(id)->info().hidden_variable, {hidden}}};
-      auto batch = make_env(id, options);
-      batch->reset();
+      auto batch = make_running(id, options);
       const int appearance = test::appearance_of(*batch);
       for (int t = 0; t < appearance + 5; ++t) test::step(*batch, Policy::kZero);
       return batch;

@@ -12,10 +12,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::play_annotated;
-using test::row;
-using test::Texts;
+using test::AnnotatedEpisode, test::play_annotated, test::row, test::Texts;
 
 TEST_CASE("Words of Rotate: the angle of the instruction, and the first yaw", "[labels][rotate]") {
   for (const char* id : {"RotateLenientPos-VLA-v0", "RotateStrictPosNeg-VLA-v0"}) {
@@ -38,12 +35,8 @@ TEST_CASE("Words of Rotate: the angle of the instruction, and the first yaw", "[
 }
 
 TEST_CASE("Words of Rotate: the peg rests within the threshold", "[labels][rotate]") {
-  BatchOptions options;
-  options.seed = 5;
-  options.threads = 1;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = test::make_env("RotateLenientPos-VLA-v0", options);
-  batch->reset();
+  const auto batch = test::make_running("RotateLenientPos-VLA-v0",
+                                        {.seed = 5, .threads = 1, .auto_reset = AutoReset::kOff});
   int rests = 0;
   while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
     const double error = static_cast<double>(*row<float>(batch->output("y_angle_error"), 0));

@@ -9,10 +9,7 @@
 namespace engram {
 namespace {
 
-using test::first_answer;
-using test::FirstAnswer;
-using test::make_env;
-using test::row;
+using test::first_answer, test::FirstAnswer, test::make_env, test::make_running, test::row;
 
 constexpr const char* kLenient = "RotateLenientPos-VLA-v0";
 constexpr const char* kStrict = "RotateStrictPos-VLA-v0";
@@ -21,11 +18,9 @@ constexpr const char* kStrict = "RotateStrictPos-VLA-v0";
 class Peg {
  public:
   Peg(const char* id, double target, bool strict) {
-    BatchOptions options;
-    options.substeps = 0;
-    options.pins = {{"initial_yaw", {0.0}}, {"target_angle", {target}}};
-    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
-    batch_ = make_env(id, options);
+    batch_ = make_env(id, {.substeps = 0,
+                           .pins = {{"initial_yaw", {0.0}}, {"target_angle", {target}}},
+                           .task_options = {{kStrictOption, strict ? 1.0 : 0.0}}});
     batch_->reset();
   }
 
@@ -91,12 +86,9 @@ TEST_CASE("A peg that turns past its target has not come to rest there", "[rotat
 TEST_CASE("A clock replaces the memory of how the peg lay", "[rotate][answer]") {
   for (const char* id : {"RotateLenientPosNeg-VLA-v0", "RotateStrictPos-VLA-v0"}) {
     INFO(id);
-    BatchOptions options;
-    options.num_envs = 100;
-    options.auto_reset = AutoReset::kOff;
-    options.task_options = {{kStrictOption, 1}};
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{
+        .num_envs = 100, .auto_reset = AutoReset::kOff, .task_options = {{kStrictOption, 1}}};
+    const auto batch = make_running(id, options);
     for (int t = 0; t < batch->info().horizon; ++t) test::step(*batch, Policy::kSweep);
     int right = 0;
     for (int i = 0; i < options.num_envs; ++i) {

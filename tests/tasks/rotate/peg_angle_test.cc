@@ -72,9 +72,7 @@ TEST_CASE("Angles wrap to half-open turns", "[rotate]") {
 }
 
 TEST_CASE("The angle is that of the X-Y-Z decomposition", "[rotate]") {
-  using Eigen::AngleAxisd;
-  using Eigen::Quaterniond;
-  using Eigen::Vector3d;
+  using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
   const auto angle = [](const Quaterniond& q, double length = 1) {
     const double quat[4] = {length * q.w(), length * q.x(), length * q.y(), length * q.z()};
     return tasks::peg_angle(quat);

@@ -12,9 +12,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::rl_ids;
-using test::row;
+using test::make_env, test::make_running, test::rl_ids, test::row;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -41,10 +39,8 @@ TEST_CASE("Targets of Rotate's RL tasks are those of the VLA tasks, in half prec
           "[rotate][rl]") {
   for (const std::string& id : all_ids()) {
     INFO(id);
-    BatchOptions options;
-    options.num_envs = 400;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 400};
+    const auto batch = make_running(id, options);
     const bool both = id.find("PosNeg") != std::string::npos;
     for (int i = 0; i < options.num_envs; ++i) {
       const float cue = *row<float>(batch->output("task_cue"), i);
@@ -81,10 +77,7 @@ TEST_CASE("Info and reward terms of Rotate's RL tasks have the published names",
 }
 
 TEST_CASE("The reward of RotateLenient as an RL task equals its published values", "[rotate][rl]") {
-  tasks::RotateReward in;
-  in.distance = 0.05;
-  in.error = 0.05;
-  in.success_reward = 25;
+  tasks::RotateReward in{.distance = 0.05, .error = 0.05, .success_reward = 25};
   CHECK(in.compute() == Approx(19.694953).margin(1e-6));
   in.distance = 0.30;
   in.robot_static = true;  // too early for success
@@ -106,14 +99,10 @@ TEST_CASE("In the first five steps nothing is a success, whatever rewards are as
   for (const std::string& id : all_ids()) {
     for (const RewardMode mode : {RewardMode::kSparse, RewardMode::kDense, RewardMode::kNone}) {
       for (const bool ends : {true, false}) {
-        BatchOptions options;
-        options.substeps = 0;
-        options.reward_mode = mode;
-        options.auto_reset = AutoReset::kOff;
+        BatchOptions options{.reward_mode = mode, .auto_reset = AutoReset::kOff, .substeps = 0};
         if (!ends) options.terminate_on_success = false;
         options.pins = {{"target_angle", {0.5}}, {"initial_yaw", {0.0}}};
-        const auto batch = make_env(id, options);
-        batch->reset();
+        const auto batch = make_running(id, options);
         INFO(id);
         for (int t = 1; t <= 5; ++t) {
           turn_to(*batch, 0.5);

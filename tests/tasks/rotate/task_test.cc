@@ -13,8 +13,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::row;
+using test::make_running, test::row;
 
 constexpr double kPi = std::numbers::pi;
 
@@ -23,12 +22,11 @@ const std::vector<std::string> kIds = {"RotateLenientPos-VLA-v0", "RotateLenient
 
 TEST_CASE("The lenient reward equals the worked examples", "[rotate]") {
   const auto reward = [](double distance, double error, bool still) {
-    tasks::RotateReward in;
-    in.distance = distance;
-    in.error = error;
-    in.robot_static = still;
-    in.success = std::abs(error) < 0.1 && still;
-    in.success_reward = 60;
+    tasks::RotateReward in{.distance = distance,
+                           .error = error,
+                           .robot_static = still,
+                           .success = std::abs(error) < 0.1 && still,
+                           .success_reward = 60};
     return in.compute();
   };
   CHECK(reward(0.30, 0.8, true) == Approx(0.223130).margin(1e-6));
@@ -41,15 +39,15 @@ TEST_CASE("The lenient reward equals the worked examples", "[rotate]") {
 
 TEST_CASE("The strict reward equals the worked examples", "[rotate]") {
   const auto reward = [](double distance, double x, double y, double error, bool still) {
-    tasks::RotateReward in;
-    in.distance = distance;
-    in.error = error;
-    in.x_pos_error = x;
-    in.y_pos_error = y;
-    in.robot_static = still;
-    in.success = std::abs(error) < 0.1 && still && std::max(std::abs(x), std::abs(y)) < 0.05;
-    in.success_reward = 100;
-    in.strict = true;
+    tasks::RotateReward in{
+        .distance = distance,
+        .error = error,
+        .x_pos_error = x,
+        .y_pos_error = y,
+        .robot_static = still,
+        .success = std::abs(error) < 0.1 && still && std::max(std::abs(x), std::abs(y)) < 0.05,
+        .success_reward = 100,
+        .strict = true};
     return in.compute();
   };
   CHECK(reward(0.30, 0, 0, 0.8, true) == Approx(0.203285).margin(1e-6));
@@ -62,10 +60,8 @@ TEST_CASE("The strict reward equals the worked examples", "[rotate]") {
 
 TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
   for (const std::string& id : kIds) {
-    BatchOptions options;
-    options.num_envs = 3000;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 3000};
+    const auto batch = make_running(id, options);
     const bool both = id.find("PosNeg") != std::string::npos;
     int positive = 0;
     double least = 10;
@@ -97,10 +93,7 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
 }
 
 TEST_CASE("Every environment is given its own angle", "[rotate]") {
-  BatchOptions options;
-  options.num_envs = 2;
-  const auto batch = make_env("RotateStrictPosNeg-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("RotateStrictPosNeg-VLA-v0", {.num_envs = 2});
   const std::vector<std::uint8_t> second = {0, 1};
   const std::vector<Pin> pins = {{"target_angle", {-0.2712}}};
   const std::string before = Queries(*batch).instruction(0);
@@ -128,13 +121,12 @@ bool succeeds(Batch& batch, double x, double y, double yaw, double joint_speed) 
 
 TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]") {
   for (const bool strict : {false, true}) {
-    BatchOptions options;
-    options.substeps = 0;
-    options.pins = {
-        {"target_angle", {0.5}}, {"initial_yaw", {6.0}}, {"peg_x", {0.02}}, {"peg_y", {-0.03}}};
-    const auto batch =
-        make_env(strict ? "RotateStrictPos-VLA-v0" : "RotateLenientPos-VLA-v0", options);
-    batch->reset();
+    const auto batch = make_running(strict ? "RotateStrictPos-VLA-v0" : "RotateLenientPos-VLA-v0",
+                                    {.substeps = 0,
+                                     .pins = {{"target_angle", {0.5}},
+                                              {"initial_yaw", {6.0}},
+                                              {"peg_x", {0.02}},
+                                              {"peg_y", {-0.03}}}});
     INFO("strict " << strict);
     CHECK_FALSE(succeeds(*batch, 0.02, -0.03, 6.0, 0));
     CHECK(*row<float>(batch->output("y_angle_error"), 0) == Approx(0.5));
@@ -157,10 +149,7 @@ TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]")
 
 TEST_CASE("A peg that lies still does not creep", "[rotate]") {
   for (const bool sleep : {true, false}) {
-    BatchOptions options;
-    options.sleep = sleep;
-    const auto batch = make_env("RotateStrictPos-VLA-v0", options);
-    batch->reset();
+    const auto batch = make_running("RotateStrictPos-VLA-v0", {.sleep = sleep});
     const Eigen::Vector3d start = Eigen::Map<Eigen::Vector3d>(batch->state().prop_pos_of(0, 0));
     for (int i = 0; i < 80; ++i) test::step(*batch, Policy::kZero);
     const Eigen::Vector3d end = Eigen::Map<Eigen::Vector3d>(batch->state().prop_pos_of(0, 0));
@@ -171,14 +160,12 @@ TEST_CASE("A peg that lies still does not creep", "[rotate]") {
 }
 
 TEST_CASE("A grasped peg turns with the hand", "[rotate]") {
-  BatchOptions options;
-  options.pins = {{"target_angle", {1.5}},
-                  {"initial_yaw", {0}},
-                  {"peg_x", {0}},
-                  {"peg_y", {0}},
-                  {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}};
-  const auto batch = make_env("RotateStrictPos-VLA-v0", options);
-  batch->reset();
+  const BatchOptions options{.pins = {{"target_angle", {1.5}},
+                                      {"initial_yaw", {0}},
+                                      {"peg_x", {0}},
+                                      {"peg_y", {0}},
+                                      {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}}};
+  const auto batch = make_running("RotateStrictPos-VLA-v0", options);
   const State& state = batch->state();
   const auto hand_yaw = [&] { return static_cast<double>(batch->proprio()[5]); };
   int turned = 0;

@@ -11,10 +11,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::play_annotated;
-using test::row;
-using test::Texts;
+using test::AnnotatedEpisode, test::play_annotated, test::row, test::Texts;
 
 const std::array<std::string, 3> kPlaces = {"left", "middle", "right"};
 const std::array<std::string, 3> kInPlaces = {"on the left", "in the middle", "on the right"};

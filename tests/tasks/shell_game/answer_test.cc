@@ -12,12 +12,8 @@
 namespace engram {
 namespace {
 
-using Eigen::Vector3d;
-using test::first_answer;
-using test::FirstAnswer;
-using test::make_env;
-using test::row;
-using test::step_at;
+using Eigen::Vector3d, test::first_answer, test::FirstAnswer, test::make_env, test::make_running,
+    test::row, test::step_at;
 using namespace test::shell_game;
 
 const Vector3d kOver(0, 0, 0.075);  // m: a touch, from a cup's origin
@@ -25,11 +21,10 @@ const Vector3d kAway(-0.1, 0, 0.4);
 
 // Everything stays where a test puts it, and the robot may act from the second step on.
 BatchOptions still(std::vector<Pin> pins, bool strict = false) {
-  BatchOptions options;
-  options.substeps = 0;
-  options.terminate_on_success = false;
-  options.auto_reset = AutoReset::kOff;
-  options.pins = std::move(pins);
+  BatchOptions options{.auto_reset = AutoReset::kOff,
+                       .terminate_on_success = false,
+                       .substeps = 0,
+                       .pins = std::move(pins)};
   options.pins.push_back({"cue_steps", {2}});
   options.pins.push_back({"base", {0, 0}});
   options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
@@ -40,9 +35,7 @@ std::unique_ptr<Batch> make(const char* id, std::vector<Pin> pins, bool strict =
                             Rules rules = Rules::kReference) {
   BatchOptions options = still(std::move(pins), strict);
   options.rules = rules;
-  auto batch = make_env(id, options);
-  batch->reset();
-  return batch;
+  return make_running(id, options);
 }
 
 Vector3d slot(int place) { return {0, 0.2 * (place - 1), 0.0529462}; }
@@ -147,10 +140,8 @@ TEST_CASE("After a shuffle answers are slots", "[shell][answer]") {
 TEST_CASE("A pinned mapping is obeyed under fixed_mapping, too", "[shell][lamp]") {
   for (const char* id : {kLamp, kShuffleLamp}) {
     for (const bool fixed : {false, true}) {
-      BatchOptions options;
-      options.pins = {{"mapping", {3}}};
-      options.task_options = {{"fixed_mapping", fixed ? 1.0 : 0.0}};
-      const auto batch = make_env(id, options);
+      const auto batch = make_env(
+          id, {.pins = {{"mapping", {3}}}, .task_options = {{"fixed_mapping", fixed ? 1.0 : 0.0}}});
       const auto slots = [&] {
         const std::uint8_t* drawn = row<std::uint8_t>(batch->memory().find("slot_of_color"), 0);
         return std::vector<int>(drawn, drawn + 3);
@@ -171,11 +162,10 @@ TEST_CASE("With a fixed mapping the lamp alone reveals the cup, unless cups are 
           "[shell][lamp]") {
   constexpr int kEpisodes = 60;
   for (const bool shuffled : {false, true}) {
-    BatchOptions options;
-    options.num_envs = kEpisodes;
-    options.auto_reset = AutoReset::kOff;
-    options.task_options = {{"fixed_mapping", 1}, {kStrictOption, 1}};
-    const auto batch = make_env(shuffled ? kShuffleLamp : kLamp, options);
+    const auto batch = make_env(shuffled ? kShuffleLamp : kLamp,
+                                {.num_envs = kEpisodes,
+                                 .auto_reset = AutoReset::kOff,
+                                 .task_options = {{"fixed_mapping", 1}, {kStrictOption, 1}}});
     const double chance = shuffled ? 1.0 / 3 : 1.0;
     CHECK(batch->info().chance() == Approx(chance));
     CHECK(batch->info().answer_chance() == Approx(chance));

@@ -16,11 +16,7 @@
 namespace engram {
 namespace {
 
-using Eigen::Quaterniond;
-using Eigen::Vector3d;
-using test::first_answer;
-using test::FirstAnswer;
-using test::row;
+using Eigen::Quaterniond, Eigen::Vector3d, test::first_answer, test::FirstAnswer, test::row;
 using namespace test::shell_game;
 
 constexpr double kRest = mjcf::kMugRestingHeight;
@@ -32,13 +28,13 @@ Vector3d pos(const Batch& batch, int prop, int index = 0) {
 }
 
 MakeOptions at_cup(int cup, ConstantTable constants = {}) {
-  MakeOptions options;
-  options.terminate_on_success = false;
-  options.auto_reset = AutoReset::kOff;
-  options.reward_mode = RewardMode::kDense;
-  options.pins = {
-      {"cue_steps", {1}}, {"base", {0, 0}}, {"cup_with_ball_number", {static_cast<double>(cup)}}};
-  options.constants = std::move(constants);
+  MakeOptions options{{.reward_mode = RewardMode::kDense,
+                       .auto_reset = AutoReset::kOff,
+                       .terminate_on_success = false,
+                       .pins = {{"cue_steps", {1}},
+                                {"base", {0, 0}},
+                                {"cup_with_ball_number", {static_cast<double>(cup)}}}},
+                      std::move(constants)};
   return options;
 }
 
@@ -313,12 +309,9 @@ TEST_CASE("The oracle brings the ball into regions of any size", "[shell][oracle
                                    {kPick, 0.1},
                                    {kPick, 0.3}}) {
     INFO(id << " " << thresh);
-    MakeOptions options;
-    options.num_envs = 40;
-    options.seed = 4242424242;
-    options.threads = 2;
-    options.auto_reset = AutoReset::kOff;
-    options.constants = {{"GOAL_THRESH", thresh}};
+    const MakeOptions options{
+        {.num_envs = 40, .seed = 4242424242, .threads = 2, .auto_reset = AutoReset::kOff},
+        {{"GOAL_THRESH", thresh}}};
     CHECK(success_rate(id, options, Policy::kOracle) >= 0.95);
     CHECK(success_rate(id, options, Policy::kZero) == 0);
     CHECK(std::abs(success_rate(id, options, Policy::kBlind) - 1.0 / 3) <= 0.2);

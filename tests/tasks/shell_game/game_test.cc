@@ -14,9 +14,7 @@
 namespace engram {
 namespace {
 
-using Eigen::Vector3d;
-using test::make_env;
-using test::row;
+using Eigen::Vector3d, test::make_env, test::make_running, test::row;
 
 constexpr double kRest = mjcf::kMugRestingHeight;
 constexpr const char* kLongs[] = {"ShellGameShuffleTouch-Long-VLA-v0",
@@ -46,16 +44,14 @@ void check_near(const Vector3d& given, const Vector3d& expected, double margin =
 }
 
 BatchOptions pinned(std::vector<Pin> pins) {
-  BatchOptions options;
-  options.pins = std::move(pins);
+  BatchOptions options{.pins = std::move(pins)};
   return options;
 }
 
 TEST_CASE("Mugs appear over the ball when the cue is over", "[shell]") {
   for (const char* id : {"ShellGameTouch-VLA-v0", "ShellGamePush-VLA-v0", "ShellGamePick-VLA-v0"}) {
-    const auto batch = make_env(
+    const auto batch = make_running(
         id, pinned({{"cue_steps", {3}}, {"base", {0.05, -0.03}}, {"cup_with_ball_number", {2}}}));
-    batch->reset();
     for (int t = 0; t <= 6; ++t) {
       INFO(id << ", t " << t);
       for (int mug = 0; mug < 3; ++mug) {
@@ -81,8 +77,7 @@ TEST_CASE("State observations have the published lengths and places", "[shell]")
       {"ShellGameShuffleTouch-VLA-v0", 40}, {"ShellGameShuffleColorLampTouch-VLA-v0", 30}};
   for (const auto& [id, length] : lengths) {
     INFO(id);
-    const auto batch = make_env(id, pinned({{"base", {0.02, 0.01}}}));
-    batch->reset();
+    const auto batch = make_running(id, pinned({{"base", {0.02, 0.01}}}));
     REQUIRE(batch->state_dim() == length);
     const auto at = [&](int i) {
       return static_cast<double>(batch->observation()[static_cast<std::size_t>(i)]);
@@ -138,10 +133,9 @@ TEST_CASE("The shuffle's test vector holds for both shuffle families", "[shell]"
       std::vector<Pin> all = pins;
       all.push_back({lamp ? "target_color" : "cup_with_ball_number", {static_cast<double>(cup)}});
       if (lamp) all.push_back({"mapping", {0}});
-      const auto batch =
-          make_env(lamp ? "ShellGameShuffleColorLampTouch-VLA-v0" : "ShellGameShuffleTouch-VLA-v0",
-                   pinned(all));
-      batch->reset();
+      const auto batch = make_running(
+          lamp ? "ShellGameShuffleColorLampTouch-VLA-v0" : "ShellGameShuffleTouch-VLA-v0",
+          pinned(all));
       CHECK(oracle(*batch) == std::vector<int>{0, 2, 1}[static_cast<std::size_t>(cup)]);
       CHECK(memory_int(*batch, "freeze_steps") == 27);
       for (int t = 0; t <= 40; ++t) {
@@ -209,10 +203,9 @@ TEST_CASE("With snap_back, left-over steps show the mugs as before the last swap
 
 TEST_CASE("The lamp games draw which colour goes with which mug", "[shell]") {
   // slot_of_color = (2, 0, 1) and green.
-  const auto batch = make_env(
+  const auto batch = make_running(
       "ShellGameColorLampTouch-VLA-v0",
       pinned({{"mapping", {4}}, {"target_color", {1}}, {"base", {0, 0}}, {"cue_steps", {2}}}));
-  batch->reset();
   check_near(pos(*batch, 3), {0, 0.2, 0.02});
   check_near(pos(*batch, 4), {0, -0.2, 0.02});
   check_near(pos(*batch, 5), {0, 0, 0.02});
@@ -230,12 +223,10 @@ TEST_CASE("The lamp games draw which colour goes with which mug", "[shell]") {
 
   for (const char* id :
        {"ShellGameColorLampTouch-VLA-v0", "ShellGameShuffleColorLampTouch-VLA-v0"}) {
-    BatchOptions options;
-    options.num_envs = 1200;
+    BatchOptions options{.num_envs = 1200};
     for (const bool fixed : {false, true}) {
       if (fixed) options.task_options = {{"fixed_mapping", 1}};
-      const auto large = make_env(id, options);
-      large->reset();
+      const auto large = make_running(id, options);
       std::map<std::vector<int>, int> counts;
       for (int i = 0; i < options.num_envs; ++i) {
         const std::uint8_t* slots = row<std::uint8_t>(large->memory().find("slot_of_color"), i);
@@ -261,10 +252,8 @@ TEST_CASE("What an episode samples covers its ranges", "[shell]") {
       {"ShellGameShuffleTouch-Long-VLA-v0", {10, 100, 100, 400, 5, 15}},
       {"ShellGameShuffleColorLampTouch-Long-VLA-v0", {10, 100, 100, 400, 5, 15}}};
   for (const auto& [id, ranges] : table) {
-    BatchOptions options;
-    options.num_envs = 3000;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 3000};
+    const auto batch = make_running(id, options);
     INFO(id);
     const auto check = [&](const char* name, int low, int high) {
       std::map<int, int> counts;
@@ -298,12 +287,8 @@ TEST_CASE("Only the short games but Pick freeze the cue, and three end at succes
 
 // The farthest that a mug strays from all slots once the robot may act. Nothing may succeed.
 double farthest_stray(const char* id, bool sleep) {
-  BatchOptions options;
-  options.num_envs = 6;
-  options.sleep = sleep;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 6, .auto_reset = AutoReset::kOff, .sleep = sleep};
+  const auto batch = make_running(id, options);
   double farthest = 0;
   for (int t = 1; t <= batch->info().horizon; ++t) {
     test::step(*batch, Policy::kZero);
@@ -336,8 +321,7 @@ TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", 
   BatchOptions options = pinned({{"cue_steps", {2}}, {"cup_with_ball_number", {1}}});
   options.substeps = 0;  // everything stays where the test puts it
   options.terminate_on_success = false;
-  const auto batch = make_env("ShellGameTouch-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("ShellGameTouch-VLA-v0", options);
   const State& state = batch->state();
   const Vector3d tcp = Eigen::Map<Vector3d>(state.tcp_pos.row(0));
   const auto result = [&](double distance, double speed, double shove = 0) {
@@ -377,8 +361,8 @@ TEST_CASE("The mug has to reach the goal of Push and Pick under the original's r
     BatchOptions options = pinned({{"cue_steps", {1}}, {"cup_with_ball_number", {0}}});
     options.substeps = 0;
     options.rules = Rules::kOriginal;
-    const auto batch = make_env(push ? "ShellGamePush-VLA-v0" : "ShellGamePick-VLA-v0", options);
-    batch->reset();
+    const auto batch =
+        make_running(push ? "ShellGamePush-VLA-v0" : "ShellGamePick-VLA-v0", options);
     test::step(*batch, Policy::kZero);
     const Vector3d home = pos(*batch, 0);
     const auto result = [&](const Vector3d& moved, double speed = 0) {
@@ -411,8 +395,7 @@ TEST_CASE("A mug that is lifted leaves its ball behind under the original's rule
   options.substeps = 0;
   options.terminate_on_success = false;
   options.rules = Rules::kOriginal;
-  const auto batch = make_env("ShellGamePick-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("ShellGamePick-VLA-v0", options);
   test::step(*batch, Policy::kZero);
   const Vector3d home = pos(*batch, 1);
   const auto move = [&](const Vector3d& moved) {

@@ -27,8 +27,7 @@ int count_pixels(Batch& batch, int index, const char* camera, const Rgb& color) 
 }
 
 void check_lamps(const std::string& renderer) {
-  BatchOptions options;
-  options.num_envs = 3;
+  BatchOptions options{.num_envs = 3};
   options.image_options.renderer = renderer;
   options.pins = {{"base", {0, 0}}, {"cue_steps", {1}}};
   const auto batch = make("ShellGameColorLampTouch-VLA-v0", options);
@@ -68,8 +67,7 @@ TEST_CASE("Every environment's lamp has its own colour", "[render][shell]") {
 
 TEST_CASE("People see the goal of Push and Pick, sensors do not", "[render][shell]") {
   for (const char* id : {"ShellGamePush-VLA-v0", "ShellGamePick-VLA-v0"}) {
-    BatchOptions options;
-    options.pins = {{"base", {0, 0}}, {"cup_with_ball_number", {1}}};
+    const BatchOptions options{.pins = {{"base", {0, 0}}, {"cup_with_ball_number", {1}}}};
     const auto batch = make(id, options);
     batch->reset();
     const auto green = [&batch](const char* camera) {

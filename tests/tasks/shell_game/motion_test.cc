@@ -14,9 +14,7 @@
 namespace engram {
 namespace {
 
-using Eigen::Vector3d;
-using test::make_env;
-using test::row;
+using Eigen::Vector3d, test::make_env, test::make_running, test::row;
 
 Vector3d pos(const Batch& batch, int prop, int index = 0) {
   return Eigen::Map<Vector3d>(batch.state().prop_pos_of(index, prop));
@@ -35,14 +33,11 @@ TEST_CASE("A snapshot of a shell game goes on bit for bit, in the middle of a sw
   for (const RegistryEntry& entry : registry()) {
     if (entry.family.substr(0, 9) != "ShellGame") continue;
     INFO(entry.id);
-    BatchOptions options;
-    options.num_envs = 2;
-    options.freeze_cue = false;
-    options.control_mode = ControlMode::kPdEeDeltaPose;
+    BatchOptions options{
+        .num_envs = 2, .control_mode = ControlMode::kPdEeDeltaPose, .freeze_cue = false};
     const int cue = entry.split == Split::kMedium ? 10 : entry.split == Split::kRl ? 5 : 3;
     options.pins = {{"cue_steps", {static_cast<double>(cue)}}};
-    const auto batch = make_env(entry.id, options);
-    batch->reset();
+    const auto batch = make_running(entry.id, options);
     // Down to where the mugs pass, so that contacts are saved as well.
     const auto disturb = [](Batch& each) {
       std::vector<float> actions(14);
@@ -74,16 +69,13 @@ TEST_CASE("A shell game that is reset equals a fresh one", "[shell]") {
   for (const RegistryEntry& entry : registry()) {
     if (entry.family.substr(0, 9) != "ShellGame") continue;
     INFO(entry.id);
-    BatchOptions options;
-    options.num_envs = 2;
-    const auto used = make_env(entry.id, options);
-    used->reset();
+    BatchOptions options{.num_envs = 2};
+    const auto used = make_running(entry.id, options);
     for (int i = 0; i < 50; ++i) test::step(*used, Policy::kOracle);
     const std::vector<std::uint64_t> seeds = {70, 71};
     used->reset({.mask = {}, .seeds = seeds, .pins = nullptr});
     options.seed = 70;
-    const auto fresh = make_env(entry.id, options);
-    fresh->reset();
+    const auto fresh = make_running(entry.id, options);
     for (int i = 0; i < 12; ++i) {
       REQUIRE(test::batch_bytes(*used) == test::batch_bytes(*fresh));
       test::step(*used, Policy::kOracle);
@@ -95,13 +87,13 @@ TEST_CASE("A shell game that is reset equals a fresh one", "[shell]") {
 // The hand waits where mugs come by at up to four metres a second.
 TEST_CASE("Mugs that meet the robot nudge it and go on their way", "[shell]") {
   for (const double height : {0.02, 0.06, 0.10}) {
-    BatchOptions options;
-    options.pins = {{"base", {0.0, 0.0}},
-                    {"cue_steps", {100}},
-                    {"shuffle_steps", {100}},
-                    {"num_swaps", {15}},
-                    {"cup_with_ball_number", {0}},
-                    {"swap_pairs", {1, 0, 2, 1, 1, 0, 0, 2, 1, 0, 2, 2, 1, 1, 0}}};
+    const BatchOptions options{
+        .pins = {{"base", {0.0, 0.0}},
+                 {"cue_steps", {100}},
+                 {"shuffle_steps", {100}},
+                 {"num_swaps", {15}},
+                 {"cup_with_ball_number", {0}},
+                 {"swap_pairs", {1, 0, 2, 1, 1, 0, 0, 2, 1, 0, 2, 2, 1, 1, 0}}}};
     const auto batch = make_env("ShellGameShuffleTouch-Long-VLA-v0", options);
     const auto free = make_env("ShellGameShuffleTouch-Long-VLA-v0", options);
     batch->reset();
@@ -127,11 +119,9 @@ TEST_CASE("Mugs that meet the robot nudge it and go on their way", "[shell]") {
 }
 
 TEST_CASE("Mugs that are put back cannot be carried away", "[shell]") {
-  BatchOptions options;
-  options.pins = {{"base", {0.0, 0.0}}, {"cue_steps", {1}}};
-  options.freeze_cue = false;
-  const auto batch = make_env("ShellGameColorLampTouch-VLA-v0", options);
-  batch->reset();
+  const auto batch =
+      make_running("ShellGameColorLampTouch-VLA-v0",
+                   {.freeze_cue = false, .pins = {{"base", {0.0, 0.0}}, {"cue_steps", {1}}}});
   double slowest = 1;
   for (int t = 1; t < 30; ++t) {
     const double before = tcp(*batch).x();
@@ -146,12 +136,9 @@ TEST_CASE("Mugs that are put back cannot be carried away", "[shell]") {
 
 TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]") {
   for (const char* id : {"ShellGamePush-VLA-v0", "ShellGamePick-VLA-v0"}) {
-    BatchOptions options;
-    options.num_envs = 20;
-    options.terminate_on_success = false;
-    options.auto_reset = AutoReset::kOff;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{
+        .num_envs = 20, .auto_reset = AutoReset::kOff, .terminate_on_success = false};
+    const auto batch = make_running(id, options);
     std::vector<Eigen::Quaterniond> upright;
     const auto quat = [&](int mug, int i) {
       const double* q = batch->state().prop_quat_of(i, mug);

@@ -5,8 +5,7 @@
 namespace engram {
 namespace {
 
-using tasks::check_mugs;
-using tasks::kUpsideDown;
+using tasks::check_mugs, tasks::kUpsideDown;
 
 TEST_CASE("Mugs are the scene's first props, from left to right", "[shell]") {
   mjcf::Scene scene;

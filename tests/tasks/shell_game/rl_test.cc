@@ -20,10 +20,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::Point;
-using test::row;
-using test::Spectator;
+using test::make_env, test::make_running, test::Point, test::row, test::Spectator;
 using namespace test::shell_game;
 
 constexpr const char* kIds[] = {kTouchRl, kPushRl, kPickRl};
@@ -39,10 +36,8 @@ Point pos(const Batch& batch, int prop, int index = 0) { return Spectator(batch,
 TEST_CASE("RL shell games show the ball for five steps, then mugs of the scan's size",
           "[shell][rl]") {
   for (const char* id : kIds) {
-    BatchOptions options;
-    options.pins = {{"base", {0.05, -0.03}}, {"cup_with_ball_number", {2}}};
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch =
+        make_running(id, {.pins = {{"base", {0.05, -0.03}}, {"cup_with_ball_number", {2}}}});
     for (int t = 0; t <= 8; ++t) {
       INFO(id << ", t " << t);
       for (int mug = 0; mug < 3; ++mug) {
@@ -84,10 +79,8 @@ TEST_CASE("RL shell games let the arm move from the first action on, by its join
 
 TEST_CASE("The goal regions of the RL shell games", "[shell][rl]") {
   for (const char* id : {kPushRl, kPickRl}) {
-    BatchOptions options;
-    options.pins = {{"base", {0.05, -0.03}}, {"cup_with_ball_number", {0}}};
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch =
+        make_running(id, {.pins = {{"base", {0.05, -0.03}}, {"cup_with_ball_number", {0}}}});
     const Point goal =
         id == kPushRl ? Point(0.15, -0.23, 0.0442722) : Point(0.05, -0.23, 0.1442722);
     CHECK((pos(*batch, kGoal) - goal).norm() < 1e-9);
@@ -107,18 +100,14 @@ double handle_direction(const Batch& batch, int mug, int index = 0) {
 TEST_CASE("Handles of RL mugs point to the right, those of ShellGamePick to the robot",
           "[shell][rl]") {
   for (const char* id : {kTouchRl, kPushRl}) {
-    const auto batch = make_env(id);
-    batch->reset();
+    const auto batch = make_running(id);
     for (int mug = 0; mug < 3; ++mug) {
       CHECK(handle_direction(*batch, mug) == Approx(87.2).margin(0.1));
     }
   }
   const double directions[] = {167.1, 170.5, 173.5};
   for (int handle = 0; handle < 3; ++handle) {
-    BatchOptions options;
-    options.pins = {{"handle", {1.0 * handle}}};
-    const auto batch = make_env(kPickRl, options);
-    batch->reset();
+    const auto batch = make_running(kPickRl, {.pins = {{"handle", {1.0 * handle}}}});
     for (int t = 0; t < 7; ++t) {
       for (int mug = 0; mug < 3; ++mug) {
         CHECK(handle_direction(*batch, mug) == Approx(directions[handle]).margin(0.1));
@@ -131,11 +120,9 @@ TEST_CASE("Handles of RL mugs point to the right, those of ShellGamePick to the 
 TEST_CASE("The handles of ShellGamePick tell nothing of the ball, but by upstream_handle",
           "[shell][rl][leak]") {
   for (const bool upstream : {false, true}) {
-    BatchOptions options;
-    options.num_envs = 1800;
-    options.task_options = {{"upstream_handle", upstream ? 1.0 : 0.0}};
-    const auto batch = make_env(kPickRl, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 1800,
+                               .task_options = {{"upstream_handle", upstream ? 1.0 : 0.0}}};
+    const auto batch = make_running(kPickRl, options);
     std::map<std::pair<int, int>, int> counts;
     for (int i = 0; i < options.num_envs; ++i) {
       const int slot = *row<std::int32_t>(batch->output("oracle_info"), i);
@@ -154,11 +141,9 @@ TEST_CASE("The handles of ShellGamePick tell nothing of the ball, but by upstrea
     }
   }
   // A pinned handle is obeyed under the option, too.
-  BatchOptions options;
-  options.task_options = {{"upstream_handle", 1}};
-  options.pins = {{"handle", {1}}, {"cup_with_ball_number", {0}}};
-  const auto batch = make_env(kPickRl, options);
-  batch->reset();
+  const auto batch =
+      make_running(kPickRl, {.pins = {{"handle", {1}}, {"cup_with_ball_number", {0}}},
+                             .task_options = {{"upstream_handle", 1}}});
   CHECK(handle_direction(*batch, 0) == Approx(170.5).margin(0.1));
 }
 
@@ -169,12 +154,11 @@ struct Still {
   std::unique_ptr<Batch> batch;
 
   explicit Still(const char* id, bool terminates = false) {
-    BatchOptions options;
-    options.substeps = 0;
-    options.terminate_on_success = terminates;
-    options.auto_reset = AutoReset::kOff;
-    options.reward_mode = RewardMode::kSparse;
-    options.pins = {{"base", {0, 0}}, {"cup_with_ball_number", {1}}};
+    const BatchOptions options{.reward_mode = RewardMode::kSparse,
+                               .auto_reset = AutoReset::kOff,
+                               .terminate_on_success = terminates,
+                               .substeps = 0,
+                               .pins = {{"base", {0, 0}}, {"cup_with_ball_number", {1}}}};
     batch = make_env(id, options);
     batch->reset();
   }
@@ -311,11 +295,8 @@ TEST_CASE("The cue of RL shell games is a range that users may change", "[shell]
     };
     CHECK(value("TIME_OFFSET") == Constant(5));
     CHECK(value("MUG_SCALE") == Constant(1.0));
-    MakeOptions options;
-    options.constants = {{"CUE_PHASE_STEPS", ConstantList{7, 12}}};
-    options.num_envs = 60;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const MakeOptions options{{.num_envs = 60}, {{"CUE_PHASE_STEPS", ConstantList{7, 12}}}};
+    const auto batch = make_running(id, options);
     std::map<int, int> lengths;
     for (int i = 0; i < options.num_envs; ++i) {
       ++lengths[*row<std::int32_t>(batch->memory().find("cue_steps"), i)];
@@ -342,13 +323,12 @@ TEST_CASE("Rewards of RL shell games equal the worked values", "[shell][rl]") {
     CHECK(in.compute() == Approx(reward).margin(1e-6));
   }
   const auto pick = [](double distance, double to_goal, double speed, bool still) {
-    tasks::MugPickReward in;
-    in.offset = {0, 0, distance};
-    in.to_goal = to_goal;
-    in.arm_speed = speed;
-    in.robot_static = still;
-    in.placed = to_goal <= 0.08;
-    in.manipulation = true;
+    tasks::MugPickReward in{.to_goal = to_goal,
+                            .arm_speed = speed,
+                            .robot_static = still,
+                            .placed = to_goal <= 0.08,
+                            .manipulation = true,
+                            .offset = {0, 0, distance}};
     return in.compute();
   };
   CHECK(pick(0.1, 0.1042722, 0.4, false) == Approx(0.715218).margin(1e-6));
@@ -396,12 +376,10 @@ struct RewardAgain {
 TEST_CASE("Rewards of RL shell games equal their formulas in 5,000 steps", "[shell][rl]") {
   constexpr int kEnvs = 20;
   for (const char* id : kIds) {
-    BatchOptions options;
-    options.num_envs = kEnvs;
-    options.reward_mode = RewardMode::kDense;
-    options.terminate_on_success = false;
-    options.auto_reset = AutoReset::kOff;
-    const auto batch = make_env(id, options);
+    const auto batch = make_env(id, {.num_envs = kEnvs,
+                                     .reward_mode = RewardMode::kDense,
+                                     .auto_reset = AutoReset::kOff,
+                                     .terminate_on_success = false});
     const RewardAgain formula{id};
     int compared = 0;
     int successes = 0;
@@ -428,14 +406,11 @@ TEST_CASE("Rewards of RL shell games equal their formulas in 5,000 steps", "[she
 
 // Share of episodes with success.
 double success_rate(const char* id, Policy policy, ControlMode mode, int episodes = 100) {
-  BatchOptions options;
-  options.num_envs = episodes;
-  options.seed = 1000;
-  options.threads = 2;
-  options.control_mode = mode;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, {.num_envs = episodes,
+                                       .seed = 1000,
+                                       .threads = 2,
+                                       .control_mode = mode,
+                                       .auto_reset = AutoReset::kOff});
   for (int t = 0; t < batch->info().horizon; ++t) test::step(*batch, policy);
   int successes = 0;
   for (int i = 0; i < episodes; ++i) {

@@ -11,10 +11,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::play_annotated;
-using test::row;
-using test::Texts;
+using test::AnnotatedEpisode, test::play_annotated, test::row, test::Texts;
 
 TEST_CASE("Words of TakeItBack: where the cube was first", "[labels][take_it_back]") {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
@@ -31,12 +28,8 @@ TEST_CASE("Words of TakeItBack: where the cube was first", "[labels][take_it_bac
 }
 
 TEST_CASE("Words of TakeItBack: the way back begins on the target", "[labels][take_it_back]") {
-  BatchOptions options;
-  options.seed = 2;
-  options.threads = 1;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = test::make_env("TakeItBack-VLA-v0", options);
-  batch->reset();
+  const auto batch = test::make_running("TakeItBack-VLA-v0",
+                                        {.seed = 2, .threads = 1, .auto_reset = AutoReset::kOff});
   int back = 0;
   while ((batch->terminated()[0] | batch->truncated()[0] | batch->success()[0]) == 0) {
     const bool reached = *row<std::uint8_t>(batch->output("goal_reached_status"), 0) != 0;

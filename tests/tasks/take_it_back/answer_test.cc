@@ -7,8 +7,7 @@
 namespace engram {
 namespace {
 
-using test::first_answer;
-using test::FirstAnswer;
+using test::first_answer, test::FirstAnswer;
 
 constexpr double kGoalX = 0.22;
 constexpr double kStartX = -0.03;
@@ -18,14 +17,13 @@ constexpr double kShift = 0.01;
 class Cube {
  public:
   Cube(int slot, bool strict) {
-    BatchOptions options;
-    options.substeps = 0;
-    options.pins = {{"slot", {static_cast<double>(slot)}},
-                    {"initial_x", {kStartX}},
-                    {"initial_shift", {kShift}},
-                    {"goal_x", {kGoalX}},
-                    {"goal_y", {0}}};
-    options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
+    const BatchOptions options{.substeps = 0,
+                               .pins = {{"slot", {static_cast<double>(slot)}},
+                                        {"initial_x", {kStartX}},
+                                        {"initial_shift", {kShift}},
+                                        {"goal_x", {kGoalX}},
+                                        {"goal_y", {0}}},
+                               .task_options = {{kStrictOption, strict ? 1.0 : 0.0}}};
     batch_ = test::make_env("TakeItBack-VLA-v0", options);
     batch_->reset();
   }

@@ -10,8 +10,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::row;
+using test::make_env, test::make_running, test::row;
 using Vector = Eigen::Vector3d;
 
 constexpr const char* kId = "TakeItBack-v0";
@@ -37,14 +36,13 @@ TEST_CASE("TakeItBack as an RL task has the published facts", "[take_it_back][rl
 TEST_CASE("The reward of TakeItBack as an RL task equals its published values",
           "[take_it_back][rl]") {
   const auto reward = [](Vector cube, Vector tcp, bool reached) {
-    tasks::TakeItBackReward in;
-    in.cube = cube;
-    in.tcp = tcp;
-    in.goal = {0.22, 0};
-    in.initial = {0, 0.1};
-    in.reached = reached;
-    in.smoothness = {};
-    in.shaping = kShaping;
+    tasks::TakeItBackReward in{.cube = cube,
+                               .tcp = tcp,
+                               .goal = {0.22, 0},
+                               .initial = {0, 0.1},
+                               .reached = reached,
+                               .smoothness = {},
+                               .shaping = kShaping};
     return Approx(in.compute()).margin(1e-6);
   };
   CHECK(0.160261 == reward({0, 0.1, 0.02}, {-0.0707, 0, 0.318}, false));
@@ -56,18 +54,15 @@ TEST_CASE("The reward of TakeItBack as an RL task equals its published values",
 TEST_CASE("The cube back in its place ends an RL episode, unless the user wants it to go on",
           "[take_it_back][rl]") {
   for (const bool ends : {true, false}) {
-    BatchOptions options;
-    options.substeps = 0;
-    options.auto_reset = AutoReset::kOff;
-    options.reward_mode = RewardMode::kDense;
+    BatchOptions options{
+        .reward_mode = RewardMode::kDense, .auto_reset = AutoReset::kOff, .substeps = 0};
     if (!ends) options.terminate_on_success = false;
     options.pins = {{"slot", {0.0}},
                     {"initial_x", {0.0}},
                     {"initial_shift", {0.02}},
                     {"goal_x", {0.22}},
                     {"goal_y", {0.0}}};
-    const auto batch = make_env(kId, options);
-    batch->reset();
+    const auto batch = make_running(kId, options);
     const auto step = [&](double x, double y) {
       double* pos = batch->state().prop_pos_of(0, 0);
       pos[0] = x;
@@ -129,13 +124,11 @@ TEST_CASE("Rewards of TakeItBack as an RL task are those of the published formul
 
 // The terms of a hand in its place, which the oracle's never is.
 TEST_CASE("A hand behind the cube, or before it, earns the published bonus", "[take_it_back][rl]") {
-  BatchOptions options;
-  options.num_envs = 8;
-  options.reward_mode = RewardMode::kDense;
-  options.control_mode = ControlMode::kPdEeDeltaPose;
+  const BatchOptions options{.num_envs = 8,
+                             .reward_mode = RewardMode::kDense,
+                             .control_mode = ControlMode::kPdEeDeltaPose};
   for (const double dx : {-0.025, 0.03}) {
-    const auto batch = make_env(kId, options);
-    batch->reset();
+    const auto batch = make_running(kId, options);
     int bonuses = 0;
     for (int t = 1; t < 60; ++t) {
       batch->step(test::move_to(*batch, [&](int i) -> Vector {

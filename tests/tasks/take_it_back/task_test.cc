@@ -12,9 +12,7 @@
 namespace {
 
 using namespace engram;
-using test::ImagePair;
-using test::make_env;
-using test::row;
+using test::ImagePair, test::make_env, test::make_running, test::row;
 
 constexpr const char* kId = "TakeItBack-VLA-v0";
 constexpr int kCube = 0;
@@ -42,13 +40,12 @@ bool visible(const Batch& batch, int prop) {
 
 TEST_CASE("The reward of TakeItBack equals the worked examples", "[take_it_back]") {
   const auto reward = [](Eigen::Vector3d cube, Eigen::Vector3d tcp, bool reached, bool success) {
-    tasks::TakeItBackReward in;
-    in.cube = cube;
-    in.tcp = tcp;
-    in.goal = {0.22, 0};
-    in.initial = {0, 0.1};
-    in.reached = reached;
-    in.success = success;
+    tasks::TakeItBackReward in{.cube = cube,
+                               .tcp = tcp,
+                               .goal = {0.22, 0},
+                               .initial = {0, 0.1},
+                               .reached = reached,
+                               .success = success};
     return in.compute();
   };
   const auto near = [](double value) { return Approx(value).margin(1e-6); };
@@ -62,11 +59,7 @@ TEST_CASE("The reward of TakeItBack equals the worked examples", "[take_it_back]
 
 TEST_CASE("The target changes colour one step after the cube was there, for good",
           "[take_it_back]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = pins();
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.substeps = 0, .pins = pins()});
   const auto check = [&](bool achieved, bool reached, bool changed, bool success) {
     CHECK(*row<std::uint8_t>(batch->output("goal_achieved"), 0) == (achieved ? 1 : 0));
     CHECK(*row<std::uint8_t>(batch->output("goal_reached_status"), 0) == (reached ? 1 : 0));
@@ -111,11 +104,7 @@ TEST_CASE("The target changes colour one step after the cube was there, for good
 }
 
 TEST_CASE("A cube that passes the target in one step changes it in the next", "[take_it_back]") {
-  BatchOptions options;
-  options.substeps = 0;
-  options.pins = pins();
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.substeps = 0, .pins = pins()});
   put_cube(*batch, 0.2, 0);
   test::step(*batch, Policy::kZero);
   CHECK(visible(*batch, kGoalRegion));
@@ -126,10 +115,8 @@ TEST_CASE("A cube that passes the target in one step changes it in the next", "[
 }
 
 TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_back]") {
-  BatchOptions options;
-  options.num_envs = 6000;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  BatchOptions options{.num_envs = 6000};
+  const auto batch = make_running(kId, options);
   double nearest = 1;
   std::vector<int> slots(3);
   for (int i = 0; i < options.num_envs; ++i) {
@@ -159,16 +146,14 @@ TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_bac
                   {"initial_shift", {0}},
                   {"goal_x", {0.2}},
                   {"goal_y", {0}}};
-  const auto pinned = make_env(kId, options);
-  pinned->reset();
+  const auto pinned = make_running(kId, options);
   CHECK(pinned->state().prop_pos_of(0, kGoalRegion)[0] == 0.2);
 }
 
 // About 0.2 % of all draws overlap.
 TEST_CASE("With may_overlap, start and target are drawn once and overlap now and then",
           "[take_it_back]") {
-  BatchOptions options;
-  options.num_envs = 6000;
+  BatchOptions options{.num_envs = 6000};
   const auto guarded = make_env(kId, options);
   options.task_options = {{"may_overlap", 1}};
   const auto batch = make_env(kId, options);
@@ -189,8 +174,7 @@ TEST_CASE("With may_overlap, start and target are drawn once and overlap now and
 
 TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
   const auto start_at = [](double slot, double x) {
-    BatchOptions options;
-    options.substeps = 0;
+    const BatchOptions options{.substeps = 0};
     auto batch = make(kId, options);
     const std::vector<Pin> where = pins(slot, x);
     batch->reset({.mask = {}, .seeds = {}, .pins = &where});
@@ -205,9 +189,7 @@ TEST_CASE("No sensor shows where the cube started", "[take_it_back][render]") {
   CHECK(images.differing_pixels("hand_camera") == 0);
   CHECK(images.differing_pixels("render_camera") > 100);  // people see the blue disc
 
-  BatchOptions options;
-  options.obs_mode = ObsMode::kRgb;
-  options.substeps = 0;
+  const BatchOptions options{.obs_mode = ObsMode::kRgb, .substeps = 0};
   const auto rgb = [&](double slot) {
     auto batch = make(kId, options);
     const std::vector<Pin> where = pins(slot);

@@ -10,9 +10,7 @@
 namespace engram {
 namespace {
 
-using test::AnnotatedEpisode;
-using test::AnnotatedFrame;
-using test::play_annotated;
+using test::AnnotatedEpisode, test::AnnotatedFrame, test::play_annotated;
 
 TEST_CASE("Words of TimedTransfer: the step of the signal", "[labels][timed_transfer]") {
   for (int signal = 1; signal <= 3; ++signal) {

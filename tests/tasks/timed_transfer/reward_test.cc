@@ -75,11 +75,10 @@ TEST_CASE("The count of the example: D = 100, s = 2", "[timed]") {
 }
 
 TEST_CASE("TimedTransfer rewards as in the worked example", "[timed]") {
-  TransferReward in;
-  in.count = count_phase(100, 2, time_window(2, 100));
-  in.grasped = true;
-  in.tcp_to_cube = 0.01;
-  in.cube_to_goal = 0.12;
+  TransferReward in{.tcp_to_cube = 0.01,
+                    .cube_to_goal = 0.12,
+                    .count = count_phase(100, 2, time_window(2, 100)),
+                    .grasped = true};
   // The first action of an episode, a change from zeros.
   in.action_cost = {.action_norm = 1.593738, .action_delta_norm = 1.593738, .arm_speed = 0.4};
   const double reward = in.compute();

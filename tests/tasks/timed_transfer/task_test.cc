@@ -11,9 +11,7 @@
 namespace engram {
 namespace {
 
-using test::Bytes;
-using test::make_env;
-using test::row;
+using test::Bytes, test::make_env, test::make_running, test::row;
 
 constexpr int kCube = 2;
 constexpr int kBulb = 4;
@@ -24,16 +22,14 @@ T info(const Batch& batch, const char* name, int index = 0) {
 }
 
 BatchOptions signal_at(double step) {
-  BatchOptions options;
-  options.pins = {{"signal_step", {step}}};
-  options.auto_reset = AutoReset::kOff;
-  options.reward_mode = RewardMode::kDense;
+  BatchOptions options{.reward_mode = RewardMode::kDense,
+                       .auto_reset = AutoReset::kOff,
+                       .pins = {{"signal_step", {step}}}};
   return options;
 }
 
 TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[timed]") {
-  const auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(2));
-  batch->reset();
+  const auto batch = make_running("TimedTransferEasy-VLA-v0", signal_at(2));
   CHECK(batch->state_dim() == 50);
   CHECK(Queries(*batch).instruction(0).find("step 100 of") != std::string::npos);
   const std::vector<float> rest = test::zeros(*batch);
@@ -56,8 +52,7 @@ TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[tim
 }
 
 TEST_CASE("The cube arrives in the window and ends the episode", "[timed]") {
-  const auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(1));
-  batch->reset();
+  const auto batch = make_running("TimedTransferEasy-VLA-v0", signal_at(1));
   while (batch->state().finished[0] == 0) {
     const bool before = info<std::uint8_t>(*batch, "before_window") != 0;
     test::step(*batch, Policy::kOracle);
@@ -75,8 +70,7 @@ TEST_CASE("The cube arrives in the window and ends the episode", "[timed]") {
 // Puts the cube on the red disc before step `elapsed`, and goes on to there.
 std::unique_ptr<Batch> put_on_red(int elapsed, double signal) {
   constexpr int kRedDisc = 1;
-  auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
-  batch->reset();
+  auto batch = make_running("TimedTransferEasy-VLA-v0", signal_at(signal));
   while (batch->state().elapsed[0] < elapsed - 1) batch->step(test::zeros(*batch));
   const double upright[4] = {1, 0, 0, 0};
   const double* red = batch->state().prop_pos_of(0, kRedDisc);
@@ -103,8 +97,7 @@ TEST_CASE("The answer is the step in which the cube comes to red", "[timed][answ
 
 TEST_CASE("Who has the step count need not remember the signal", "[timed]") {
   for (const double signal : {1, 2, 3}) {
-    const auto batch = make_env("TimedTransferEasy-VLA-v0", signal_at(signal));
-    batch->reset();
+    const auto batch = make_running("TimedTransferEasy-VLA-v0", signal_at(signal));
     while (batch->state().finished[0] == 0) test::step(*batch, Policy::kSweep);
     CHECK(info<std::uint8_t>(*batch, "success") == 1);
   }
@@ -114,8 +107,7 @@ TEST_CASE("Who has the step count need not remember the signal", "[timed]") {
 std::pair<int, int> window(const char* id, Rules rules) {
   BatchOptions options = signal_at(2);
   options.rules = rules;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, options);
   std::pair<int, int> steps = {0, 0};
   while (info<std::uint8_t>(*batch, "past_window") == 0) {
     batch->step(test::zeros(*batch));
@@ -135,9 +127,7 @@ TEST_CASE("The tolerance is five per cent of 150 steps, in the original's code m
 
 TEST_CASE("Chance and phases are those of the window", "[timed]") {
   for (const Rules rules : {Rules::kReference, Rules::kOriginal}) {
-    BatchOptions options;
-    options.rules = rules;
-    const auto batch = make_env("TimedTransferMedium-VLA-v0", options);
+    const auto batch = make_env("TimedTransferMedium-VLA-v0", {.rules = rules});
     const bool original = rules == Rules::kOriginal;
     CHECK(batch->info().chance() == Approx((original ? 16.0 : 15.0) / 301));
     CHECK(batch->info().answer_chance() == batch->info().chance());
@@ -151,8 +141,7 @@ TEST_CASE("Oracle and sweep bring the cube in the window of either rules", "[tim
     for (const Policy policy : {Policy::kOracle, Policy::kSweep}) {
       BatchOptions options = signal_at(3);
       options.rules = rules;
-      const auto batch = make_env("TimedTransferMedium-VLA-v0", options);
-      batch->reset();
+      const auto batch = make_running("TimedTransferMedium-VLA-v0", options);
       while (batch->state().finished[0] == 0) test::step(*batch, policy);
       CHECK(info<std::uint8_t>(*batch, "success") == 1);
     }
@@ -162,8 +151,7 @@ TEST_CASE("Oracle and sweep bring the cube in the window of either rules", "[tim
 TEST_CASE("A cube that arrives early fails at once", "[timed]") {
   BatchOptions options = signal_at(3);
   options.num_envs = 20;
-  const auto batch = make_env("TimedTransferMedium-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("TimedTransferMedium-VLA-v0", options);
   int early = 0;
   for (int i = 0; i < 120; ++i) {
     test::step(*batch, Policy::kBlind);
@@ -191,14 +179,11 @@ std::vector<Bytes> future(Batch& batch, int index, int steps) {
 TEST_CASE("Snapshots in a demonstration and in a grasp go on bit for bit", "[snapshot]") {
   for (const char* id :
        {"TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0", "TimedTransferEasy-VLA-v0"}) {
-    BatchOptions options;
-    options.num_envs = 2;
-    options.threads = 1;
+    BatchOptions options{.num_envs = 2, .threads = 1};
     if (std::string(id).find("Seq") != std::string::npos) {
       options.pins = {{"sequence_length", {2}}};
     }
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     bool held = false;
     for (int round = 0; round < 12; ++round) {
       for (int i = 0; i < 16; ++i) test::step(*batch, Policy::kOracle);
@@ -207,8 +192,7 @@ TEST_CASE("Snapshots in a demonstration and in a grasp go on bit for bit", "[sna
       const std::vector<std::byte> saved = Snapshotter(*batch).save(0);
       const std::vector<Bytes> expected = future(*batch, 0, 8);
       INFO(id << ", round " << round);
-      const auto other = make_env(id, options);
-      other->reset();
+      const auto other = make_running(id, options);
       Snapshotter(*other).restore(1, saved);
       CHECK((future(*other, 1, 8) == expected));
       Snapshotter(*batch).restore(0, saved);

@@ -15,15 +15,8 @@
 namespace engram {
 namespace {
 
-using tasks::Contour;
-using tasks::SHAPE_CIRCLE;
-using tasks::SHAPE_SQUARE;
-using tasks::SHAPE_TRIANGLE;
-using tasks::Vec2;
-using test::first_answer;
-using test::FirstAnswer;
-using test::make_env;
-using test::row;
+using tasks::Contour, tasks::SHAPE_CIRCLE, tasks::SHAPE_SQUARE, tasks::SHAPE_TRIANGLE, tasks::Vec2,
+    test::first_answer, test::FirstAnswer, test::make_running, test::row;
 
 constexpr const char* kMedium = "TraceShapeMedium-VLA-v0";
 constexpr const char* kHard = "TraceShapeHard-VLA-v0";
@@ -34,11 +27,10 @@ const tasks::ContourSet kShapes;
 
 // Nothing moves by itself; the cube is put where a test wants it.
 BatchOptions still(std::vector<Pin> pins, bool strict) {
-  BatchOptions options;
-  options.substeps = 0;
-  options.terminate_on_success = false;
-  options.auto_reset = AutoReset::kOff;
-  options.pins = std::move(pins);
+  BatchOptions options{.auto_reset = AutoReset::kOff,
+                       .terminate_on_success = false,
+                       .substeps = 0,
+                       .pins = std::move(pins)};
   options.pins.push_back({"center_x", {kCenter.x()}});
   options.pins.push_back({"center_y", {kCenter.y()}});
   options.task_options = {{kStrictOption, strict ? 1.0 : 0.0}};
@@ -46,23 +38,19 @@ BatchOptions still(std::vector<Pin> pins, bool strict) {
 }
 
 std::unique_ptr<Batch> show(int shape, double radius, bool strict = false) {
-  auto batch = make_env(
+  return make_running(
       kHard,
       still({{"shape", {static_cast<double>(shape)}}, {"radius", {radius}}, {"rotation", {0.3}}},
             strict));
-  batch->reset();
-  return batch;
 }
 
 // Shows shapes of radius 0.1, unturned.
 std::unique_ptr<Batch> show_sequence(std::array<double, 5> shapes, int length) {
-  auto batch = make_env(kSeq, still({{"shapes", {shapes.begin(), shapes.end()}},
-                                     {"radii", std::vector<double>(5, 0.1)},
-                                     {"rotations", std::vector<double>(5, 0.0)},
-                                     {"sequence_length", {static_cast<double>(length)}}},
-                                    false));
-  batch->reset();
-  return batch;
+  return make_running(kSeq, still({{"shapes", {shapes.begin(), shapes.end()}},
+                                   {"radii", std::vector<double>(5, 0.1)},
+                                   {"rotations", std::vector<double>(5, 0.0)},
+                                   {"sequence_length", {static_cast<double>(length)}}},
+                                  false));
 }
 
 void wait(Batch& batch) {
@@ -94,11 +82,8 @@ void submit(Batch& batch) {
 TEST_CASE("The place of the green cube does not reveal what was traced", "[trace][answer]") {
   for (const char* id : {kMedium, kHard, kSeq}) {
     INFO(id);
-    BatchOptions options;
-    options.num_envs = 300;
-    options.auto_reset = AutoReset::kOff;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 300, .auto_reset = AutoReset::kOff};
+    const auto batch = make_running(id, options);
     for (int t = 0; t < 330; ++t) {
       test::step(*batch, Policy::kZero);
       for (int i = 0; i < options.num_envs; ++i) {
@@ -115,12 +100,9 @@ TEST_CASE("The place of the green cube does not reveal what was traced", "[trace
 }
 
 TEST_CASE("A green cube that the red one pushes reveals the shape", "[trace][answer]") {
-  BatchOptions options;
-  options.num_envs = 400;
-  options.auto_reset = AutoReset::kOff;
-  options.task_options = {{"red_pushes_green", 1}};
-  const auto batch = make_env(kMedium, options);
-  batch->reset();
+  const BatchOptions options{
+      .num_envs = 400, .auto_reset = AutoReset::kOff, .task_options = {{"red_pushes_green", 1}}};
+  const auto batch = make_running(kMedium, options);
   for (int t = 0; t < 75; ++t) test::step(*batch, Policy::kZero);
   std::array<double, 2> shown{};
   std::array<double, 2> pushed{};

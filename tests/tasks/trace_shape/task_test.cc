@@ -16,9 +16,7 @@ namespace {
 using tasks::Contour;
 
 const tasks::ContourSet kShapes;
-using tasks::Vec2;
-using test::make_env;
-using test::row;
+using tasks::Vec2, test::make_running, test::row;
 
 constexpr int kRed = 0;
 constexpr int kGreen = 1;
@@ -42,10 +40,7 @@ std::string lamp(const Batch& batch, int index = 0) {
 }
 
 BatchOptions pinned(std::vector<Pin> pins) {
-  BatchOptions options;
-  options.pins = std::move(pins);
-  options.auto_reset = AutoReset::kOff;
-  options.threads = 1;
+  BatchOptions options{.threads = 1, .auto_reset = AutoReset::kOff, .pins = std::move(pins)};
   return options;
 }
 
@@ -56,13 +51,12 @@ void wait_until(Batch& batch, int elapsed) {
 }
 
 TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[trace]") {
-  const auto batch = make_env("TraceShapeHard-VLA-v0", pinned({{"shape", {2}},
-                                                               {"radius", {0.1}},
-                                                               {"rotation", {0.3}},
-                                                               {"center_x", {-0.10}},
-                                                               {"center_y", {0.05}},
-                                                               {"pre_demo_steps", {5}}}));
-  batch->reset();
+  const auto batch = make_running("TraceShapeHard-VLA-v0", pinned({{"shape", {2}},
+                                                                   {"radius", {0.1}},
+                                                                   {"rotation", {0.3}},
+                                                                   {"center_x", {-0.10}},
+                                                                   {"center_y", {0.05}},
+                                                                   {"pre_demo_steps", {5}}}));
   const Contour contour(kShapes, 2, 0.1, 0.3, {-0.10, 0.05});
   CHECK(Queries(*batch).cue_end(0) == 69);
   CHECK((place(*batch, kGreen) - Vec2(-0.26, 0.05)).norm() < 1e-12);
@@ -93,8 +87,7 @@ TEST_CASE("The demonstration pushes the green cube gently out of its way", "[tra
   BatchOptions options = pinned({{"shape", {0}}, {"radius", {0.13}}, {"rotation", {0}}});
   options.sleep = sleep;
   options.task_options = kPushing;
-  const auto batch = make_env("TraceShapeHard-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("TraceShapeHard-VLA-v0", options);
   const Vec2 before = place(*batch, kGreen);
   double fastest = 0;
   const std::vector<float> rest = test::zeros(*batch);
@@ -131,11 +124,8 @@ TEST_CASE("The red cube pushes the green one as something that moves", "[trace][
   constexpr double kControlStep = 0.05;  // s
   for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeMedium-VLA-v0",
                          "TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0"}) {
-    BatchOptions options;
-    options.num_envs = 256;
-    options.task_options = kPushing;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 256, .task_options = kPushing};
+    const auto batch = make_running(id, options);
     double max_ahead = 0;  // m/s, of the green cube
     double deepest = 0;    // m
     std::vector<bool> pushed(256);
@@ -168,11 +158,8 @@ TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
   CHECK((clear_of_red({0, 0}, {-0.01, -0.03}) - Vec2(0, -0.03 + 0.0405)).norm() < 1e-15);
   CHECK(clear_of_red({0, 0}, {0.02, 0}) == Vec2(0, 0.0405));  // level: towards +y
 
-  BatchOptions options;
-  options.num_envs = 2000;
-  options.task_options = kPushing;
-  const auto batch = make_env("TraceShapeHard-VLA-v0", options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 2000, .task_options = kPushing};
+  const auto batch = make_running("TraceShapeHard-VLA-v0", options);
   int shifted = 0;
   for (int i = 0; i < options.num_envs; ++i) {
     const Vec2 offset = place(*batch, kGreen, i) - place(*batch, kRed, i);
@@ -185,11 +172,8 @@ TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
 }
 
 TEST_CASE("TraceShape ends with the contour closed", "[trace]") {
-  BatchOptions options;
-  options.num_envs = 4;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = make_env("TraceShapeHard-VLA-v0", options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 4, .auto_reset = AutoReset::kOff};
+  const auto batch = make_running("TraceShapeHard-VLA-v0", options);
   for (int i = 0; i < 200; ++i) test::step(*batch, Policy::kOracle);
   for (int i = 0; i < options.num_envs; ++i) {
     CHECK(batch->terminated()[static_cast<std::size_t>(i)] == 1);
@@ -203,10 +187,9 @@ TEST_CASE("TraceShape ends with the contour closed", "[trace]") {
 }
 
 TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C = 132", "[trace]") {
-  const auto batch = make_env(
+  const auto batch = make_running(
       "TraceShapeSeqHard-VLA-v0",
       pinned({{"sequence_length", {2}}, {"shapes", {1, 2, 0, 0, 0}}, {"pre_demo_steps", {4}}}));
-  batch->reset();
   const double* radii = row<double>(batch->memory().find("radii"), 0);
   const double* turns = row<double>(batch->memory().find("rotations"), 0);
   const double* center = row<double>(batch->memory().find("center"), 0);
@@ -251,8 +234,7 @@ void press_button(Batch& batch, double height) {
 TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure", "[trace]") {
   BatchOptions options = pinned({{"sequence_length", {2}}, {"center_x", {-0.15}}});
   options.reward_mode = RewardMode::kDense;
-  const auto batch = make_env("TraceShapeSeqEasy-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("TraceShapeSeqEasy-VLA-v0", options);
   // During the demonstration the button does not react.
   while (batch->state().elapsed[0] < 60) press_button(*batch, 0.07);
   CHECK(batch->state().tcp_pos.row(0)[2] < 0.08);
@@ -271,8 +253,7 @@ TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure"
 TEST_CASE("Contours count one after the other, and the submission ends the episode", "[trace]") {
   BatchOptions options = pinned({{"sequence_length", {3}}});
   options.reward_mode = RewardMode::kDense;
-  const auto batch = make_env("TraceShapeSeqHard-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("TraceShapeSeqHard-VLA-v0", options);
   int active = 0;
   float progress = 0;
   while (batch->state().finished[0] == 0) {

@@ -16,10 +16,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using Eigen::Vector3d;
-using test::flag;
-using test::row;
+using Catch::Contains, Eigen::Vector3d, test::flag, test::row;
 
 constexpr const char* kEasy = "BatteriesCheckerEasy-3-VLA-v0";
 constexpr const char* kHard = "BatteriesCheckerHard-3-VLA-v0";
@@ -31,15 +28,13 @@ const Vector3d kFarAway(-0.1, 0, 0.4);
 // Without physics; battery 0 works.
 std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants = {},
                             bool check_all = false) {
-  MakeOptions options;
-  options.substeps = 0;
-  options.reward_mode = RewardMode::kDense;
-  options.auto_reset = AutoReset::kOff;
-  options.constants = constants;
-  options.task_options = {{"check_all", check_all ? 1.0 : 0.0}};
-  options.pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}};
-  auto batch = test::make_env(id, options);
-  batch->reset();
+  const MakeOptions options{{.reward_mode = RewardMode::kDense,
+                             .auto_reset = AutoReset::kOff,
+                             .substeps = 0,
+                             .pins = {{"tray_x", {-0.05}}, {"tray_y", {0.02}}, {"working", {0}}},
+                             .task_options = {{"check_all", check_all ? 1.0 : 0.0}}},
+                            constants};
+  auto batch = test::make_running(id, options);
   test::step_at(*batch, kFarAway);
   return batch;
 }
@@ -85,10 +80,7 @@ TEST_CASE("Numbers of batteries change scene, answers and success", "[variants][
       if (draw.name == "working") CHECK((draw.width == 2 && draw.high == 4));
     }
     CHECK_THAT(task->document(), Contains("battery_4") && !Contains("battery_5"));
-    MakeOptions options;
-    options.constants = constants;
-    const auto batch = test::make_env(id, options);
-    batch->reset();
+    const auto batch = test::make_running(id, MakeOptions{{}, constants});
     test::step(*batch, Policy::kZero);
     CHECK(batch->state_dim() == 189 + 2);
     CHECK(number(*batch, "active_battery_count") == 5);

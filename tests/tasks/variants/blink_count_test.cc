@@ -18,10 +18,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using Eigen::Vector3d;
-using test::flag;
-using test::row;
+using Catch::Contains, Eigen::Vector3d, test::flag, test::row;
 
 constexpr const char* kEasy = "BlinkCountButtonPressEasy-VLA-v0";
 const Vector3d kFarAway(-0.1, 0, 0.4);
@@ -30,17 +27,14 @@ enum Prop { kRedBase, kRedCap, kBlackBase, kBlackCap };
 
 // Without physics, the red button at (-0.1, 0) and the black one at (-0.1, 0.16).
 std::unique_ptr<Batch> make(const ConstantTable& constants, std::vector<Pin> pins = {}) {
-  MakeOptions options;
-  options.substeps = 0;
-  options.reward_mode = RewardMode::kDense;
-  options.auto_reset = AutoReset::kOff;
-  options.constants = constants;
-  options.pins = std::move(pins);
+  MakeOptions options{{.reward_mode = RewardMode::kDense,
+                       .auto_reset = AutoReset::kOff,
+                       .substeps = 0,
+                       .pins = std::move(pins)},
+                      constants};
   options.pins.push_back({"button_x", {-0.1}});
   options.pins.push_back({"button_y", {0}});
-  auto batch = test::make_env(kEasy, options);
-  batch->reset();
-  return batch;
+  return test::make_running(kEasy, options);
 }
 
 // A batch after the cue; `blinks` are to be counted.
@@ -69,11 +63,7 @@ TEST_CASE("BLINK_COUNT_RANGE is what is counted, guessed and drawn", "[variants]
     if (draw.name == "target_blinks") CHECK((draw.low == 2 && draw.high == 5));
     if (draw.name == "blink_on_steps") CHECK(draw.width == 5);
   }
-  MakeOptions options;
-  options.num_envs = 60;
-  options.constants = constants;
-  const auto batch = test::make_env(kEasy, options);
-  batch->reset();
+  const auto batch = test::make_running(kEasy, MakeOptions{{.num_envs = 60}, constants});
   std::set<int> seen;
   for (int i = 0; i < 60; ++i) seen.insert(*row<std::int32_t>(batch->output("target_blinks"), i));
   CHECK(seen == std::set<int>{2, 3, 4, 5});
@@ -93,10 +83,8 @@ TEST_CASE("Times of blinks make up the cue", "[variants][blink_count]") {
 }
 
 TEST_CASE("Resets narrow the ranges of blinks", "[variants][blink_count]") {
-  MakeOptions options;
-  options.num_envs = 30;
-  options.constants = {{"BLINK_ON_STEPS", ConstantList{1, 9}}};
-  const auto batch = test::make_env(kEasy, options);
+  const auto batch = test::make_env(
+      kEasy, MakeOptions{{.num_envs = 30}, {{"BLINK_ON_STEPS", ConstantList{1, 9}}}});
   const ConstantTable narrow = {{"BLINK_ON_STEPS", 7}, {"BLINK_COUNT_RANGE", 2}};
   batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
   for (int i = 0; i < 30; ++i) {

@@ -17,11 +17,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using Eigen::Vector3d;
-using test::make_reset;
-using test::row;
-using test::step_at;
+using Catch::Contains, Eigen::Vector3d, test::make_reset, test::row, test::step_at;
 
 constexpr const char* kSeq = "SeqOfColors3-VLA-v0";
 constexpr const char* kChain = "ChainOfColors3-VLA-v0";

@@ -15,11 +15,9 @@ constexpr const char* kId = "RememberColor3-VLA-v0";
 constexpr int kEnvs = 32;
 
 std::unique_ptr<Batch> make() {
-  MakeOptions options;
-  options.num_envs = kEnvs;
-  options.threads = 1;
-  options.constants = {{"EMPTY_PHASE_STEPS", ConstantList{1, 60}}, {"max_episode_steps", 100}};
-  return test::make_env(kId, options);
+  return test::make_env(
+      kId, MakeOptions{{.num_envs = kEnvs, .threads = 1},
+                       {{"EMPTY_PHASE_STEPS", ConstantList{1, 60}}, {"max_episode_steps", 100}}});
 }
 
 int empty_steps(const Batch& batch, int index) {

@@ -10,8 +10,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::flag;
+using Catch::Contains, test::flag;
 
 constexpr const char* kOne = "GatherAndRecall1-VLA-v0";
 constexpr const char* kThree = "GatherAndRecall3-VLA-v0";

@@ -11,17 +11,14 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::make_env;
+using Catch::Contains, test::make_env, test::make_running;
 
 constexpr const char* kIds[] = {"InterceptSlow-VLA-v0", "InterceptGrabSlow-VLA-v0"};
 constexpr int kBall = 0;
 
 TEST_CASE("The range of speeds is where launches are drawn", "[variants][intercept]") {
   for (const char* id : kIds) {
-    MakeOptions options;
-    options.num_envs = 200;
-    options.constants = {{"VELOCITY_RANGE", ConstantList{0.6, 0.62}}};
+    const MakeOptions options{{.num_envs = 200}, {{"VELOCITY_RANGE", ConstantList{0.6, 0.62}}}};
     const auto batch = make_env(id, options);
     CHECK(test::constant_text(batch->info(), "VELOCITY_RANGE") == "[0.6, 0.62]");
     CHECK(test::draw_of(batch->info(), "velocity_y").low == 0.6);
@@ -46,9 +43,7 @@ TEST_CASE("The range of speeds is where launches are drawn", "[variants][interce
 TEST_CASE("A range of speeds of 0, 0 means a ball at rest", "[variants][intercept]") {
   for (const char* id : kIds) {
     INFO(id);
-    MakeOptions options;
-    options.num_envs = 8;
-    options.constants = {{"VELOCITY_RANGE", ConstantList{0.0, 0.0}}};
+    const MakeOptions options{{.num_envs = 8}, {{"VELOCITY_RANGE", ConstantList{0.0, 0.0}}}};
     const auto batch = make_env(id, options);
     CHECK(test::draw_of(batch->info(), "velocity_x").high == 0);
     CHECK(test::draw_of(batch->info(), "velocity_y").high == 0);
@@ -71,11 +66,9 @@ TEST_CASE("A range of speeds of 0, 0 means a ball at rest", "[variants][intercep
 
 TEST_CASE("A range of speeds may begin with 0", "[variants][intercept]") {
   for (const char* id : kIds) {
-    MakeOptions options;
-    options.constants = {{"VELOCITY_RANGE", ConstantList{0.0, 0.5}}};
-    options.pins = {{"velocity_y", {0.0}}, {"velocity_x", {0.04}}};
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch =
+        make_running(id, MakeOptions{{.pins = {{"velocity_y", {0.0}}, {"velocity_x", {0.04}}}},
+                                     {{"VELOCITY_RANGE", ConstantList{0.0, 0.5}}}});
     CHECK(batch->state().prop_qvel_of(0, kBall)[0] == 0.04);
     CHECK(batch->state().prop_qvel_of(0, kBall)[1] == 0);
   }
@@ -97,11 +90,8 @@ TEST_CASE("The ball is as large and as heavy as its radius says", "[variants][in
 }
 
 TEST_CASE("Rewards know the ball's radius", "[variants][intercept]") {
-  tasks::InterceptReward in;
-  in.ball = {0, 0, 0.03};
-  in.goal = {1, 0, 0.03};
-  in.tcp = {-0.08, 0, 0.03};
-  in.ball_radius = 0.03;
+  tasks::InterceptReward in{
+      .ball = {0, 0, 0.03}, .goal = {1, 0, 0.03}, .tcp = {-0.08, 0, 0.03}, .ball_radius = 0.03};
   in.compute();
   CHECK(in.tcp_to_hit_pose_dist == Approx(0).margin(1e-12));
   in.ball_radius = 0.02;

@@ -26,14 +26,11 @@ inline double mass_in(const std::string& document, const std::string& prop) {
 // A batch of one without physics, with dense rewards.
 inline std::unique_ptr<Batch> make_still(const char* id, const ConstantTable& constants,
                                          std::vector<Pin> pins = {}) {
-  MakeOptions options;
-  options.substeps = 0;
-  options.reward_mode = RewardMode::kDense;
-  options.auto_reset = AutoReset::kOff;
-  options.constants = constants;
-  options.pins = std::move(pins);
-  auto batch = make_env(id, options);
-  batch->reset();
+  auto batch = make_running(id, MakeOptions{{.reward_mode = RewardMode::kDense,
+                                             .auto_reset = AutoReset::kOff,
+                                             .substeps = 0,
+                                             .pins = std::move(pins)},
+                                            constants});
   return batch;
 }
 

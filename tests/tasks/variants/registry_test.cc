@@ -124,25 +124,20 @@ TEST_CASE("A file of variants is registered as a whole or not at all", "[variant
 }
 
 TEST_CASE("A snapshot fits tasks with the same constants alone", "[variants][snapshot]") {
-  MakeOptions options;
-  options.num_envs = 2;
-  options.constants = {{"COLORS", 5}};
-  const auto batch = test::make_env("RememberColor9-VLA-v0", options);
-  batch->reset();
+  MakeOptions options{{.num_envs = 2}, {{"COLORS", 5}}};
+  const auto batch = test::make_running("RememberColor9-VLA-v0", options);
   const auto saved = Snapshotter(*batch).save();
   for (const ConstantTable& other : {ConstantTable{}, ConstantTable{{"COLORS", 6}},
                                      ConstantTable{{"COLORS", 5}, {"GOAL_THRESH", 0.04}}}) {
     options.constants = other;
-    const auto another = test::make_env("RememberColor9-VLA-v0", options);
-    another->reset();
+    const auto another = test::make_running("RememberColor9-VLA-v0", options);
     const auto before = Snapshotter(*another).save();
     CHECK_THROWS_WITH(Snapshotter(*another).restore(saved), Contains("COLORS=5"));
     CHECK(Snapshotter(*another).save() == before);
   }
   // Where an episode ends is up to the batch.
   options.constants = {{"COLORS", 5}, {"max_episode_steps", 60}};
-  const auto longer = test::make_env("RememberColor9-VLA-v0", options);
-  longer->reset();
+  const auto longer = test::make_running("RememberColor9-VLA-v0", options);
   Snapshotter(*longer).restore(saved);
   CHECK(test::env_bytes(*longer, 1) == test::env_bytes(*batch, 1));
 }

@@ -16,14 +16,9 @@ using test::row;
 
 std::unique_ptr<Batch> make(const std::string& id, const ConstantTable& constants,
                             int num_envs = 1) {
-  MakeOptions options;
-  options.num_envs = num_envs;
-  options.threads = 1;
-  options.reward_mode = RewardMode::kDense;
-  options.constants = constants;
-  auto batch = test::make_env(id, options);
-  batch->reset();
-  return batch;
+  return test::make_running(
+      id, MakeOptions{{.num_envs = num_envs, .threads = 1, .reward_mode = RewardMode::kDense},
+                      constants});
 }
 
 const PropModel& first_prop(const Batch& batch) { return batch.physics_model().props().front(); }
@@ -210,15 +205,12 @@ TEST_CASE("Colours of the user's own are seen, and reveal nothing after the cue"
     const std::unique_ptr<Task> task = make_task(id, constants);
     const auto draw = *test::draw_named(task->info(), task->info().hidden_variable);
     const auto seeing = [&](bool other) {
-      MakeOptions options;
-      options.constants = constants;
-      options.obs_mode = ObsMode::kObjects;
-      options.reward_mode = RewardMode::kSparse;
-      options.auto_reset = AutoReset::kOff;
-      options.pins = {{draw.name, test::hidden_values(draw, other)}};
-      auto batch = test::make_env(id, options);
-      batch->reset();
-      return batch;
+      const MakeOptions options{{.obs_mode = ObsMode::kObjects,
+                                 .reward_mode = RewardMode::kSparse,
+                                 .auto_reset = AutoReset::kOff,
+                                 .pins = {{draw.name, test::hidden_values(draw, other)}}},
+                                constants};
+      return test::make_running(id, options);
     };
     const auto one = seeing(false);
     const auto other = seeing(true);

@@ -18,12 +18,7 @@ const ConstantTable kPlain = {{"robot_uids", "panda"}};
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
 std::unique_ptr<Batch> make_reset(const ConstantTable& constants, int num_envs = 1) {
-  MakeOptions options;
-  options.num_envs = num_envs;
-  options.constants = constants;
-  auto batch = test::make_env(kId, options);
-  batch->reset();
-  return batch;
+  return test::make_running(kId, MakeOptions{{.num_envs = num_envs}, constants});
 }
 
 TEST_CASE("The plain Panda's hand is lighter by the camera", "[variants][robot]") {
@@ -77,9 +72,7 @@ TEST_CASE("Other robots are refused, and snapshots belong to theirs", "[variants
 }
 
 TEST_CASE("hand_camera is a point of view without a body", "[variants][robot]") {
-  MakeOptions options;
-  options.constants = kPlain;
-  options.obs_mode = ObsMode::kRgb;
+  const MakeOptions options{{.obs_mode = ObsMode::kRgb}, kPlain};
   const auto batch = make(kId, options);
   batch->reset();
   CHECK(batch->images().rgb.size() == std::size_t{128} * 128 * 6);

@@ -13,9 +13,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::make_env;
-using test::row;
+using Catch::Contains, test::make_running, test::row;
 
 constexpr double kPi = std::numbers::pi;
 constexpr const char* kLenient = "RotateLenientPos-VLA-v0";
@@ -28,11 +26,8 @@ struct Targets {
 };
 
 Targets targets(const char* id, const ConstantTable& constants) {
-  MakeOptions options;
-  options.num_envs = 1000;
-  options.constants = constants;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const MakeOptions options{{.num_envs = 1000}, constants};
+  const auto batch = make_running(id, options);
   Targets seen;
   for (int i = 0; i < options.num_envs; ++i) {
     const double target = *row<double>(batch->memory().find("target_angle"), i);
@@ -100,8 +95,7 @@ TEST_CASE("The rate of lucky guesses is that of targets drawn twice", "[variants
 }
 
 TEST_CASE("The threshold counts in both rewards", "[variants][rotate]") {
-  tasks::RotateReward in;
-  in.error = 0.2;
+  tasks::RotateReward in{.error = 0.2};
   const double lenient = in.compute();
   in.strict = true;
   const double strict = in.compute();

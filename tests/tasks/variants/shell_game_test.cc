@@ -19,10 +19,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using Eigen::Vector3d;
-using test::make_reset;
-using test::row;
+using Catch::Contains, Eigen::Vector3d, test::make_reset, test::row;
 using namespace test::shell_game;
 
 constexpr const char* kAll[] = {kTouch, kPush, kPick, kLamp, kShuffle, kShuffleLamp};
@@ -300,8 +297,7 @@ TEST_CASE("Goal regions that contradict the original's rules are refused under t
   };
   for (const Refused& row : refused) {
     INFO(row.id << ": " << row.says);
-    MakeOptions options;
-    options.constants = row.constants;
+    MakeOptions options{{}, row.constants};
     CHECK_NOTHROW(make(row.id, options));
     options.rules = Rules::kOriginal;
     CHECK_THROWS_WITH(make(row.id, options), Contains(row.says));

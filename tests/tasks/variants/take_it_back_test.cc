@@ -41,11 +41,8 @@ TEST_CASE("Target and start are as forgiving as their radius says", "[variants][
 }
 
 TEST_CASE("Start and target keep two radii apart", "[variants][take_it_back]") {
-  MakeOptions options;
-  options.num_envs = 1000;
-  options.constants = {{"GOAL_RADIUS", 0.1}};
-  const auto batch = test::make_env(kId, options);
-  batch->reset();
+  const MakeOptions options{{.num_envs = 1000}, {{"GOAL_RADIUS", 0.1}}};
+  const auto batch = test::make_running(kId, options);
   double least = 9;
   for (int i = 0; i < options.num_envs; ++i) {
     using Vec2 = Eigen::Map<const Eigen::Vector2d>;
@@ -76,9 +73,7 @@ TEST_CASE("The cube is as large and as heavy as its size says", "[variants][take
     CHECK(test::mass_in(document, "cube") == Approx(8000 * half * half * half));
     CHECK(test::make_still(kId, constants)->state().prop_pos_of(0, kCube)[2] == half);
   }
-  tasks::TakeItBackReward in;
-  in.cube_halfsize = 0.03;
-  in.tcp = {-0.035, 0, 0};
+  tasks::TakeItBackReward in{.tcp = {-0.035, 0, 0}, .cube_halfsize = 0.03};
   in.compute();
   CHECK(in.push_distance == Approx(0).margin(1e-12));
   in.tcp = {0.04, 0, 0};

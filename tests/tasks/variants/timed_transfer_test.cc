@@ -10,8 +10,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::flag;
+using Catch::Contains, test::flag;
 
 constexpr const char* kId = "TimedTransferEasy-VLA-v0";
 constexpr int kRedDisc = 1;
@@ -64,11 +63,8 @@ TEST_CASE("A variant's own instruction stays as it is", "[variants][timed]") {
 }
 
 TEST_CASE("The signal comes when its range says", "[variants][timed]") {
-  MakeOptions options;
-  options.num_envs = 300;
-  options.constants = {{"PRE_SIGNAL_STEPS", ConstantList{30, 50}}};
-  const auto batch = test::make_env(kId, options);
-  batch->reset();
+  const MakeOptions options{{.num_envs = 300}, {{"PRE_SIGNAL_STEPS", ConstantList{30, 50}}}};
+  const auto batch = test::make_running(kId, options);
   int least = 999;
   int most = 0;
   for (int i = 0; i < options.num_envs; ++i) {

@@ -21,12 +21,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using tasks::Contour;
-using tasks::ContourSet;
-using tasks::Vec2;
-using test::flag;
-using test::row;
+using Catch::Contains, tasks::Contour, tasks::ContourSet, tasks::Vec2, test::flag, test::row;
 
 constexpr const char* kEasy = "TraceShapeEasy-VLA-v0";
 constexpr const char* kHard = "TraceShapeHard-VLA-v0";
@@ -37,19 +32,16 @@ const Vec2 kCenter(-0.1, 0.05);
 
 // Without physics, shapes about kCenter.
 std::unique_ptr<Batch> make(const char* id, const ConstantTable& constants, std::vector<Pin> pins) {
-  MakeOptions options;
-  options.substeps = 0;
-  options.terminate_on_success = false;
-  options.reward_mode = RewardMode::kDense;
-  options.auto_reset = AutoReset::kOff;
-  options.constants = constants;
-  options.pins = std::move(pins);
+  MakeOptions options{{.reward_mode = RewardMode::kDense,
+                       .auto_reset = AutoReset::kOff,
+                       .terminate_on_success = false,
+                       .substeps = 0,
+                       .pins = std::move(pins)},
+                      constants};
   options.pins.push_back({"center_x", {kCenter.x()}});
   options.pins.push_back({"center_y", {kCenter.y()}});
   options.pins.push_back({"pre_demo_steps", {4}});
-  auto batch = test::make_env(id, options);
-  batch->reset();
-  return batch;
+  return test::make_running(id, options);
 }
 
 // A circle of 10 cm.
@@ -83,11 +75,7 @@ TEST_CASE("AVAILABLE_SHAPES are drawn, and pinned by their place in the list",
   CHECK(test::constant_text(info, "AVAILABLE_SHAPES") == "[2, 0]");
   CHECK((info.random_variables[0].high == 1 &&
          info.random_variables[0].description == "0 triangle, 1 circle"));
-  MakeOptions options;
-  options.num_envs = 30;
-  options.constants = constants;
-  const auto batch = test::make_env(kEasy, options);
-  batch->reset();
+  const auto batch = test::make_running(kEasy, MakeOptions{{.num_envs = 30}, constants});
   std::set<int> seen;
   for (int i = 0; i < 30; ++i) seen.insert(*row<std::int32_t>(batch->output("oracle_info"), i));
   CHECK(seen == std::set<int>{0, 2});
@@ -166,10 +154,8 @@ TEST_CASE("A checkpoint is visited within CHECKPOINT_THRESH", "[variants][trace]
 
 TEST_CASE("SHAPE_RADIUS_RANGE is what radii are drawn from, and resets narrow it",
           "[variants][trace]") {
-  MakeOptions options;
-  options.num_envs = 40;
-  options.constants = {{"SHAPE_RADIUS_RANGE", ConstantList{0.05, 0.06}}};
-  const auto batch = test::make_env(kHard, options);
+  const auto batch = test::make_env(
+      kHard, MakeOptions{{.num_envs = 40}, {{"SHAPE_RADIUS_RANGE", ConstantList{0.05, 0.06}}}});
   const auto radii = [&batch] {
     std::vector<double> values;
     for (int i = 0; i < 40; ++i) values.push_back(*row<double>(batch->memory().find("radii"), i));
@@ -189,11 +175,7 @@ TEST_CASE("Lengths of sequences change answers, columns and observation", "[vari
   const auto task = make_task(kSeq, constants);
   CHECK(task->info().candidates == 3 + 9 + 27);
   CHECK(task->info().oracle_dim == 3);
-  MakeOptions options;
-  options.num_envs = 40;
-  options.constants = constants;
-  const auto batch = test::make_env(kSeq, options);
-  batch->reset();
+  const auto batch = test::make_running(kSeq, MakeOptions{{.num_envs = 40}, constants});
   CHECK(batch->state_dim() == test::make_env(kSeq)->state_dim() - 2);
   std::set<int> lengths;
   for (int i = 0; i < 40; ++i) {
@@ -248,12 +230,8 @@ TEST_CASE("The map shows the largest shape", "[variants][trace]") {
 TEST_CASE("Penalties of the tracing tasks have the weights of their constants",
           "[variants][trace]") {
   const auto reward = [](const char* id, const ConstantTable& constants) {
-    MakeOptions options;
-    options.substeps = 0;
-    options.reward_mode = RewardMode::kDense;
-    options.constants = constants;
-    const auto batch = test::make_env(id, options);
-    batch->reset();
+    const auto batch = test::make_running(
+        id, MakeOptions{{.reward_mode = RewardMode::kDense, .substeps = 0}, constants});
     std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
     batch->step(action);

@@ -15,12 +15,9 @@ namespace {
 
 // Share of episodes with success.
 double success(const test::TriedVariant& variant, Policy policy, int episodes) {
-  MakeOptions options;
-  options.num_envs = episodes;
-  options.seed = 4242424242;
-  options.threads = 2;
-  options.auto_reset = AutoReset::kOff;
-  options.constants = variant.constants();
+  const MakeOptions options{
+      {.num_envs = episodes, .seed = 4242424242, .threads = 2, .auto_reset = AutoReset::kOff},
+      variant.constants()};
   const auto batch = make(variant.id, options);
   batch->reset();
   for (int step = 0; step < batch->info().horizon; ++step) test::step(*batch, policy);
