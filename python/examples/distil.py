@@ -2,9 +2,9 @@
 
     python distil.py --id RememberColor9-VLA-v0 --seed 1 --out runs/color9
 
-The student observes objects (docs/observations.md), which do not contain what the cue showed. It acts
-itself, and the oracle, which uses privileged state, labels every state that it visits with its own
-action (DAgger, Ross et al., 2011). Nothing but those labels is privileged. Needs torch beside
+The student observes objects (docs/observations.md), which do not contain what the cue showed. It
+acts itself, and the oracle, which uses privileged state, labels every state that it visits with its
+own action (DAgger, Ross et al., 2011). Nothing but those labels is privileged. Needs torch beside
 engram; one core is enough. The folder `--out` receives log.csv and agent.pt. docs/learning.md has
 results.
 """

@@ -2,9 +2,9 @@
 
     python ppo_lstm.py --id RememberColor3-VLA-v0 --seed 1 --out runs/lstm
 
-Observations are objects (docs/observations.md): the robot, and a token for every object that the cameras
-show. They do not contain what the cue showed, so a policy without memory guesses. The only signal
-from outside is the reward. Needs torch beside engram; one core is enough. The folder `--out`
+Observations are objects (docs/observations.md): the robot, and a token for every object that the
+cameras show. They do not contain what the cue showed, so a policy without memory guesses. The only
+signal from outside is the reward. Needs torch beside engram; one core is enough. The folder `--out`
 receives log.csv and agent.pt. docs/learning.md has results.
 """
 
