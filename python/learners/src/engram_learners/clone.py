@@ -1,6 +1,6 @@
-"""Clones written demonstrations into a recurrent student that sees pictures (behaviour cloning).
+"""Clones written demonstrations into a recurrent student that sees images (behaviour cloning).
 
-The data set alone is read: pictures, proprio and actions, nothing privileged. The simulator only
+The data set alone is read: images, proprio and actions, nothing privileged. The simulator only
 plays the evaluations.
 
     engram collect RememberColor3-VLA-v0 --episodes 300 --out demos
@@ -25,7 +25,7 @@ from engram_learners.images.views import METRES, ROBOT, robot_features, unprojec
 from engram_learners.policy import Choice, mlp
 
 ACTIONS = 7
-SIDE = 64  # pixels of a picture's side, after downsampling
+SIDE = 64  # pixels of an image's side, after downsampling
 HEIGHT = 0.02  # of the points that keypoints mark: the middle of a cube on the table
 SEED = 2_000_000  # of the first evaluated episode; demonstrations begin at seed 0
 
@@ -47,7 +47,7 @@ def arguments():
 
 
 class Student(nn.Module):
-    """Eye, memory and hand: keypoints of the picture, a GRU, attention that chooses a keypoint.
+    """Eye, memory and hand: keypoints of the image, a GRU, attention that chooses a keypoint.
 
     Sequences are (T, N, ...) and begin where an episode begins.
     """
@@ -57,7 +57,7 @@ class Student(nn.Module):
         self.memory, self.keypoints, self.hidden = memory, keypoints, hidden
         self.register_buffer("mean", torch.zeros(ROBOT))
         self.register_buffer("std", torch.ones(ROBOT))
-        # A keypoint is where the picture is nearest to a hue, which is learnt.
+        # A keypoint is where the image is nearest to a hue, which is learnt.
         hues = torch.arange(keypoints) * (2 * math.pi / keypoints)
         hues = torch.stack([torch.cos(hues - 2 * math.pi * i / 3) for i in range(3)], -1)
         self.hues = nn.Parameter(5 * hues)
@@ -68,9 +68,9 @@ class Student(nn.Module):
         self.choose = mlp(hidden, width, keypoints)
         self.act = mlp(hidden + ROBOT + 3, width, width, ACTIONS, gain=0.01)
 
-    def see(self, pictures):
-        """Pictures (B, SIDE, SIDE, 3) uint8 -> positions on the table (B, K, 2), peaks (B, K)."""
-        color = pictures.permute(0, 3, 1, 2).float() / 255
+    def see(self, images):
+        """Images (B, SIDE, SIDE, 3) uint8 -> positions on the table (B, K, 2), peaks (B, K)."""
+        color = images.permute(0, 3, 1, 2).float() / 255
         tint = color / (color.sum(1, keepdim=True) + 0.1)
         tint = tint - tint.mean((-1, -2), keepdim=True)
         heat = self.hues @ tint.flatten(2)
@@ -138,36 +138,36 @@ class StudentRunner:
 
 
 def downsample(rgb):
-    """Base camera (N, SIDE, SIDE, 3) of pictures (N, 128, 128, 6), uint8 both."""
+    """Base camera (N, SIDE, SIDE, 3) of images (N, 128, 128, 6), uint8 both."""
     parts = np.asarray(rgb)[..., :3].reshape(-1, SIDE, 2, SIDE, 2, 3)
     return torch.from_numpy(parts.mean((-4, -2), dtype=np.float32).astype(np.uint8))
 
 
 def load_demonstrations(folder):
-    """-> task; distinct pictures (F, ...); their indices, robot, actions, which steps exist (T, N).
+    """-> task; distinct images (F, ...); their indices, robot, actions, which steps exist (T, N).
 
-    While the robot waits, one picture follows another that is the same: it is seen once.
+    While the robot waits, one image follows another that is the same: it is seen once.
     """
     demonstrations = DemonstrationFolder(folder)
-    pictures, index, robot, actions = [], [], [], []
+    images, index, robot, actions = [], [], [], []
     for episode in demonstrations:
         own = downsample(episode.image)
         new = torch.cat([torch.ones(1) > 0, (own[1:] != own[:-1]).flatten(1).any(1)])
-        index.append(new.cumsum(0) - 1 + sum(map(len, pictures)))
-        pictures.append(own[new])
+        index.append(new.cumsum(0) - 1 + sum(map(len, images)))
+        images.append(own[new])
         robot.append(robot_features(episode.proprio))
         actions.append(torch.from_numpy(np.array(episode.action)))
     exists = [torch.ones(len(one)) for one in actions]
     steps = [nn.utils.rnn.pad_sequence(one) for one in (index, robot, actions, exists)]
-    return demonstrations.metadata["env_id"], torch.cat(pictures), steps
+    return demonstrations.metadata["env_id"], torch.cat(images), steps
 
 
-def loss_of(student, pictures, index, robot, actions, exists):
-    """pictures: distinct ones; index (T, N): which of them a step shows."""
+def loss_of(student, images, index, robot, actions, exists):
+    """images: distinct ones; index (T, N): which of them a step shows."""
     # Steps without motion have less weight: they are frequent and easy.
     weight = exists * torch.where(actions[..., :-1].abs().amax(-1) > 0, 1.0, 0.1)
     shown, which = index.unique(return_inverse=True)
-    choice, _ = student(*(part[which] for part in student.see(pictures[shown])), robot)
+    choice, _ = student(*(part[which] for part in student.see(images[shown])), robot)
     return (imitation(choice, actions, doubt=0.2) * weight).sum() / weight.sum()
 
 
@@ -185,7 +185,7 @@ def main():
     torch.manual_seed(args.seed)
     torch.set_num_threads(1)
     args.out.mkdir(parents=True, exist_ok=True)
-    task, pictures, steps = load_demonstrations(args.demonstrations)
+    task, images, steps = load_demonstrations(args.demonstrations)
     student = Student(not args.no_memory, args.keypoints)
     robot = steps[1][steps[3] > 0]
     student.mean.copy_(robot.mean(0))
@@ -196,7 +196,7 @@ def main():
     losses, cpu_s, begin = [], 0.0, time.process_time()
     for update in range(1, args.updates + 1):
         pick = torch.randint(steps[0].shape[1], (args.batch,))
-        loss = loss_of(student, pictures, *(part[:, pick] for part in steps))
+        loss = loss_of(student, images, *(part[:, pick] for part in steps))
         optimiser.zero_grad()
         loss.backward()
         nn.utils.clip_grad_norm_(student.parameters(), 1.0)

@@ -5,9 +5,9 @@ action. The memory's loss uses the student's own observations. Privileged, in tr
 oracle's actions; with images, the positions of visible objects as well.
 
     python -m engram_learners.distil --id RememberColor9-VLA-v0 --out runs/color9
-    python -m engram_learners.distil --id RememberColor3-VLA-v0 --obs rgb --out runs/pictures
+    python -m engram_learners.distil --id RememberColor3-VLA-v0 --obs rgb --out runs/images
     python -m engram_learners.distil --id ten --out runs/ten
-    python -m engram_learners.distil --id ten --obs rgb --out runs/ten_pictures
+    python -m engram_learners.distil --id ten --obs rgb --out runs/ten_images
     python -m engram_learners.distil --id short --out runs/short
 
 Several ids make one policy of several tasks, which gets the task as an input: its number, or its

@@ -25,7 +25,7 @@ def named(text):
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("probes", nargs="+", type=named, metavar="NAME=FOLDER")
-    parser.add_argument("--out", type=Path, required=True, help="picture")
+    parser.add_argument("--out", type=Path, required=True, help="image")
     return parser.parse_args()
 
 

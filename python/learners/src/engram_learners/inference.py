@@ -33,7 +33,7 @@ def load_runner(path, forget=False):
 class PolicyRunner:
     """Policy with the memory of every running episode, by (worker, slot).
 
-    From pictures: also with the detector's tracks.
+    From images: also with the detector's tracks.
     forget: the memory is reset whenever an object appears. Tracks are not.
     """
 
@@ -76,7 +76,7 @@ class PolicyRunner:
 
     def rows(self, observation, keys):
         """Inputs of the policy (N, width). keys: those of its states."""
-        given = "pictures" if observation.get("rgb") is not None else "numbers"
+        given = "images" if observation.get("rgb") is not None else "numbers"
         if (given == "numbers") != (self.detector is None):
             raise ValueError(f"{given} given, obs {self.obs} needed: it was trained on them")
         if self.detector is not None:
@@ -92,19 +92,19 @@ class PolicyRunner:
         return rows
 
     def see(self, observation, keys):
-        """Inputs of the policy from pictures."""
-        pictures, proprio = (torch.from_numpy(np.array(observation[k])) for k in ("rgb", "proprio"))
+        """Inputs of the policy from images."""
+        images, proprio = (torch.from_numpy(np.array(observation[k])) for k in ("rgb", "proprio"))
         begins, new = zip(keys, observation["first"]), self.detector.initial(1)
         before = [new if first else self.tracks[key] for key, first in begins]
         before = Tracks(*(torch.cat(parts) for parts in zip(*before)))
-        now = self.detector.update(pictures, proprio, before)
+        now = self.detector.update(images, proprio, before)
         self.tracks.update(zip(keys, zip(*(part.split(1) for part in now))))
         layout = self.policy.layout
         turns = turns_of(self.sentences(observation)) if layout.turn else None
         rows = self.detector.rows(proprio, now, layout, turns)
         if self.inputs is None:
             return rows
-        return self.inputs.of_pictures(observation["env_id"], rows, self.sentences(observation))
+        return self.inputs.of_images(observation["env_id"], rows, self.sentences(observation))
 
     def sentences(self, observation):
         if self.instruction is None:

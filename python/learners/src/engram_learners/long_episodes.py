@@ -6,6 +6,7 @@ import torch
 
 import engram
 from engram_learners.memory_loss import MemoryLoss
+from engram_learners.policy import MemoryState
 from engram_learners.training import decided, make_batch, selected
 
 SHORT = 5  # ranges up to here need no curriculum
@@ -114,20 +115,21 @@ class Chunks:
 
 
 def pack(policy, state, num_envs):
-    """A state as tensors (1, N, ...), by environment. None: at an episode's begin."""
+    """A state with tensors (1, N, ...), by environment. None: at an episode's begin."""
     tokens = policy.layout.tokens
     if not policy.memory:
         return ()
     if state is None:
-        return (
+        return MemoryState(
             torch.full((1, num_envs, tokens), -1),
             torch.zeros(1, num_envs, policy.gru.hidden_size),
             torch.zeros(1, num_envs, tokens, policy.slots.hidden_size),
             torch.zeros(1, num_envs, tokens, policy.kept_size),
         )
-    before, known, slots, kept = state
-    return before[None], known, slots.unflatten(1, (num_envs, tokens)), kept[None]
+    bodies, hidden, slots, exact = state
+    slots = slots.unflatten(1, (num_envs, tokens))
+    return MemoryState(bodies[None], hidden, slots, exact[None])
 
 
-def unpack(before, known, slots, kept):
-    return before[0], known, slots.flatten(1, 2), kept[0]
+def unpack(bodies, hidden, slots, exact):
+    return MemoryState(bodies[0], hidden, slots.flatten(1, 2), exact[0])

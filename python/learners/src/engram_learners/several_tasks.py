@@ -106,7 +106,7 @@ class TaskInputs:
         common[:, columns] = rows
         return self.of_batch(common, self.numbers_of(id, len(rows)), sentences)
 
-    def of_pictures(self, id, rows, sentences=()):
+    def of_images(self, id, rows, sentences=()):
         """Inputs from rows of one task alone, of a detector: their layout is the common one."""
         robot = robot_numbers(self.layout)
         return self.of_batch(rows, self.numbers_of(id, len(rows)), sentences, robot)

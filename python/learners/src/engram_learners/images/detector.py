@@ -1,7 +1,7 @@
 """Object detector: from both cameras to objects in the form of the objects observation.
 
 A heat map over the table (base camera, seen from above) proposes places. A second network looks at
-a patch of both cameras' pictures around a place: what is there, and how far from it. It also looks
+a patch of both cameras' images around a place: what is there, and how far from it. It also looks
 where each object was in the step before, given its class: so objects that the hand occludes are
 retained, and those that are taken away are not. Every object keeps its token.
 
@@ -57,6 +57,19 @@ class Tracks(NamedTuple):
     known: torch.Tensor
     turn: torch.Tensor
     evidence: torch.Tensor
+
+
+class Examples(NamedTuple):
+    """Places (B, P, 3) to look at, with the classes (B, P) before, or -1.
+
+    target (B, P): classes to find, -1 for nothing, -2 for no example; place (B, P, 3): positions to
+    find.
+    """
+
+    places: torch.Tensor
+    known: torch.Tensor
+    target: torch.Tensor
+    place: torch.Tensor
 
 
 def detector_layout(layout, tokens):
@@ -151,33 +164,33 @@ class ObjectDetector(nn.Module):
         place, evidence = torch.zeros(count, tokens, 3), torch.zeros(count, tokens, classes)
         return Tracks(place, known, direction_of(torch.zeros(count, tokens)), evidence)
 
-    def heat_map(self, pictures):
+    def heat_map(self, images):
         """Logits (N, lines, columns) that an object appears in a cell."""
-        count = len(pictures)
+        count = len(images)
         pixels = self.pixels.flatten(0, 1).expand(count, -1, -1)
-        seen = sample(pictures[..., :3], torch.arange(count), pixels)
+        seen = sample(images[..., :3], torch.arange(count), pixels)
         seen = seen.unflatten(1, self.pixels.shape[:2]).permute(0, 3, 1, 2)
         return self.peak(self.heat(seen))[:, 0]
 
-    def proposals(self, pictures):
+    def proposals(self, images):
         """Logits (N, tokens) of the greatest peaks, and their places (N, tokens, 3)."""
-        heat = self.heat_map(pictures)
+        heat = self.heat_map(images)
         peak = heat >= max_pool2d(heat[:, None], 3, 1, 1)[:, 0]
         height, cell = heat.masked_fill(~peak, -9).flatten(1).topk(len(self.tokens))
         return height, self.cells.flatten(0, 1)[cell]
 
-    def features(self, pictures, proprio, which, places):
-        """Features of places (M, 3) in pictures `which` (M,)."""
+    def features(self, images, proprio, which, places):
+        """Features of places (M, 3) in images `which` (M,)."""
         points = places[:, None] + self.around
         position, axes = wrist_view(proprio)
         views = (base_view(), (position[which], axes[which]))
         seen = [
-            sample(pictures[..., 3 * i : 3 * i + 3], which, project(points, view))
+            sample(images[..., 3 * i : 3 * i + 3], which, project(points, view))
             for i, view in enumerate(views)
         ]
         seen = torch.cat(seen, -1).transpose(1, 2).unflatten(2, (PATCH, PATCH))
         tool = 3 * (proprio[which, :3] - places)
-        # Along a ray of the base camera the picture is the same, but not the height.
+        # Along a ray of the base camera the image is the same, but not the height.
         return torch.cat([self.look(seen), places * torch.tensor([3, 3, 20]), tool], -1)
 
     def judge(self, features, places, known):
@@ -191,18 +204,18 @@ class ObjectDetector(nn.Module):
         return self.name(hidden).log_softmax(-1), places + 0.05 * self.shift(hidden)
 
     @torch.no_grad()
-    def update(self, pictures, proprio, before):
-        """Tracks in these pictures (N, SIDE, SIDE, 6), from those in the pictures before."""
-        height, proposed = self.proposals(pictures)
+    def update(self, images, proprio, before):
+        """Tracks in these images (N, SIDE, SIDE, 6), from those in the images before."""
+        height, proposed = self.proposals(images)
         alive = before.known >= 0
         apart = torch.cdist(proposed[..., :2], apparent(before.place, HEIGHT)[..., :2])
         apart = apart.masked_fill(~alive[:, None], 9).amin(-1)
         new = (height > -1.5) & (apart > NEAR)
-        proposed[new] = self.judge(*self.seen(pictures, proprio, new, proposed), -1)[1]
+        proposed[new] = self.judge(*self.seen(images, proprio, new, proposed), -1)[1]
         places = torch.cat([before.place, proposed], 1)
         known = torch.cat([before.known, torch.full_like(before.known, -1)], 1)
         valid = torch.cat([alive, new], 1)
-        features, at = self.seen(pictures, proprio, valid, places)
+        features, at = self.seen(images, proprio, valid, places)
         named, there = self.judge(features, at, known[valid])
         plain = self.judge(features, at, -1)[0][:, :-1].log_softmax(-1).clamp(min=-5)
         places[valid] = there
@@ -212,25 +225,25 @@ class ObjectDetector(nn.Module):
         evidence[valid] += plain
         valid = valid & (names[..., -1] < -0.7)
         tracks = self.assign(places, names[..., :-1], evidence, valid)
-        return self.refine(pictures, proprio, tracks, before.turn)
+        return self.refine(images, proprio, tracks, before.turn)
 
     def long_ones(self, known):
         """Environment and token (M,) of the objects whose turn is seen."""
         return ((known >= 0) & self.turning[known]).nonzero(as_tuple=True)
 
-    def refine(self, pictures, proprio, tracks, before):
+    def refine(self, images, proprio, tracks, before):
         """Tracks with places and turns of long objects. before: turns of the step before."""
         if self.refiner is None:
             return tracks
         long = self.long_ones(tracks.known)
-        given = pictures[long[0]], proprio[long[0]], tracks.place[long], before[long]
+        given = images[long[0]], proprio[long[0]], tracks.place[long], before[long]
         tracks.place[long], tracks.turn[long] = self.refiner(*given)
         return tracks
 
-    def seen(self, pictures, proprio, chosen, places):
+    def seen(self, images, proprio, chosen, places):
         """Features of the chosen (N, P) of places (N, P, 3), and these."""
         places = places[chosen]
-        return self.features(pictures, proprio, chosen.nonzero()[:, 0], places), places
+        return self.features(images, proprio, chosen.nonzero()[:, 0], places), places
 
     def assign(self, places, names, evidence, valid):
         """Chooses a candidate for every token: greedily, the most probable first.
@@ -274,15 +287,15 @@ class ObjectDetector(nn.Module):
         tokens = tokens * seen[..., None]
         return torch.cat([robot_features(proprio, turn), tokens.flatten(1)], -1)
 
-    def loss(self, pictures, proprio, now, before):
-        """Loss on pictures that show these objects, and those before in the step before."""
+    def loss(self, images, proprio, now, before):
+        """Loss on images that show these objects, and those before in the step before."""
         there = now.known >= 0
         shown = apparent(now.place, HEIGHT)
-        few = slice(len(pictures) // 3)  # the heat map learns fast
-        heat = heat_loss(self.heat_map(pictures[few]), self.cells, shown[few], there[few])
+        few = slice(len(images) // 3)  # the heat map learns fast
+        heat = heat_loss(self.heat_map(images[few]), self.cells, shown[few], there[few])
         places, known, target, place = self.examples(proprio, now, before, shown)
         valid = target > -2
-        named, found = self.judge(*self.seen(pictures, proprio, valid, places), known[valid])
+        named, found = self.judge(*self.seen(images, proprio, valid, places), known[valid])
         target, place = target[valid], place[valid]
         name = cross_entropy(named, target % named.shape[-1], reduction="none")
         error = smooth_l1_loss(found, place, reduction="none", beta=0.01).sum(-1) * (target >= 0)
@@ -291,16 +304,12 @@ class ObjectDetector(nn.Module):
         loss = heat + (weight * (name + 60 * error)).sum() / weight.sum()
         if self.refiner is not None:
             long = self.long_ones(now.known)
-            given = pictures[long[0]], proprio[long[0]], now.place[long], now.turn[long]
+            given = images[long[0]], proprio[long[0]], now.place[long], now.turn[long]
             loss = loss + self.refiner.loss(*given)
         return loss
 
     def examples(self, proprio, now, before, shown, others=4):
-        """Places to look at, and what is to be found there.
-
-        -> places (B, P, 3), classes before or -1 (B, P), classes to find (B, P): -1 for nothing,
-        -2 for no example; positions to find (B, P, 3).
-        """
+        """Places to look at, and what is to be found there."""
         count, tokens = now.known.shape
         noise = torch.randn(count, tokens, 3)
         scale = torch.rand(count, tokens, 1) * torch.tensor([0.015, 0.015, 0.0])
@@ -325,11 +334,11 @@ class ObjectDetector(nn.Module):
         prior = torch.where(wrong, torch.randint(len(self.codes), wrong.shape), before.known)
         known = torch.cat([torch.full_like(nearest, -1), prior], 1)
         index = torch.cat([nearest, successor], 1)[..., None].expand(-1, -1, 3)
-        return (
-            torch.cat([places, last], 1),
-            known,
-            torch.cat([target, become], 1),
-            now.place.gather(1, index),
+        return Examples(
+            places=torch.cat([places, last], 1),
+            known=known,
+            target=torch.cat([target, become], 1),
+            place=now.place.gather(1, index),
         )
 
 

@@ -36,7 +36,7 @@ class PoseRefiner(nn.Module):
     def corrections(self, colors, proprio, places, turn):
         """Cosine and sine (N, 2) of twice the turn that is missing, and shift (N, 2) in metres.
 
-        colors: planes of the pictures. The shift is along the turn, and across.
+        colors: planes of the images. The shift is along the turn, and across.
         """
         flat = places[:, None, :2] + turned(turn[:, None], self.grid)
         points = torch.cat([flat, places[:, None, 2:].expand(-1, len(self.grid), 1)], -1)
@@ -50,25 +50,25 @@ class PoseRefiner(nn.Module):
         turn, shift = self.read(torch.cat(features, -1)).split(2, -1)
         return turn / turn.norm(dim=-1, keepdim=True).clamp(min=1e-3), REACH * shift
 
-    def forward(self, pictures, proprio, places, turn):
-        """Places (N, 3) and turns (N, 2), refined: of one object in every picture."""
-        before, colors = turn, planes(pictures)
+    def forward(self, images, proprio, places, turn):
+        """Places (N, 3) and turns (N, 2), refined: of one object in every image."""
+        before, colors = turn, planes(images)
         for _ in range(ROUNDS):
             twice, shift = self.corrections(colors, proprio, places, turn)
             shift = nn.functional.pad(turned(turn, shift), (0, 1))
             places, turn = places + shift, turned(turn, direction_of(angle(twice) / 2))
         return places, nearer_half(turn, before)
 
-    def loss(self, pictures, proprio, places, turn):
-        """Loss on pictures that show objects at these places, with these turns."""
-        count = len(pictures)
+    def loss(self, images, proprio, places, turn):
+        """Loss on images that show objects at these places, with these turns."""
+        count = len(images)
         if count == 0:
             return torch.zeros(())
         away = torch.where(torch.rand(count) < 0.5, NEAR, 2.0) * torch.randn(count)
         start = turned(turn, direction_of(away))
         moved = FAR * torch.randn(count, 2)
         begin = torch.cat([places[:, :2] + moved, places[:, 2:]], -1)
-        twice, shift = self.corrections(planes(pictures), proprio, begin, start)
+        twice, shift = self.corrections(planes(images), proprio, begin, start)
         missing = relative(direction_of(2 * angle(start)), direction_of(2 * angle(turn)))
         error = relative(twice, missing)
         wrong = 1 - error[..., 0] + smooth_l1_loss(error[..., 1], torch.zeros(count), beta=0.05)

@@ -81,12 +81,12 @@ class RgbEnv(ObjectsEnv):
         return self.observe(self.camera.step(actions.numpy())[0]), rewards
 
     def observe(self, observation):
-        pictures, proprio = (torch.from_numpy(observation[k]) for k in ("rgb", "proprio"))
+        images, proprio = (torch.from_numpy(observation[k]) for k in ("rgb", "proprio"))
         before = self.shown
         self.shown = sort(self.objects, self.detector, self.objects.split(self.truth)[1], before)
-        self.last = (pictures, proprio, self.shown, before)
+        self.last = (images, proprio, self.shown, before)
         self.truth = self.rows_of(proprio, self.noisy(self.shown))
-        self.found = self.detector.update(pictures, proprio, self.found)
+        self.found = self.detector.update(images, proprio, self.found)
         return self.rows_of(proprio, self.found)
 
     def noisy(self, objects):
@@ -108,14 +108,14 @@ class RgbEnv(ObjectsEnv):
 
         None of episodes that have ended.
         """
-        pictures, proprio, now, before = self.last
+        images, proprio, now, before = self.last
         share = self.frames.most / (1.5 if self.first else 8) / float(self.horizons.sum())
         change = (now.known != before.known).any(-1)
         chosen = torch.rand(len(change)) < torch.where(change, 4 * share, share)
         steps = torch.from_numpy(np.array(self.infos["elapsed_steps"]))
         chosen = (chosen & (steps < self.horizons[:, 0])).nonzero()[:, 0]
         if len(chosen) > 0:
-            parts = (part[chosen] for part in (pictures, proprio, *now, *before))
+            parts = (part[chosen] for part in (images, proprio, *now, *before))
             self.frames.add(torch.where(change[chosen], 2.0, 1.0), *parts)
 
     def learn(self, updates, lr_scale=1.0, batch=24):
@@ -123,8 +123,8 @@ class RgbEnv(ObjectsEnv):
         scale_lr(self.optimiser, lr_scale)
         mean = 0.0
         for _ in range(4 * updates if self.first else updates):
-            pictures, proprio, *labels = self.frames.batch(batch)
-            loss = self.detector.loss(pictures, proprio, Objects(*labels[:3]), Objects(*labels[3:]))
+            images, proprio, *labels = self.frames.batch(batch)
+            loss = self.detector.loss(images, proprio, Objects(*labels[:3]), Objects(*labels[3:]))
             self.optimiser.zero_grad()
             loss.backward()
             self.optimiser.step()

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch.nn.functional import grid_sample
 
-SIDE = 128  # pixels of a picture's side
+SIDE = 128  # pixels of an image's side
 METRES = 0.5  # positions in tokens are in units of this
 ROBOT, TURNING = 8, 5  # numbers of the robot; more where the task is to turn something
 # Base camera of all tasks.
@@ -82,21 +82,21 @@ def apparent(points, height):
     return unproject(pixels, height)
 
 
-def sample(pictures, which, pixels):
-    """Colours (M, P, 3), -0.5 to 0.5, of pictures (N, SIDE, SIDE, 3) uint8; 0 outside of them.
+def sample(images, which, pixels):
+    """Colours (M, P, 3), -0.5 to 0.5, of images (N, SIDE, SIDE, 3) uint8; 0 outside of them.
 
-    which: the picture (M,) of every row of pixels (M, P, 2).
+    which: the image (M,) of every row of pixels (M, P, 2).
     """
     nearest = pixels.round().long()
     inside = ((nearest >= 0) & (nearest < SIDE)).all(-1, keepdim=True)
     column, line = nearest.clamp(0, SIDE - 1).unbind(-1)
-    colors = pictures.flatten(0, 2)[(which[:, None] * SIDE + line) * SIDE + column]
+    colors = images.flatten(0, 2)[(which[:, None] * SIDE + line) * SIDE + column]
     return (colors.float() / 255 - 0.5) * inside
 
 
-def planes(pictures):
-    """Pictures (N, SIDE, SIDE, 6) uint8 as (N, 6, SIDE, SIDE), -0.5 to 0.5."""
-    return pictures.permute(0, 3, 1, 2).float().div_(255).sub_(0.5)
+def planes(images):
+    """Images (N, SIDE, SIDE, 6) uint8 as (N, 6, SIDE, SIDE), -0.5 to 0.5."""
+    return images.permute(0, 3, 1, 2).float().div_(255).sub_(0.5)
 
 
 def blended(colors, pixels):

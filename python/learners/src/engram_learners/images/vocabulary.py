@@ -1,5 +1,7 @@
 """Vocabulary of an ObjectDetector: classes of objects, and the tokens of a task."""
 
+from typing import NamedTuple
+
 import torch
 
 from engram_learners.images.detector import CELL, HEIGHT, Objects
@@ -20,8 +22,19 @@ def class_codes(layout, tokens):
     return torch.where(pairs >= 0, (pairs * 16 + kind) * 2 + lit, -1)
 
 
+class Vocabulary(NamedTuple):
+    """Buffers of an ObjectDetector, in the order of its arguments."""
+
+    codes: torch.Tensor
+    templates: torch.Tensor
+    bodies: torch.Tensor
+    tokens: torch.Tensor
+    extent: torch.Tensor
+    turning: torch.Tensor | None
+
+
 def vocabulary(layout, tokens):
-    """Buffers of an ObjectDetector, from tokens (T, N, tokens, width) of episodes."""
+    """Vocabulary of tokens (T, N, tokens, width) of episodes."""
     codes, bodies = class_codes(layout, tokens), layout.bodies(tokens, layout.pairs(tokens))
     classes = codes[codes >= 0].unique()
     templates = torch.stack([template(layout, tokens[codes == one]) for one in classes])
@@ -30,7 +43,7 @@ def vocabulary(layout, tokens):
     of_token = kinds.repeat_interleave(most_alike(bodies, kinds))
     shown = METRES * tokens[..., layout.place][codes >= 0]
     long = long_classes(layout, templates)
-    return classes, templates, of_class, of_token, extent(shown[in_picture(shown)]), long
+    return Vocabulary(classes, templates, of_class, of_token, extent(shown[in_image(shown)]), long)
 
 
 def most_alike(bodies, kinds):
@@ -53,8 +66,8 @@ def extent(places):
     return torch.stack([low, low + CELL * (cells - 1e-3)], -1)
 
 
-def in_picture(places):
-    """Whether places (..., 3) are in the base camera's picture."""
+def in_image(places):
+    """Whether places (..., 3) are in the base camera's image."""
     pixels = project(places.reshape(1, -1, 3), base_view()).view(*places.shape[:-1], 2)
     return ((pixels > 0) & (pixels < SIDE - 1)).all(-1)
 
@@ -92,6 +105,6 @@ def sort(layout, detector, tokens, before):
     equal = class_codes(layout, tokens)[..., None] == detector.codes
     named = torch.where(equal.any(-1), equal.float().argmax(-1), -1)
     known = torch.where(mine, named[..., None, :], -1).amax(-1)
-    known = torch.where(in_picture(place), known, -1)
+    known = torch.where(in_image(place), known, -1)
     turn = nearer_half(mine.float() @ layout.yaw(tokens), before.turn)
     return Objects(place, known, torch.where(known[..., None] < 0, AHEAD, turn))
