@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/base/index.h"
 
 namespace engram {
 namespace {
@@ -17,7 +18,7 @@ using Rgba = std::array<float, 4>;
 using Rotation = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
 using Position = Eigen::Matrix<float, 3, 1>;
 
-std::size_t at(int index, int stride = 1) { return static_cast<std::size_t>(index * stride); }
+std::size_t at(int index, int stride) { return at(index * stride); }
 
 // Appends a pose given by a position and a quaternion of length 1.
 void append_pose(const mjtNum* position, const mjtNum* quaternion, std::vector<float>& poses) {
