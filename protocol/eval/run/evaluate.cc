@@ -92,7 +92,7 @@ class EpisodeObserver {
     done_[static_cast<std::size_t>(env)] = 0;
     note_subtasks(env);
   }
-  void before_step(int /*slot*/, std::span<float> /*action*/) {}
+  void before_step(int /*env*/, std::span<float> /*action*/) {}
   void after_step(int env) {
     if (env == sample_slot_) images_.sample(batch_, env);
     note_subtasks(env);

@@ -138,8 +138,8 @@ inline ChoiceOutcome play_choices(
       const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(episode);
       policy.start(env, {episode, episode, seed});
     }
-    void before_step(int /*slot*/, std::span<float> /*action*/) {}
-    void after_step(int /*slot*/) {}
+    void before_step(int /*env*/, std::span<float> /*action*/) {}
+    void after_step(int /*env*/) {}
     void finish(int env, int episode) {
       const auto i = static_cast<std::size_t>(episode);
       outcome.successes[i] = value_of<std::uint8_t>(batch.output("success_once"), env) != 0;

@@ -96,7 +96,7 @@ TEST_CASE("External policy: asked when the queue is empty, once per chunk", "[po
     int& expected = next_step.at(static_cast<std::size_t>(question.episode));
     CHECK(question.step == expected);
     CHECK(question.first == (expected == 0));
-    CHECK((question.slot == 0 || question.slot == 1));
+    CHECK((question.env == 0 || question.env == 1));
     expected += 4;
   }
   CHECK(policy.proprio_size == 7);
