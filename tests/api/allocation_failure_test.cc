@@ -16,10 +16,7 @@
 namespace engram {
 namespace {
 
-using test::BatchHandle;
-using test::FailingAllocation;
-using test::fails_well_everywhere;
-using test::make_running;
+using test::BatchHandle, test::FailingAllocation, test::fails_well_everywhere, test::make_running;
 
 // Every allocation at first, then ever fewer of them.
 std::int64_t next(std::int64_t number) { return number < 40 ? number + 1 : number + number / 8; }

@@ -9,12 +9,8 @@
 namespace engram {
 namespace {
 
-using test::BatchHandle;
-using test::check_refused;
-using test::default_options;
-using test::kId;
-using test::make_batch;
-using test::make_running;
+using test::BatchHandle, test::check_refused, test::default_options, test::kId, test::make_batch,
+    test::make_running;
 
 // A change of the options, and a part of the message about it.
 struct BadOption {

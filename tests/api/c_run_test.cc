@@ -13,18 +13,9 @@
 namespace engram {
 namespace {
 
-using test::actions_of;
-using test::BatchHandle;
-using test::bytes_of;
-using test::check_refused;
-using test::default_options;
-using test::kId;
-using test::make_batch;
-using test::make_running;
-using test::output;
-using test::outputs_of;
-using test::step_by;
-using test::values;
+using test::actions_of, test::BatchHandle, test::bytes_of, test::check_refused,
+    test::default_options, test::kId, test::make_batch, test::make_running, test::output,
+    test::outputs_of, test::step_by, test::values;
 
 engram_options same_step(int num_envs) {
   engram_options options = default_options(num_envs);
@@ -60,11 +51,8 @@ TEST_CASE("Numbers that change while a step runs are those that it has checked",
 
 TEST_CASE("Outputs are the engine's bits, step by step and across resets", "[c_api]") {
   const BatchHandle batch = make_running(same_step(6));
-  BatchOptions options;
-  options.num_envs = 6;
-  options.threads = 1;
-  options.seed = 11;
-  options.auto_reset = AutoReset::kSameStep;
+  const BatchOptions options{
+      .num_envs = 6, .seed = 11, .threads = 1, .auto_reset = AutoReset::kSameStep};
   const std::unique_ptr<Batch> engine = make(kId, options);
   engine->reset();
   std::vector<float> actions(42);
@@ -152,11 +140,10 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
   options.image_width = 16;
   options.image_height = 12;
   const BatchHandle batch = make_running(options);
-  engram::BatchOptions same;
-  same.num_envs = 2;
-  same.seed = options.seed;
-  same.obs_mode = engram::ObsMode::kRgbDepthSegmentation;
-  same.auto_reset = engram::AutoReset::kSameStep;
+  engram::BatchOptions same{.num_envs = 2,
+                            .seed = options.seed,
+                            .obs_mode = engram::ObsMode::kRgbDepthSegmentation,
+                            .auto_reset = engram::AutoReset::kSameStep};
   same.images.width = 16;
   same.images.height = 12;
   const std::unique_ptr<engram::Batch> engine = engram::make(kId, same);

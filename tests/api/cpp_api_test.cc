@@ -7,13 +7,8 @@
 
 namespace {
 
-using Catch::Matchers::Contains;
-using engram::AutoReset;
-using engram::EnvOptions;
-using engram::Error;
-using engram::ObsMode;
-using engram::Policy;
-using engram::VectorEnv;
+using Catch::Matchers::Contains, engram::AutoReset, engram::EnvOptions, engram::Error,
+    engram::ObsMode, engram::Policy, engram::VectorEnv;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 

@@ -10,8 +10,7 @@
 namespace engram {
 namespace {
 
-using test::BatchHandle;
-using test::make_running;
+using test::BatchHandle, test::make_running;
 
 // Whether f holds in a forked process.
 bool in_child(const std::function<bool()>& f) {

@@ -6,11 +6,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::actions_of;
-using test::BatchHandle;
-using test::default_options;
-using test::output;
+using Catch::Contains, test::actions_of, test::BatchHandle, test::default_options, test::output;
 
 constexpr const char* kOther = "ShellGameTouch-VLA-v0";
 

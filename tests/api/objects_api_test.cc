@@ -7,17 +7,9 @@
 namespace engram {
 namespace {
 
-using test::actions_of;
-using test::BatchHandle;
-using test::bytes_of;
-using test::check_refused;
-using test::default_options;
-using test::kId;
-using test::make_batch;
-using test::make_running;
-using test::output;
-using test::step_by;
-using test::values;
+using test::actions_of, test::BatchHandle, test::bytes_of, test::check_refused,
+    test::default_options, test::kId, test::make_batch, test::make_running, test::output,
+    test::step_by, test::values;
 
 engram_options seeing(int num_envs, engram_obs_mode mode = ENGRAM_OBS_OBJECTS) {
   engram_options options = default_options(num_envs);
@@ -33,11 +25,8 @@ nlohmann::json parts_of(const BatchHandle& batch) {
 TEST_CASE("The C API shows the engine's objects, and the last ones of an episode",
           "[c_api][objects]") {
   const BatchHandle batch = make_running(seeing(3));
-  BatchOptions options;
-  options.num_envs = 3;
-  options.seed = 11;
-  options.obs_mode = ObsMode::kObjects;
-  options.auto_reset = AutoReset::kSameStep;
+  const BatchOptions options{
+      .num_envs = 3, .seed = 11, .obs_mode = ObsMode::kObjects, .auto_reset = AutoReset::kSameStep};
   const std::unique_ptr<Batch> engine = make(kId, options);
   engine->reset();
   engram_array last{};

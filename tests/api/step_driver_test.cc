@@ -13,8 +13,7 @@ namespace {
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
 TEST_CASE("Steps in another thread have the bits of steps in this one", "[step_driver]") {
-  BatchOptions options;
-  options.num_envs = 3;
+  const BatchOptions options{.num_envs = 3};
   const auto made = test::make_env(kId, options);
   Batch& batch = *made;
   const auto twin = test::make_env(kId, options);
@@ -45,9 +44,7 @@ TEST_CASE("Actions that a step refuses start nothing", "[step_driver]") {
 }
 
 TEST_CASE("A driver waits for its step before it ends", "[step_driver]") {
-  BatchOptions options;
-  options.num_envs = 8;
-  const auto made = test::make_env(kId, options);
+  const auto made = test::make_env(kId, {.num_envs = 8});
   Batch& batch = *made;
   batch.reset();
   { StepDriver(batch).start(test::zeros(batch)); }

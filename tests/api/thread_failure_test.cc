@@ -11,8 +11,7 @@
 namespace engram {
 namespace {
 
-using test::BatchHandle;
-using test::FailingThread;
+using test::BatchHandle, test::FailingThread;
 
 std::ptrdiff_t threads_of_this_process() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});

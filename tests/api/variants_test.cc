@@ -9,8 +9,7 @@
 
 namespace {
 
-using Catch::Matchers::Contains;
-using engram::Error;
+using Catch::Matchers::Contains, engram::Error;
 
 constexpr const char* kBase = "RememberColor9-VLA-v0";
 

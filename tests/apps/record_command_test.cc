@@ -11,9 +11,7 @@
 namespace engram::test {
 namespace {
 
-using test::read_video;
-using test::ReadFrame;
-using test::ReadVideo;
+using test::read_video, test::ReadFrame, test::ReadVideo;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 

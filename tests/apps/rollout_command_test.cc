@@ -73,11 +73,7 @@ TEST_CASE("rollout: images are counted and hashed", "[apps]") {
 }
 
 TEST_CASE("rollout: the hash is that of the library's outputs", "[apps]") {
-  BatchOptions options;
-  options.num_envs = 4;
-  options.seed = 9;
-  options.threads = 1;
-  options.chunk = 3;
+  const BatchOptions options{.num_envs = 4, .seed = 9, .threads = 1, .chunk = 3};
   const auto batch = make(kId, options);
   std::vector<float> actions(4 * static_cast<std::size_t>(batch->action_dim()));
   apps::Digest digest(4);

@@ -11,9 +11,8 @@ namespace {
 
 // The overlay of a task of that id over its first environment.
 Overlay overlay_of(const char* id, double target) {
-  BatchOptions options;
-  options.threads = 1;
-  options.pins = {{make_task(id)->info().hidden_variable, {target}}};
+  const BatchOptions options{.threads = 1,
+                             .pins = {{make_task(id)->info().hidden_variable, {target}}}};
   Batch batch(make_task(id), options);
   batch.reset();
   Overlay overlay = make_overlay(512, 512);

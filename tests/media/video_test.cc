@@ -13,11 +13,7 @@
 namespace engram {
 namespace {
 
-using test::distance;
-using test::read_file;
-using test::read_video;
-using test::ReadVideo;
-using test::TemporaryFolder;
+using test::distance, test::read_file, test::read_video, test::ReadVideo, test::TemporaryFolder;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kWidth = 96;

@@ -15,7 +15,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
+using test::make_running;
 
 std::atomic<int> mujoco_allocations = 0;
 
@@ -49,8 +49,7 @@ TEST_CASE("Steps do not allocate", "[allocation]") {
   options.sleep = GENERATE(true, false);
   options.auto_reset = GENERATE(AutoReset::kNextStep, AutoReset::kSameStep);
   for (const char* id : {"RememberColor3-VLA-v0", "RememberColor9-VLA-v0"}) {
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, options);
     CHECK(allocations_in_steps(*batch, 60) == 0);  // over two automatic resets
     CHECK(batch->state().episode[0] >= 2);
   }
@@ -59,11 +58,7 @@ TEST_CASE("Steps do not allocate", "[allocation]") {
 // Without physics, whose scenes are the same for all.
 TEST_CASE("No task allocates in steps, automatic resets and policies", "[allocation]") {
   for (const std::string& id : test::implemented_ids()) {
-    BatchOptions options;
-    options.num_envs = 2;
-    options.substeps = 0;
-    const auto batch = make_env(id, options);
-    batch->reset();
+    const auto batch = make_running(id, {.num_envs = 2, .substeps = 0});
     std::vector<float> actions = test::zeros(*batch);
     const std::int64_t before = test::allocation_count();
     while (batch->state().episode[0] < 2) {
@@ -88,11 +83,8 @@ TEST_CASE("The counter of allocations counts those of MuJoCo too", "[allocation]
 
 TEST_CASE("Steps in every control mode do not allocate", "[allocation]") {
   for (int mode = 0; mode < kControlModes; ++mode) {
-    BatchOptions options;
-    options.num_envs = 2;
-    options.control_mode = static_cast<ControlMode>(mode);
-    const auto batch = make_env("RememberColor3-VLA-v0", options);
-    batch->reset();
+    const BatchOptions options{.num_envs = 2, .control_mode = static_cast<ControlMode>(mode)};
+    const auto batch = make_running("RememberColor3-VLA-v0", options);
     std::vector<float> actions = test::zeros(*batch);
     const std::int64_t before = test::allocation_count();
     for (int i = 0; i < 30; ++i) {

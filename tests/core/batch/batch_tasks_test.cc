@@ -15,8 +15,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::Bytes;
+using Catch::Contains, test::Bytes;
 
 std::vector<std::unique_ptr<Batch>> make_batches(const std::vector<std::string>& ids,
                                                  const BatchOptions& options) {
@@ -78,9 +77,7 @@ TEST_CASE("Environments of a group are what they are alone", "[determinism]") {
 }
 
 TEST_CASE("Environments of a group of all tasks are what they are alone", "[determinism][long]") {
-  BatchOptions options;
-  options.num_envs = 4;
-  options.threads = 1;
+  const BatchOptions options{.num_envs = 4, .threads = 1};
   // The halves have control modes of their own.
   std::map<ControlMode, std::vector<std::string>> ids;
   for (const RegistryEntry& entry : registry()) ids[entry.control_mode].emplace_back(entry.id);
@@ -92,9 +89,7 @@ const std::vector<std::string> kThree = {"RememberColor3-VLA-v0", "RotateLenient
                                          "ShellGameTouch-VLA-v0"};
 
 TEST_CASE("A group's outputs stand in common arrays") {
-  BatchOptions options;
-  options.num_envs = 3;
-  options.obs_mode = ObsMode::kObjects;
+  const BatchOptions options{.num_envs = 3, .obs_mode = ObsMode::kObjects};
   Batch group = make_group(kThree, options);
   REQUIRE(group.num_envs() == 9);
   group.reset();
@@ -150,8 +145,7 @@ std::string lamp() {
 }
 
 TEST_CASE("A group's outputs are as wide as the widest task's, and of one type") {
-  BatchOptions options;
-  options.num_envs = 2;
+  const BatchOptions options{.num_envs = 2};
   // oracle_info: one int, and three floats; task_cue: of Rotate to be seen, of others an info.
   Batch group = make_group(
       {"RememberColor3-VLA-v0", "InterceptSlow-VLA-v0", "RotateLenientPos-VLA-v0", lamp()},
@@ -173,9 +167,7 @@ TEST_CASE("A group's outputs are as wide as the widest task's, and of one type")
 }
 
 TEST_CASE("Final outputs of a group are those of its batches") {
-  BatchOptions options;
-  options.num_envs = 3;
-  options.auto_reset = AutoReset::kSameStep;
+  const BatchOptions options{.num_envs = 3, .auto_reset = AutoReset::kSameStep};
   Batch group = make_group({"InterceptSlow-VLA-v0", "RememberColor3-VLA-v0"}, options);
   group.reset();
   std::vector<float> actions = zeros(group);
@@ -199,8 +191,7 @@ TEST_CASE("Final outputs of a group are those of its batches") {
 }
 
 TEST_CASE("Resets of a group concern the environments that are asked for") {
-  BatchOptions options;
-  options.num_envs = 2;
+  const BatchOptions options{.num_envs = 2};
   Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   std::vector<float> actions = zeros(group);
   CHECK_THROWS_WITH(group.step(actions), Contains("reset first"));
@@ -236,10 +227,8 @@ TEST_CASE("Resets of a group concern the environments that are asked for") {
 }
 
 TEST_CASE("A group refuses bad actions by the environment's number") {
-  BatchOptions options;
-  options.num_envs = 2;
-  options.auto_reset = AutoReset::kOff;
-  options.after_end = AfterEnd::kRefuse;
+  const BatchOptions options{
+      .num_envs = 2, .auto_reset = AutoReset::kOff, .after_end = AfterEnd::kRefuse};
   Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   group.reset();
   std::vector<float> actions = zeros(group);
@@ -253,9 +242,8 @@ TEST_CASE("A group of no task, or of different modes, is refused") {
   CHECK_THROWS_AS(Batch(std::vector<std::unique_ptr<Batch>>(), 1), Error);
   std::vector<std::unique_ptr<Batch>> batches;
   batches.push_back(test::make_env("RememberColor3-VLA-v0"));
-  BatchOptions joints;
-  joints.control_mode = ControlMode::kPdJointPos;
-  batches.push_back(test::make_env("RememberColor5-VLA-v0", joints));
+  batches.push_back(
+      test::make_env("RememberColor5-VLA-v0", {.control_mode = ControlMode::kPdJointPos}));
   CHECK_THROWS_WITH(Batch(std::move(batches), 1),
                     Contains("pd_joint_pos of RememberColor5-VLA-v0"));
 }
@@ -280,8 +268,7 @@ TEST_CASE("Steps of a group do not allocate", "[allocation]") {
 }
 
 TEST_CASE("Outputs are written to arrays of the user's, in turns") {
-  BatchOptions options;
-  options.num_envs = 3;
+  const BatchOptions options{.num_envs = 3};
   const bool several = GENERATE(false, true);
   auto group = several ? std::make_unique<Batch>(make_batches(kThree, options), 1)
                        : test::make_env(kThree[0], options);
@@ -314,9 +301,7 @@ TEST_CASE("Outputs are written to arrays of the user's, in turns") {
 }
 
 TEST_CASE("Arrays for outputs are refused where they do not fit") {
-  BatchOptions options;
-  options.num_envs = 2;
-  const auto group = test::make_env(kThree[0], options);
+  const auto group = test::make_env(kThree[0], {.num_envs = 2});
   std::vector<float> values(2);
   const auto write = [&](const OutputTarget& first, const std::vector<OutputTarget>& second = {}) {
     group->write_to(std::vector{first}, second);
@@ -331,8 +316,7 @@ TEST_CASE("Arrays for outputs are refused where they do not fit") {
 }
 
 TEST_CASE("Groups are saved and restored, whole and one by one") {
-  BatchOptions options;
-  options.num_envs = 2;
+  const BatchOptions options{.num_envs = 2};
   Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   const Snapshotter snapshots(group);
   group.reset();
@@ -345,8 +329,7 @@ TEST_CASE("Groups are saved and restored, whole and one by one") {
   const Bytes then = test::batch_bytes(group.part(1));
 
   // One environment goes back to a batch of its own task.
-  const auto alone = test::make_env("ShellGameTouch-VLA-v0");
-  alone->reset();
+  const auto alone = test::make_running("ShellGameTouch-VLA-v0");
   Snapshotter(*alone).restore(0, one);
   CHECK((test::env_bytes(*alone, 0) == test::env_bytes(group.part(1), 1)));
 

@@ -16,12 +16,8 @@
 namespace engram {
 namespace {
 
-using test::batch_bytes;
-using test::env_bytes;
-using test::make_env;
-using test::row;
-using test::step;
-using test::zeros;
+using test::batch_bytes, test::env_bytes, test::make_env, test::make_running, test::row, test::step,
+    test::zeros;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 constexpr double kPi = std::numbers::pi;
@@ -33,10 +29,7 @@ ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
 }
 
 TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
-  BatchOptions options;
-  options.robot_init_qpos_noise = 0;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.robot_init_qpos_noise = 0});
   const auto proprio = batch->proprio();
   REQUIRE(proprio.size() == 7);
   CHECK(proprio[0] == Approx(-0.070696).margin(1e-6));
@@ -49,10 +42,7 @@ TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
 }
 
 TEST_CASE("joint_proprio shows the arm's angles and the gripper's opening", "[batch]") {
-  BatchOptions options;
-  options.joint_proprio = true;
-  const auto batch = make_env("RememberColor3-VLA-v0", options);
-  batch->reset();
+  const auto batch = make_running("RememberColor3-VLA-v0", {.joint_proprio = true});
   CHECK(batch->proprio().size() == 8);
   for (int step = 0; step < 3; ++step) {
     const auto proprio = batch->proprio();
@@ -66,20 +56,15 @@ TEST_CASE("joint_proprio shows the arm's angles and the gripper's opening", "[ba
 
 TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[batch]") {
   for (const int sign : {-1, 1}) {
-    BatchOptions options;
-    options.robot_init_qpos_noise = 0;
-    options.rotation_sign = sign;
-    options.freeze_cue = false;
-    const auto batch = make_env(kId, options);
-    batch->reset();
+    const auto batch =
+        make_running(kId, {.rotation_sign = sign, .freeze_cue = false, .robot_init_qpos_noise = 0});
     batch->step(std::vector<float>{0, 0, 0, 0, 0, 1, 0});
     CHECK(sign * static_cast<double>(batch->proprio()[5]) == Approx(0.04).margin(0.006));
   }
 }
 
 TEST_CASE("State fields name the parts of the state observation", "[batch]") {
-  const auto batch = make_env(kId);
-  batch->reset();
+  const auto batch = make_running(kId);
   int offset = 0;
   std::vector<std::string> names;
   for (const Field& field : batch->state_fields()) {
@@ -102,16 +87,13 @@ TEST_CASE("State fields name the parts of the state observation", "[batch]") {
 }
 
 TEST_CASE("Target modes add the controller state after qvel", "[batch]") {
-  BatchOptions options;
-  options.control_mode = ControlMode::kPdJointTargetDeltaPos;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  BatchOptions options{.control_mode = ControlMode::kPdJointTargetDeltaPos};
+  const auto batch = make_running(kId, options);
   CHECK(batch->state_dim() == 35 + 7);
   CHECK(batch->state_fields()[2].name == "target_qpos");
   CHECK(batch->observation()[18] == batch->observation()[0]);
   options.control_mode = ControlMode::kPdEeTargetDeltaPose;
-  const auto pose = make_env(kId, options);
-  pose->reset();
+  const auto pose = make_running(kId, options);
   CHECK(pose->state_fields()[2].name == "target_pose");
   // In the root frame; tcp_pose follows, in the world's.
   CHECK(pose->observation()[18] == Approx(pose->observation()[25] + 0.615F));
@@ -137,10 +119,8 @@ TEST_CASE("Observation modes choose what is written", "[batch]") {
 }
 
 TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 2000;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const BatchOptions options{.num_envs = 2000};
+  const auto batch = make_running(kId, options);
   const double start[] = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4};
   for (int joint = 0; joint < kArmJoints; ++joint) {
     double sum = 0;
@@ -160,21 +140,14 @@ TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[bat
 }
 
 TEST_CASE("Environment i has the seed of the batch plus i", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 3;
-  options.seed = 4242424242;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.num_envs = 3, .seed = 4242424242});
   for (int i = 0; i < 3; ++i) {
     CHECK(batch->state().seed[i] == 4242424242u + static_cast<unsigned>(i));
   }
 }
 
 TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 2;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.num_envs = 2});
   const auto first = batch_bytes(*batch);
   batch->reset();
   const auto second = batch_bytes(*batch);
@@ -188,25 +161,20 @@ TEST_CASE("A reset without seeds goes on to the next episode of each seed", "[ba
 }
 
 TEST_CASE("Every environment can be given a seed of its own", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 3;
+  BatchOptions options{.num_envs = 3};
   const auto batch = make_env(kId, options);
   const std::uint64_t seeds[] = {77, 5, 77};
   batch->reset(with_seeds(seeds));
   options.num_envs = 1;
   options.seed = 77;
-  const auto single = make_env(kId, options);
-  single->reset();
+  const auto single = make_running(kId, options);
   CHECK(env_bytes(*batch, 0) == env_bytes(*single, 0));
   CHECK(env_bytes(*batch, 2) == env_bytes(*single, 0));
   CHECK(env_bytes(*batch, 1) != env_bytes(*single, 0));
 }
 
 TEST_CASE("A reset by mask leaves all other environments byte for byte", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 6;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.num_envs = 6});
   for (int i = 0; i < 12; ++i) step(*batch, Policy::kOracle);
   std::vector<test::Bytes> before;
   before.reserve(6);
@@ -226,9 +194,7 @@ TEST_CASE("A reset by mask leaves all other environments byte for byte", "[batch
 }
 
 TEST_CASE("The first reset must reset all environments", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 2;
-  const auto batch = make_env(kId, options);
+  const auto batch = make_env(kId, {.num_envs = 2});
   const std::uint8_t mask[] = {1, 0};
   CHECK_THROWS_WITH(batch->reset({.mask = mask, .seeds = {}, .pins = nullptr}),
                     Catch::Contains("environment 1 masked out"));
@@ -237,11 +203,8 @@ TEST_CASE("The first reset must reset all environments", "[batch]") {
 
 TEST_CASE("The zero policy writes zeros and the random one stays within bounds", "[batch]") {
   for (int mode = 0; mode < kControlModes; ++mode) {
-    BatchOptions options;
-    options.num_envs = 4;
-    options.control_mode = static_cast<ControlMode>(mode);
-    const auto batch = make_env(kId, options);
-    batch->reset();
+    const auto batch =
+        make_running(kId, {.num_envs = 4, .control_mode = static_cast<ControlMode>(mode)});
     CHECK(test::act(*batch, Policy::kZero) == zeros(*batch));
     std::set<float> distinct;
     for (int i = 0; i < 10; ++i) {
@@ -260,9 +223,7 @@ TEST_CASE("The zero policy writes zeros and the random one stays within bounds",
 }
 
 TEST_CASE("Random actions depend on neither threads nor batch size", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 5;
-  options.threads = 1;
+  BatchOptions options{.num_envs = 5, .threads = 1};
   const auto one = make_env(kId, options);
   options.threads = 3;
   const auto three = make_env(kId, options);
@@ -273,15 +234,13 @@ TEST_CASE("Random actions depend on neither threads nor batch size", "[batch]") 
   CHECK(actions == test::act(*one, Policy::kRandom));  // asked twice, the same actions
   options.num_envs = 1;
   options.seed = 3;
-  const auto single = make_env(kId, options);
-  single->reset();
+  const auto single = make_running(kId, options);
   const std::vector<float> alone = test::act(*single, Policy::kRandom);
   CHECK(std::equal(alone.begin(), alone.end(), actions.begin() + 3 * 7));
 }
 
 TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
-  BatchOptions options;
-  options.seed = 3;
+  BatchOptions options{.seed = 3};
   const auto upstream = make_env(kId, options);
   options.rotation_sign = 1;
   const auto positive = make_env(kId, options);
@@ -303,8 +262,7 @@ TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
 }
 
 TEST_CASE("Outputs are found by name", "[batch]") {
-  const auto batch = make_env(kId);
-  batch->reset();
+  const auto batch = make_running(kId);
   for (const char* name :
        {"observation", "proprio", "reward", "terminated", "truncated", "unstable", "elapsed_steps",
         "success", "success_once", "episode_return", "oracle_info", "obj_to_goal_pos",
@@ -325,12 +283,11 @@ TEST_CASE("An additional environment costs a few kilobytes", "[batch]") {
 
 TEST_CASE("A step without a new command keeps the drives' targets", "[batch]") {
   for (int i = 0; i < kControlModes; ++i) {
-    BatchOptions options;
-    options.num_envs = 3;
-    options.threads = 1;
-    options.control_mode = static_cast<ControlMode>(i);
-    options.freeze_cue = false;
-    options.auto_reset = AutoReset::kOff;
+    const BatchOptions options{.num_envs = 3,
+                               .threads = 1,
+                               .control_mode = static_cast<ControlMode>(i),
+                               .auto_reset = AutoReset::kOff,
+                               .freeze_cue = false};
     const auto batch = make_env(kId, options);
     CHECK_THROWS_WITH(batch->step_no_action(), Catch::Contains("reset first"));
     batch->reset();
@@ -367,10 +324,8 @@ TEST_CASE("A step without a new command keeps the drives' targets", "[batch]") {
 }
 
 TEST_CASE("A step without a command is that of the same absolute targets", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 2;
-  options.control_mode = ControlMode::kPdJointPos;
-  options.freeze_cue = false;
+  const BatchOptions options{
+      .num_envs = 2, .control_mode = ControlMode::kPdJointPos, .freeze_cue = false};
   const auto one = make_env(kId, options);
   const auto other = make_env(kId, options);
   one->reset();
@@ -387,9 +342,7 @@ TEST_CASE("A step without a command is that of the same absolute targets", "[bat
 }
 
 TEST_CASE("Environments without a new command step beside others", "[batch]") {
-  BatchOptions options;
-  options.num_envs = 6;
-  options.freeze_cue = false;
+  const BatchOptions options{.num_envs = 6, .freeze_cue = false};
   const auto moved = make_env(kId, options);
   const auto left = make_env(kId, options);
   const auto mixed = make_env(kId, options);

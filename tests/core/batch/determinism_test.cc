@@ -11,15 +11,13 @@
 namespace engram {
 namespace {
 
-using test::Bytes;
-using test::make_env;
+using test::Bytes, test::make_running;
 
 // Bytes of all environments after every step, environment by environment.
 using History = std::vector<std::vector<Bytes>>;
 
 History play(const std::string& id, const BatchOptions& options, Policy policy, int steps) {
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch = make_running(id, options);
   History history(static_cast<std::size_t>(options.num_envs));
   const auto note = [&] {
     for (int i = 0; i < options.num_envs; ++i) {
@@ -40,9 +38,7 @@ constexpr int kSteps = 40;
 void check_threads_and_chunks(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
-      BatchOptions options;
-      options.num_envs = 7;
-      options.threads = 1;
+      BatchOptions options{.num_envs = 7, .threads = 1};
       const History reference = play(id, options, policy, kSteps);
       INFO(id);
       CHECK((play(id, options, policy, kSteps) == reference));  // run to run
@@ -71,8 +67,7 @@ void check_singles(const std::string& id, const BatchOptions& options, Policy po
   const History batch = play(id, options, policy, kSteps);
   INFO(id);
   for (const int index : indices) {
-    BatchOptions single;
-    single.seed = options.seed + static_cast<std::uint64_t>(index);
+    const BatchOptions single{.seed = options.seed + static_cast<std::uint64_t>(index)};
     const History alone = play(id, single, policy, kSteps);
     CHECK((alone[0] == batch[static_cast<std::size_t>(index)]));
   }
@@ -81,20 +76,14 @@ void check_singles(const std::string& id, const BatchOptions& options, Policy po
 void check_singles(const std::vector<std::string>& ids) {
   for (const std::string& id : ids) {
     for (const Policy policy : {Policy::kRandom, Policy::kOracle}) {
-      BatchOptions options;
-      options.num_envs = 64;
-      options.threads = 2;
-      options.seed = 100;
+      const BatchOptions options{.num_envs = 64, .seed = 100, .threads = 2};
       check_singles(id, options, policy, {0, 5, 31, 63});
     }
   }
 }
 
 TEST_CASE("Ranges of more environments than move together change nothing", "[determinism]") {
-  BatchOptions options;
-  options.num_envs = 150;
-  options.threads = 1;
-  options.chunk = 150;
+  const BatchOptions options{.num_envs = 150, .threads = 1, .chunk = 150};
   check_singles("ShellGamePush-VLA-v0", options, Policy::kOracle, {0, 63, 64, 149});
 }
 
@@ -107,8 +96,7 @@ TEST_CASE("An environment of a batch of any task equals the single one", "[deter
 }
 
 TEST_CASE("Different seeds give different episodes", "[determinism]") {
-  BatchOptions options;
-  options.num_envs = 2;
+  const BatchOptions options{.num_envs = 2};
   const History history = play("RememberColor9-VLA-v0", options, Policy::kZero, 1);
   CHECK((history[0][0] != history[1][0]));
 }

@@ -15,8 +15,7 @@
 namespace engram {
 namespace {
 
-using test::env_bytes;
-using test::make_env;
+using test::env_bytes, test::make_env;
 
 constexpr double kValues[] = {std::numeric_limits<double>::quiet_NaN(),
                               std::numeric_limits<double>::infinity(),
@@ -123,8 +122,7 @@ void play(const Trial& trial, RandomStream& random, Batch& sound, Batch& batch) 
 void run_trials(const std::string& id, int trials, bool physical) {
   RandomStream random(physical ? 5 : 6, 0, 0);
   for (const AutoReset mode : {AutoReset::kNextStep, AutoReset::kSameStep, AutoReset::kOff}) {
-    BatchOptions options;
-    options.num_envs = kEnvs;
+    BatchOptions options{.num_envs = kEnvs};
     options.threads = 1;  // so that a fault could spread by way of the workspace
     options.auto_reset = mode;
     options.reward_mode = RewardMode::kDense;
@@ -154,10 +152,8 @@ TEST_CASE("Absurd actions end an episode at worst, in every control mode", "[fau
   constexpr float kActions[] = {0, 0.3F, -1, 1, -7, 3e3F, -1e9F, 1e20F, -3e38F, 3.4e38F, 1e-40F};
   RandomStream random(9, 0, 0);
   for (int mode = 0; mode < kControlModes; ++mode) {
-    BatchOptions options;
-    options.control_mode = static_cast<ControlMode>(mode);
-    options.num_envs = 2;
-    options.freeze_cue = false;
+    BatchOptions options{
+        .num_envs = 2, .control_mode = static_cast<ControlMode>(mode), .freeze_cue = false};
     const auto batch = make_env("RememberColor3-VLA-v0", options);
     options.num_envs = 1;
     const auto alone = make_env("RememberColor3-VLA-v0", options);

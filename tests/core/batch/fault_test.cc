@@ -20,9 +20,7 @@
 namespace engram {
 namespace {
 
-using test::env_bytes;
-using test::make_env;
-using test::zeros;
+using test::env_bytes, test::make_env, test::make_running, test::zeros;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -90,8 +88,7 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
   const bool sleep = GENERATE(true, false);
   const AutoReset auto_reset = GENERATE(AutoReset::kNextStep, AutoReset::kSameStep);
   for (const Fault& fault : faults) {
-    BatchOptions options;
-    options.num_envs = 4;
+    BatchOptions options{.num_envs = 4};
     options.threads = 1;  // so that a fault could spread by way of the workspace
     options.sleep = sleep;
     options.auto_reset = auto_reset;
@@ -134,10 +131,7 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
 }
 
 TEST_CASE("Actions that are not finite are refused whole", "[fault]") {
-  BatchOptions options;
-  options.num_envs = 3;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.num_envs = 3});
   test::step(*batch, Policy::kRandom);
   const test::Bytes before = test::batch_bytes(*batch);
   for (const float bad :
@@ -163,11 +157,7 @@ TEST_CASE("Actions that are not finite are refused whole", "[fault]") {
 TEST_CASE("Absurd targets of absolute modes end an episode at worst", "[fault]") {
   for (const ControlMode mode :
        {ControlMode::kPdJointPos, ControlMode::kPdEePose, ControlMode::kPdJointPosVel}) {
-    BatchOptions options;
-    options.control_mode = mode;
-    options.freeze_cue = false;
-    const auto batch = make_env(kId, options);
-    batch->reset();
+    const auto batch = make_running(kId, {.control_mode = mode, .freeze_cue = false});
     std::vector<float> actions = zeros(*batch);
     std::fill(actions.begin(), actions.end(), std::numeric_limits<float>::max());
     for (int i = 0; i < 30; ++i) {
@@ -201,10 +191,7 @@ TEST_CASE("Nothing runs before the first reset", "[fault]") {
 }
 
 TEST_CASE("A reset request of the wrong length changes nothing", "[fault]") {
-  BatchOptions options;
-  options.num_envs = 2;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.num_envs = 2});
   const test::Bytes before = test::batch_bytes(*batch);
   const std::uint8_t mask[] = {1, 1, 1};
   const std::uint64_t seeds[] = {1};

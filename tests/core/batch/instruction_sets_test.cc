@@ -24,10 +24,7 @@ constexpr const char* kOldProcessor =
 // steps.
 std::uint64_t bits_of(std::string_view id) {
   constexpr int kSteps = 12;
-  BatchOptions options;
-  options.num_envs = 2;
-  options.threads = 1;
-  options.obs_mode = ObsMode::kRgb;
+  const BatchOptions options{.num_envs = 2, .threads = 1, .obs_mode = ObsMode::kRgb};
   const auto batch = make(id, options);
   std::uint64_t hash = checksum(Queries(*batch).document());
   const PhysicsModel& physics = batch->physics_model();

@@ -22,8 +22,7 @@ std::vector<float> floats(const Batch& batch, int width) {
 }
 
 TEST_CASE("The robot's state is known in every observation mode", "[queries]") {
-  BatchOptions options;
-  options.num_envs = 3;
+  BatchOptions options{.num_envs = 3};
   const auto observed = make("RememberColor3-VLA-v0", options);
   options.obs_mode = ObsMode::kNone;
   const auto batch = make("RememberColor3-VLA-v0", options);
@@ -103,8 +102,7 @@ Eigen::Vector2f middle_of_change(const std::vector<std::uint8_t>& first,
 }
 
 TEST_CASE("A ball is seen where the cameras' matrices say", "[queries]") {
-  BatchOptions options;
-  options.num_envs = 2;
+  const BatchOptions options{.num_envs = 2};
   const auto batch = make("InterceptSlow-VLA-v0", options);
   batch->reset();
   std::vector<float> actions = test::zeros(*batch);
@@ -155,11 +153,7 @@ std::map<std::string, double> drawn(const Batch& batch, int index) {
 }
 
 std::map<std::string, double> drawn_with(const std::string& id, std::vector<Pin> pins) {
-  BatchOptions options;
-  options.num_envs = 2;
-  options.pins = std::move(pins);
-  const auto batch = test::make_env(id, options);
-  batch->reset();
+  const auto batch = test::make_running(id, {.num_envs = 2, .pins = std::move(pins)});
   test::step(*batch, Policy::kZero);
   return drawn(*batch, 1);
 }
@@ -183,12 +177,13 @@ TEST_CASE("Sampled values are those of the episode", "[queries]") {
 }
 
 TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last", "[queries]") {
-  BatchOptions options;
-  options.pins = {{"shapes", {0, 0, 0, 0, 0}},    {"radii", {0.08, 0.09, 0.1, 0.11, 0.12}},
-                  {"center_x", {-0.1}},           {"center_y", {0.05}},
-                  {"rotations", {0, 1, 2, 3, 4}}, {"sequence_length", {3}}};
-  const auto batch = test::make_env("TraceShapeSeqEasy-VLA-v0", options);
-  batch->reset();
+  const BatchOptions options{.pins = {{"shapes", {0, 0, 0, 0, 0}},
+                                      {"radii", {0.08, 0.09, 0.1, 0.11, 0.12}},
+                                      {"center_x", {-0.1}},
+                                      {"center_y", {0.05}},
+                                      {"rotations", {0, 1, 2, 3, 4}},
+                                      {"sequence_length", {3}}}};
+  const auto batch = test::make_running("TraceShapeSeqEasy-VLA-v0", options);
   const std::vector<Field>& fields = batch->info().sampled_values;
   REQUIRE(fields.back().name == "waypoints");
   REQUIRE(fields.back().width == 5 * 64 * 2);
@@ -212,10 +207,7 @@ TEST_CASE("Waypoints lie on the shapes that are shown, and are 0 after the last"
 TEST_CASE("Every task reports the lengths of its phases", "[queries]") {
   for (const std::string& id : test::implemented_ids()) {
     CAPTURE(id);
-    BatchOptions options;
-    options.num_envs = 3;
-    options.seed = 5;
-    const auto batch = test::make_env(id, options);
+    const auto batch = test::make_env(id, {.num_envs = 3, .seed = 5});
     CHECK_THROWS_WITH(drawn(*batch, 0), Contains("before the first reset"));
     batch->reset();
     for (int i = 0; i < 3; ++i) {

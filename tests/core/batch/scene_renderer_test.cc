@@ -30,17 +30,14 @@ TEST_CASE("Bad environments, cameras and sizes are refused, and images before th
 }
 
 TEST_CASE("A batch without a renderer has no images", "[scene_renderer]") {
-  const auto batch = test::make_env(kId);
-  batch->reset();
+  const auto batch = test::make_running(kId);
   std::vector<std::uint8_t> rgb(3);
   CHECK_THROWS_WITH(SceneRenderer(*batch).render(0, "base_camera", 1, 1, rgb),
                     Contains("images without a renderer"));
 }
 
 TEST_CASE("A sensor's image on demand is the one that is observed", "[scene_renderer]") {
-  BatchOptions options;
-  options.num_envs = 2;
-  options.obs_mode = ObsMode::kRgb;
+  BatchOptions options{.num_envs = 2, .obs_mode = ObsMode::kRgb};
   options.images.width = 24;
   options.images.height = 16;
   options.images.cameras = {"base_camera"};

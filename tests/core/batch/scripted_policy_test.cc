@@ -11,17 +11,12 @@
 namespace engram {
 namespace {
 
-using test::act;
-using test::make_env;
-using test::zeros;
+using test::act, test::make_env, test::make_running, test::zeros;
 
 constexpr const char* kId = "RememberColor5-VLA-v0";
 
 TEST_CASE("Scripts need a mode that they have actions for", "[scripted_policy]") {
-  BatchOptions options;
-  options.control_mode = ControlMode::kPdEePose;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.control_mode = ControlMode::kPdEePose});
   std::vector<float> actions = zeros(*batch);
   CHECK_THROWS_WITH(ScriptedPolicy(*batch, Policy::kOracle).act(actions),
                     Catch::Contains("oracle with control mode pd_ee_pose, pd_ee_delta_pose, "
@@ -45,11 +40,8 @@ TEST_CASE("Actions of the wrong number are refused, and those before the first r
 
 TEST_CASE("Random actions fill the action space and follow from seed and step",
           "[scripted_policy]") {
-  BatchOptions options;
-  options.num_envs = 200;
-  options.seed = 5;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  BatchOptions options{.num_envs = 200, .seed = 5};
+  const auto batch = make_running(kId, options);
   const std::vector<float> first = act(*batch, Policy::kRandom);
   CHECK(act(*batch, Policy::kRandom) == first);
   CHECK(*std::ranges::max_element(first) > 0.9F);
@@ -60,18 +52,13 @@ TEST_CASE("Random actions fill the action space and follow from seed and step",
   // An equal environment in another batch, at another place.
   options.num_envs = 2;
   options.seed = 7;
-  const auto other = make_env(kId, options);
-  other->reset();
+  const auto other = make_running(kId, options);
   const std::vector<float> again = act(*other, Policy::kRandom);
   CHECK(std::equal(again.begin(), again.end(), first.begin() + 2 * 7));
 }
 
 TEST_CASE("Scripts rest where the episode has ended and nothing resets it", "[scripted_policy]") {
-  BatchOptions options;
-  options.num_envs = 3;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.num_envs = 3, .auto_reset = AutoReset::kOff});
   batch->state().finished[1] = 1;
   const std::vector<float> actions = act(*batch, Policy::kOracle);
   const auto is_zero = [&](int index) {
@@ -85,10 +72,7 @@ TEST_CASE("Scripts rest where the episode has ended and nothing resets it", "[sc
 
 TEST_CASE("Scripts turn rotations round for rotation sign 1", "[scripted_policy]") {
   const auto actions_with = [](int sign) {
-    BatchOptions options;
-    options.rotation_sign = sign;
-    const auto batch = make_env("RotateLenientPos-VLA-v0", options);
-    batch->reset();
+    const auto batch = make_running("RotateLenientPos-VLA-v0", {.rotation_sign = sign});
     return act(*batch, Policy::kOracle);
   };
   const std::vector<float> canonical = actions_with(-1);
@@ -106,12 +90,8 @@ struct Course {
 };
 
 Course course_of(std::string_view id, ControlMode mode, int steps) {
-  BatchOptions options;
-  options.num_envs = 10;
-  options.control_mode = mode;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = make_env(id, options);
-  batch->reset();
+  const auto batch =
+      make_running(id, {.num_envs = 10, .control_mode = mode, .auto_reset = AutoReset::kOff});
   Course course;
   for (int k = 0; k < steps; ++k) {
     batch->step(act(*batch, Policy::kOracle));
@@ -153,21 +133,14 @@ TEST_CASE("In pd_joint_delta_pos the oracle succeeds where its joints are fast e
 TEST_CASE("A policy seed changes random actions and guesses, and nothing of the episode",
           "[scripted_policy]") {
   const auto actions_of = [](std::uint64_t policy_seed, Policy policy, int steps) {
-    BatchOptions options;
-    options.num_envs = 20;
-    options.policy_seed = policy_seed;
-    const auto batch = make_env(kId, options);
-    batch->reset();
+    const auto batch = make_running(kId, {.num_envs = 20, .policy_seed = policy_seed});
     for (int k = 0; k < steps; ++k) batch->step_no_action();
     return std::pair(act(*batch, policy), test::batch_bytes(*batch));
   };
   const auto [usual, episodes] = actions_of(0, Policy::kRandom, 0);
   CHECK(usual == act(
                      *[] {
-                       BatchOptions options;
-                       options.num_envs = 20;
-                       auto batch = make_env(kId, options);
-                       batch->reset();
+                       auto batch = make_running(kId, {.num_envs = 20});
                        return batch;
                      }(),
                      Policy::kRandom));

@@ -15,9 +15,7 @@
 namespace engram {
 namespace {
 
-using test::Bytes;
-using test::env_bytes;
-using test::make_env;
+using test::Bytes, test::env_bytes, test::make_env, test::make_running;
 
 constexpr const char* kId = "RememberColor9-VLA-v0";
 
@@ -41,17 +39,14 @@ std::vector<Bytes> future(Batch& batch, int index, int steps = 45) {
 }
 
 BatchOptions batch_of(int num_envs, std::uint64_t seed = 0) {
-  BatchOptions options;
-  options.num_envs = num_envs;
-  options.seed = seed;
+  BatchOptions options{.num_envs = num_envs, .seed = seed};
   return options;
 }
 
 TEST_CASE("An environment goes on bit for bit after it was restored", "[snapshot]") {
   RandomStream random(1, 0, 0);
   for (int round = 0; round < 8; ++round) {
-    const auto batch = make_env(kId, batch_of(3, static_cast<std::uint64_t>(10 * round)));
-    batch->reset();
+    const auto batch = make_running(kId, batch_of(3, static_cast<std::uint64_t>(10 * round)));
     const int steps = random.integer(0, 40);
     for (int i = 0; i < steps; ++i) press(*batch);
     const int index = random.integer(0, 2);
@@ -65,8 +60,7 @@ TEST_CASE("An environment goes on bit for bit after it was restored", "[snapshot
     CHECK((future(*batch, index) == expected));
     Snapshotter(*batch).restore((index + 1) % 3, saved);
     CHECK((future(*batch, (index + 1) % 3) == expected));
-    const auto other = make_env(kId, batch_of(5, 999));
-    other->reset();
+    const auto other = make_running(kId, batch_of(5, 999));
     for (int i = 0; i < round; ++i) press(*other);
     Snapshotter(*other).restore(4, saved);
     CHECK((future(*other, 4) == expected));
@@ -76,8 +70,7 @@ TEST_CASE("An environment goes on bit for bit after it was restored", "[snapshot
 TEST_CASE("A snapshot in the middle of a contact goes on bit for bit", "[snapshot]") {
   BatchOptions options = batch_of(1, 3);
   options.sleep = GENERATE(true, false);
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, options);
   const auto in_contact = [&] {
     const double* force = batch->state().finger_force.row(0);
     return std::any_of(force, force + 54, [](double v) { return v != 0; });
@@ -108,8 +101,7 @@ TEST_CASE("Every task goes on bit for bit from the middle of an episode", "[snap
     return history;
   };
   for (const std::string& id : test::implemented_ids()) {
-    const auto batch = make_env(id, batch_of(2, 7));
-    batch->reset();
+    const auto batch = make_running(id, batch_of(2, 7));
     for (const int steps : {2, 10, 10}) {
       play(*batch, steps);
       const std::vector<std::byte> saved = Snapshotter(*batch).save();
@@ -124,10 +116,8 @@ TEST_CASE("Every task goes on bit for bit from the middle of an episode", "[snap
 
 TEST_CASE("A reset leaves nothing of the episode before", "[reset]") {
   for (const std::string& id : test::implemented_ids()) {
-    const auto fresh = make_env(id, batch_of(2, 30));
-    fresh->reset();
-    const auto used = make_env(id, batch_of(2, 7));
-    used->reset();
+    const auto fresh = make_running(id, batch_of(2, 30));
+    const auto used = make_running(id, batch_of(2, 7));
     for (int i = 0; i < 22; ++i) test::step(*used, Policy::kOracle);
     const Bytes other = env_bytes(*used, 0);
     const std::vector<std::uint8_t> mask = {0, 1};
@@ -142,8 +132,7 @@ TEST_CASE("A reset leaves nothing of the episode before", "[reset]") {
 TEST_CASE("A whole batch is restored into a fresh one, pins included", "[snapshot]") {
   BatchOptions options = batch_of(4);
   options.pins = {{"target", {6}}};
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, options);
   for (int i = 0; i < 20; ++i) press(*batch);
   const std::vector<std::byte> saved = Snapshotter(*batch).save();
   CHECK(Snapshotter(*batch).save() == saved);
@@ -159,8 +148,7 @@ TEST_CASE("A whole batch is restored into a fresh one, pins included", "[snapsho
 }
 
 TEST_CASE("Restoring one environment leaves its neighbours alone", "[snapshot]") {
-  const auto batch = make_env(kId, batch_of(3));
-  batch->reset();
+  const auto batch = make_running(kId, batch_of(3));
   const std::vector<std::byte> saved = Snapshotter(*batch).save(0);
   for (int i = 0; i < 12; ++i) press(*batch);
   const Bytes first = env_bytes(*batch, 0);
@@ -172,8 +160,7 @@ TEST_CASE("Restoring one environment leaves its neighbours alone", "[snapshot]")
 }
 
 TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing", "[snapshot]") {
-  const auto batch = make_env(kId, batch_of(2));
-  batch->reset();
+  const auto batch = make_running(kId, batch_of(2));
   for (int i = 0; i < 5; ++i) press(*batch);
   const std::vector<std::byte> good = Snapshotter(*batch).save();
   const std::vector<std::byte> single = Snapshotter(*batch).save(0);
@@ -218,21 +205,18 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   CHECK_THROWS_WITH(Snapshotter(*batch).restore(0, good),
                     Catch::Contains("2 environments given, 1 needed"));
 
-  const auto foreign = make_env("RememberColor5-VLA-v0", batch_of(2));
-  foreign->reset();
+  const auto foreign = make_running("RememberColor5-VLA-v0", batch_of(2));
   refuse(Snapshotter(*foreign).save(),
          "it is of RememberColor5-VLA-v0, pd_ee_delta_pose, rules=reference, success_in_cue=0, "
          "strict=0; "
          "this batch is of RememberColor9-VLA-v0, pd_ee_delta_pose, rules=reference, "
          "success_in_cue=0, strict=0");
   // Equal columns, but another task.
-  const auto lengthy = make_env("RememberColor9-Long-VLA-v0", batch_of(2));
-  lengthy->reset();
+  const auto lengthy = make_running("RememberColor9-Long-VLA-v0", batch_of(2));
   refuse(Snapshotter(*lengthy).save(), "it is of RememberColor9-Long-VLA-v0, ");
   BatchOptions other_mode = batch_of(2);
   other_mode.control_mode = ControlMode::kPdEePose;  // the same columns here too
-  const auto mode = make_env(kId, other_mode);
-  mode->reset();
+  const auto mode = make_running(kId, other_mode);
   refuse(Snapshotter(*mode).save(),
          "it is of RememberColor9-VLA-v0, pd_ee_pose, rules=reference, ");
   CHECK(test::batch_bytes(*batch) == before);
@@ -274,8 +258,7 @@ std::vector<std::byte> made_up(std::vector<std::byte> bytes, std::size_t at, T v
 }
 
 TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
-  const auto batch = make_env(kId, batch_of(1));
-  batch->reset();
+  const auto batch = make_running(kId, batch_of(1));
   const std::vector<std::byte> good = Snapshotter(*batch).save();
   const Bytes before = test::batch_bytes(*batch);
   const auto position = [&](const char* column) { return place_of(*batch, good, column); };
@@ -302,8 +285,7 @@ TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
 // A further bit would be that of a checkpoint behind the last one.
 TEST_CASE("Snapshots with visits of checkpoints that there are not are refused", "[snapshot]") {
   for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeSeqEasy-VLA-v0"}) {
-    const auto batch = make_env(id, batch_of(1));
-    batch->reset();
+    const auto batch = make_running(id, batch_of(1));
     const std::vector<std::byte> good = Snapshotter(*batch).save();
     for (const char* column : {"visited", "guess_visited"}) {
       for (const std::int32_t visits : {-1, INT32_MAX}) {
@@ -319,8 +301,7 @@ TEST_CASE("Snapshots with visits of checkpoints that there are not are refused",
 
 // Their beginnings would be read behind the last one.
 TEST_CASE("Snapshots of more blinks than there can be are refused", "[snapshot]") {
-  const auto batch = make_env("BlinkCountButtonPressEasy-VLA-v0", batch_of(1));
-  batch->reset();
+  const auto batch = make_running("BlinkCountButtonPressEasy-VLA-v0", batch_of(1));
   const std::vector<std::byte> good = Snapshotter(*batch).save();
   const std::size_t target = place_of(*batch, good, "target_blinks");
   for (const std::int32_t count : {-1, 1000, INT32_MAX}) {
@@ -334,10 +315,8 @@ TEST_CASE("A snapshot goes only into batches of the same task options", "[snapsh
   constexpr const char* kRecall = "SeqOfColors3-VLA-v0";
   BatchOptions options = batch_of(1);
   options.task_options = {{"touch_radius", 0.031}};
-  const auto narrow = make_env(kRecall, options);
-  narrow->reset();
-  const auto usual = make_env(kRecall, batch_of(1));
-  usual->reset();
+  const auto narrow = make_running(kRecall, options);
+  const auto usual = make_running(kRecall, batch_of(1));
   const Bytes before = env_bytes(*usual, 0);
   CHECK_THROWS_WITH(Snapshotter(*usual).restore(Snapshotter(*narrow).save()),
                     Catch::Contains("it is of SeqOfColors3-VLA-v0, pd_ee_delta_pose, "
@@ -375,8 +354,7 @@ TEST_CASE("What is observed of a snapshot is up to the batch it goes into", "[sn
 }
 
 TEST_CASE("A snapshot goes on by the rules of the batch it goes into", "[snapshot]") {
-  const auto batch = make_env(kId, batch_of(1));
-  batch->reset();
+  const auto batch = make_running(kId, batch_of(1));
   for (int i = 0; i < batch->info().horizon; ++i) press(*batch);
   REQUIRE(batch->truncated()[0] == 1);
   const std::vector<std::byte> ended = Snapshotter(*batch).save();

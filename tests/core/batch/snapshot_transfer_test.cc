@@ -31,11 +31,8 @@ struct Subject {
   ObsMode obs_mode = ObsMode::kState;
 
   std::unique_ptr<Batch> batch(int num_envs, int threads, std::uint64_t seed) const {
-    BatchOptions options;
-    options.num_envs = num_envs;
-    options.threads = threads;
-    options.seed = seed;
-    options.obs_mode = obs_mode;
+    const BatchOptions options{
+        .num_envs = num_envs, .seed = seed, .threads = threads, .obs_mode = obs_mode};
     return make(id, options);
   }
 };

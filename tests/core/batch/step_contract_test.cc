@@ -14,10 +14,7 @@
 namespace engram {
 namespace {
 
-using test::row;
-using test::SceneTask;
-using test::step;
-using test::zeros;
+using test::row, test::SceneTask, test::step, test::zeros;
 
 struct Logged {
   explicit Logged(BatchOptions options = {}, int horizon = 1000) {
@@ -102,8 +99,7 @@ TEST_CASE("With next step resets the step after an end ignores its action", "[ba
 }
 
 TEST_CASE("With same step resets the last observation is kept as final", "[batch]") {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kSameStep;
+  const BatchOptions options{.auto_reset = AutoReset::kSameStep};
   Logged logged(options, 2);
   logged.batch->reset();
   step(*logged.batch, Policy::kZero);
@@ -125,8 +121,7 @@ TEST_CASE("With same step resets the last observation is kept as final", "[batch
 }
 
 TEST_CASE("Without resets an environment that has ended is left alone", "[batch]") {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kOff;
+  const BatchOptions options{.auto_reset = AutoReset::kOff};
   Logged logged(options, 2);
   logged.batch->reset();
   step(*logged.batch, Policy::kZero);
@@ -149,9 +144,7 @@ TEST_CASE("Without resets an environment that has ended is left alone", "[batch]
 }
 
 BatchOptions going_on() {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kOff;
-  options.after_end = AfterEnd::kContinue;
+  BatchOptions options{.auto_reset = AutoReset::kOff, .after_end = AfterEnd::kContinue};
   return options;
 }
 
@@ -187,9 +180,7 @@ TEST_CASE("An environment that has ended can be simulated on", "[batch]") {
 }
 
 TEST_CASE("Steps after an end can be refused", "[batch]") {
-  BatchOptions options;
-  options.auto_reset = AutoReset::kOff;
-  options.after_end = AfterEnd::kRefuse;
+  BatchOptions options{.auto_reset = AutoReset::kOff, .after_end = AfterEnd::kRefuse};
   Logged logged(options, 1);
   logged.batch->reset();
   step(*logged.batch, Policy::kZero);
@@ -230,8 +221,7 @@ int steps_to_termination(Batch& batch) {
 
 TEST_CASE("Termination follows the family unless the option overrides it", "[batch]") {
   const auto steps = [](Termination rule, std::optional<bool> override, bool fails = false) {
-    BatchOptions options;
-    options.terminate_on_success = override;
+    const BatchOptions options{.terminate_on_success = override};
     return steps_to_termination(*with_success(rule, options, fails)->batch);
   };
   CHECK(steps(Termination::kNever, {}) == 0);
@@ -243,9 +233,7 @@ TEST_CASE("Termination follows the family unless the option overrides it", "[bat
   CHECK(steps(Termination::kSuccess, false) == 0);
   CHECK(steps(Termination::kSuccessOrFailed, false, true) == 2);
   const auto steps_on = [](std::optional<bool> override) {
-    BatchOptions options;
-    options.terminate_on_success = override;
-    options.terminate_on_failure = false;
+    const BatchOptions options{.terminate_on_success = override, .terminate_on_failure = false};
     return steps_to_termination(*with_success(Termination::kSuccessOrFailed, options, true)->batch);
   };
   CHECK(steps_on({}) == 3);
@@ -285,8 +273,7 @@ TEST_CASE("Success at reset counts for nothing", "[batch]") {
 
 TEST_CASE("Rewards are those of the mode", "[batch]") {
   const auto reward = [](RewardMode mode) {
-    BatchOptions options;
-    options.reward_mode = mode;
+    const BatchOptions options{.reward_mode = mode};
     auto owned = std::make_unique<SceneTask>();
     SceneTask* task = owned.get();
     task->description.success_reward = 4;
@@ -324,9 +311,7 @@ TEST_CASE("A task sees the action of the step and the one before", "[batch]") {
 
 TEST_CASE("Actions are frozen until the cue is over unless the option says otherwise", "[batch]") {
   const auto arm_moved_at = [](ControlMode mode, bool freeze) {
-    BatchOptions options;
-    options.control_mode = mode;
-    options.freeze_cue = freeze;
+    const BatchOptions options{.control_mode = mode, .freeze_cue = freeze};
     auto logged = std::make_unique<Logged>(options);
     SceneTask* task = logged->task;
     task->on_reset = [task](int env) { task->engine.freeze_steps[env] = 4; };

@@ -27,12 +27,8 @@ TEST_CASE("Bytes of a process that has played", "[.][print_memory]") {
   const char* id = std::getenv("ENGRAM_TEST_ID");
   const char* threads = std::getenv("ENGRAM_TEST_THREADS");
   if (id == nullptr || threads == nullptr) return;
-  BatchOptions options;
-  options.num_envs = 36;
-  options.threads = std::atoi(threads);
-  options.chunk = 1;
-  const auto batch = test::make_env(id, options);
-  batch->reset();
+  const auto batch =
+      test::make_running(id, {.num_envs = 36, .threads = std::atoi(threads), .chunk = 1});
   for (int i = 0; i < 40; ++i) test::step(*batch, i % 2 == 0 ? Policy::kOracle : Policy::kRandom);
   std::printf("bytes %f\n", resident_bytes());
 }

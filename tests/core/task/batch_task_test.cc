@@ -15,8 +15,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::ListedTask;
+using Catch::Contains, test::ListedTask;
 
 std::unique_ptr<Batch> listed(const std::string& id, const BatchOptions& options,
                               ListedTask** task = nullptr) {
@@ -47,9 +46,7 @@ void check_same(const Batch& one, const Batch& other) {
 }
 
 BatchOptions small_batch() {
-  BatchOptions options;
-  options.num_envs = 6;
-  options.seed = 3;
+  BatchOptions options{.num_envs = 6, .seed = 3};
   options.terminate_on_success = true;  // episodes end at different times
   return options;
 }

@@ -15,8 +15,7 @@
 namespace engram {
 namespace {
 
-using test::make_env;
-using test::row;
+using test::make_env, test::make_running, test::row;
 
 constexpr const char* kId = "RememberColor5-VLA-v0";
 
@@ -42,11 +41,7 @@ Drawn drawn(const Batch& batch, int index) {
 }
 
 Drawn drawn_with(const std::vector<Pin>& pins, std::uint64_t seed = 3) {
-  BatchOptions options;
-  options.seed = seed;
-  options.pins = pins;
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.seed = seed, .pins = pins});
   return drawn(*batch, 0);
 }
 
@@ -89,11 +84,7 @@ TEST_CASE("Draws are described with the engine's own first", "[pins]") {
 }
 
 TEST_CASE("Pins last over automatic resets until they are replaced", "[pins]") {
-  BatchOptions options;
-  options.num_envs = 2;
-  options.pins = {{"target", {2}}};
-  const auto batch = make_env(kId, options);
-  batch->reset();
+  const auto batch = make_running(kId, {.num_envs = 2, .pins = {{"target", {2}}}});
   const auto targets_of = [&](int episodes) {
     std::set<int> targets;
     for (int i = 0; i < episodes; ++i) {
@@ -148,15 +139,12 @@ TEST_CASE("Pins that are not allowed are refused and change nothing", "[pins]") 
       {{{"robot_noise", {0, 0, 0, 0, 0, 0, 2}}}, "value 2 given, a number from -1 to 1 allowed"},
       {{{"target", {1}}, {"cue_steps", {kNan}}}, "cue_steps"},
   };
-  const auto batch = make_env(kId);
-  batch->reset();
+  const auto batch = make_running(kId);
   for (int i = 0; i < 3; ++i) test::step(*batch, Policy::kRandom);
   const test::Bytes before = test::batch_bytes(*batch);
   const std::vector<std::byte> saved = Snapshotter(*batch).save();
   for (const Case& bad : cases) {
-    BatchOptions options;
-    options.pins = bad.pins;
-    CHECK_THROWS_WITH(make_env(kId, options), Catch::Contains(bad.message));
+    CHECK_THROWS_WITH(make_env(kId, {.pins = bad.pins}), Catch::Contains(bad.message));
     ResetRequest request;
     request.pins = &bad.pins;
     CHECK_THROWS_WITH(batch->reset(request), Catch::Contains(bad.message));
@@ -166,9 +154,7 @@ TEST_CASE("Pins that are not allowed are refused and change nothing", "[pins]") 
 }
 
 TEST_CASE("An unknown draw is refused with the names of those there are", "[pins]") {
-  BatchOptions options;
-  options.pins = {{"colour", {1}}};
-  CHECK_THROWS_WITH(make_env(kId, options),
+  CHECK_THROWS_WITH(make_env(kId, {.pins = {{"colour", {1}}}}),
                     Catch::Contains("robot_noise, target, positions, cue_steps, empty_steps"));
 }
 

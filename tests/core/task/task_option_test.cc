@@ -61,8 +61,7 @@ TEST_CASE("A task is given its options when it is bound", "[options]") {
     auto task = std::make_unique<test::SceneTask>();
     task->description.options = kOptions;
     const test::SceneTask& seen = *task;
-    BatchOptions options;
-    options.task_options = choices;
+    const BatchOptions options{.task_options = choices};
     const Batch batch(std::move(task), options);
     return std::vector<double>(seen.engine.options.begin(), seen.engine.options.end());
   };

@@ -68,12 +68,8 @@ TEST_CASE("RL data are whole episodes of the oracle, step for step", "[datasets]
   }
   // Nothing but the episodes.
   CHECK(files_in(root.path()).size() == 3);
-  BatchOptions options;
-  options.seed = 31;
-  options.terminate_on_success = false;
-  options.auto_reset = AutoReset::kOff;
-  const auto batch = test::make_env(kId, options);
-  batch->reset();
+  const auto batch = test::make_running(
+      kId, {.seed = 31, .auto_reset = AutoReset::kOff, .terminate_on_success = false});
   const NpzFile file(folder_of(root.path()) / "train_data_1.npz");
   const auto rgb = values<std::uint8_t>(file, "rgb", NpyType::kUint8, {kSteps, 128, 128, 6});
   const auto joints = values<float>(file, "joints", NpyType::kFloat32, {kSteps, 25});

@@ -8,9 +8,7 @@ namespace {
 constexpr const char* kId = "RememberColor9-VLA-v0";
 
 TEST_CASE("Options of the task reach it", "[make]") {
-  MakeOptions options;
-  options.constants = {{"COLORS", 4}};
-  options.max_episode_steps = 17;
+  const MakeOptions options{{}, {{"COLORS", 4}}, 17};
   const auto batch = make(kId, options);
   CHECK(batch->info().horizon == 17);
   CHECK(batch->info().candidates == 4);

@@ -27,11 +27,7 @@ void load_page() { load_tasks(library("touch_spot")); }
 
 // An episode's bytes in the batch's last step, by the number of threads.
 test::Bytes played(int threads, int num_envs) {
-  BatchOptions options;
-  options.num_envs = num_envs;
-  options.threads = threads;
-  const auto batch = test::make_env(kId, options);
-  batch->reset();
+  const auto batch = test::make_running(kId, {.num_envs = num_envs, .threads = threads});
   for (int i = 0; i < 20; ++i) test::step(*batch, Policy::kOracle);
   return test::batch_bytes(*batch);
 }
@@ -44,9 +40,7 @@ TEST_CASE("A library's tasks are listed, made and solved by its expert", "[task_
   CHECK_FALSE(entry.canonical);
   CHECK(all_entries()[static_cast<std::size_t>(entry.index)] == &entry);
 
-  BatchOptions options;
-  options.num_envs = 32;
-  const auto batch = test::make_env(kId, options);
+  const auto batch = test::make_env(kId, {.num_envs = 32});
   CHECK(batch->info().split == "extended");
   batch->reset();
   for (int i = 0; i < batch->info().horizon - 1; ++i) test::step(*batch, Policy::kOracle);

@@ -20,9 +20,7 @@ const std::string kWarning =
     "touch_radius sets it";
 
 MakeOptions options_of(Rules rules, ConstantTable constants) {
-  MakeOptions options;
-  options.rules = rules;
-  options.constants = std::move(constants);
+  MakeOptions options{{.rules = rules}, std::move(constants)};
   return options;
 }
 

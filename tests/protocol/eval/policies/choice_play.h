@@ -109,12 +109,11 @@ struct ChoicePlay {
 inline ChoiceOutcome play_choices(
     const ChoicePlay& play,
     const std::function<void(const Batch&, const ChoiceQuestion&, ChoiceAnswer&)>& answer) {
-  MakeOptions options;
-  options.num_envs = std::min(play.episodes, play.num_envs);
-  options.threads = play.threads;
-  options.auto_reset = AutoReset::kOff;
-  options.obs_mode = play.obs_mode;
-  options.constants = play.constants;
+  const MakeOptions options{{.num_envs = std::min(play.episodes, play.num_envs),
+                             .threads = play.threads,
+                             .obs_mode = play.obs_mode,
+                             .auto_reset = AutoReset::kOff},
+                            play.constants};
   const std::unique_ptr<Batch> batch = make(play.id, options);
   const std::atomic<bool> stopped = false;
   std::atomic<std::uint64_t> steps = 0;

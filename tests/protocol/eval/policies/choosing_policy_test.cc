@@ -16,8 +16,7 @@
 namespace engram {
 namespace {
 
-using test::ChoicePlay;
-using test::play_choices;
+using test::ChoicePlay, test::play_choices;
 
 // Fewer episodes where they are long.
 int affordable(const std::string& id, int episodes) {

@@ -16,9 +16,7 @@
 namespace engram {
 namespace {
 
-using test::ends_soon;
-using test::number_in;
-using test::runs;
+using test::ends_soon, test::number_in, test::runs;
 
 // A process that hides: in a session of its own, an orphan, deaf to signals that can be ignored.
 std::string hidden_child(const std::string& file) {

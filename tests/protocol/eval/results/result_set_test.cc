@@ -9,9 +9,7 @@
 namespace engram {
 namespace {
 
-using Catch::Contains;
-using test::task_of;
-using test::with_value;
+using Catch::Contains, test::task_of, test::with_value;
 
 constexpr const char* kId = "RememberColor3-VLA-v0";
 
