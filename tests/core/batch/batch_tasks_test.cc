@@ -238,6 +238,41 @@ TEST_CASE("A group refuses bad actions by the environment's number") {
   CHECK(group.part(0).state().elapsed[0] == 0);
 }
 
+TEST_CASE("A batch of several tasks steps with commands for some environments") {
+  BatchOptions options;
+  options.num_envs = 2;
+  const std::vector<std::string> ids = {"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"};
+  Batch group = make_group(ids, options);
+  const std::vector<std::unique_ptr<Batch>> alone = make_batches(ids, options);
+  group.reset();
+  std::vector<float> actions = zeros(group);
+  const std::vector<std::uint8_t> commanded = {1, 0, 0, 1};
+  const std::size_t half = actions.size() / 2;
+  for (int step = 0; step < 3; ++step) {
+    act(group, Policy::kRandom, actions);
+    group.step(actions, commanded);
+    for (int i = 0; i < 2; ++i) {
+      Batch& single = *alone[static_cast<std::size_t>(i)];
+      if (step == 0) single.reset();
+      single.step(std::span(actions).subspan(static_cast<std::size_t>(i) * half, half),
+                  std::span(commanded).subspan(static_cast<std::size_t>(2 * i), 2));
+      CHECK((test::batch_bytes(group.part(i)) == test::batch_bytes(single)));
+    }
+  }
+  CHECK_THROWS_WITH(group.step(actions, std::span(commanded).first(3)),
+                    Contains("commanded: 3 values given, 4 needed"));
+}
+
+TEST_CASE("Facts and columns of one task are not those of several") {
+  BatchOptions options;
+  options.num_envs = 2;
+  Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
+  CHECK_THROWS_WITH(group.info(), Contains("several tasks, one needed; ask its parts"));
+  CHECK_THROWS_AS(group.state(), Error);
+  CHECK(group.reward().size() == 4);
+  CHECK_THROWS_WITH(group.locate(4), Contains("environment 4 given, 0 to 3 allowed"));
+}
+
 TEST_CASE("A group of no task, or of different modes, is refused") {
   CHECK_THROWS_AS(Batch(std::vector<std::unique_ptr<Batch>>(), 1), Error);
   std::vector<std::unique_ptr<Batch>> batches;
