@@ -18,8 +18,6 @@ using Rgba = std::array<float, 4>;
 using Rotation = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
 using Position = Eigen::Matrix<float, 3, 1>;
 
-std::size_t at(int index, int stride) { return at(index * stride); }
-
 // Appends a pose given by a position and a quaternion of length 1.
 void append_pose(const mjtNum* position, const mjtNum* quaternion, std::vector<float>& poses) {
   mjtNum rotation[9];
@@ -50,7 +48,7 @@ std::array<float, 3> texture_color(const mjModel& model, int material) {
   const mjtByte* rgb = model.tex_rgb + model.tex_adr[texture];
   std::array<double, 3> sum = {};
   for (int i = 0; i < pixels; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) sum[k] += rgb[at(i, 3) + k];
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += rgb[at(3 * i) + k];
   }
   const double scale = 1.0 / (255.0 * std::max(pixels, 1));
   return {static_cast<float>(sum[0] * scale), static_cast<float>(sum[1] * scale),
@@ -74,13 +72,13 @@ Rgba color_of(const mjModel& model, int geom) {
 // The triangles of a mesh's convex hull if the model has it, else the mesh's own.
 std::span<const int> hull_faces(const mjModel& model, int mesh) {
   if (model.mesh_graphadr[mesh] < 0) {
-    return {model.mesh_face + 3 * model.mesh_faceadr[mesh], at(model.mesh_facenum[mesh], 3)};
+    return {model.mesh_face + 3 * model.mesh_faceadr[mesh], at(3 * model.mesh_facenum[mesh])};
   }
   const int* graph = model.mesh_graph + model.mesh_graphadr[mesh];
   const int vertices = graph[0];
   const int faces = graph[1];
   // Two counts, then for each vertex its edges' address and its index, then edges, then faces.
-  return {graph + 2 + 2 * vertices + vertices + 3 * faces, at(faces, 3)};
+  return {graph + 2 + 2 * vertices + vertices + 3 * faces, at(3 * faces)};
 }
 
 RenderMesh mesh_of(const mjModel& model, int mesh) {
