@@ -1,5 +1,5 @@
-// A custom task, whose rules are outside of the library: made from its description, with the
-// engine's columns handed to its rules.
+// A custom task, with rules outside of the library: made from its description; its rules get the
+// engine's columns.
 #pragma once
 
 #include <memory>

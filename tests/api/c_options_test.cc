@@ -64,8 +64,11 @@ TEST_CASE("Pins, choices and numbers that stand for names are converted or refus
   CHECK(to_choices(&option, 1)[0].name == "strict");
   CHECK(to_policy(ENGRAM_POLICY_SWEEP) == Policy::kSweep);
   CHECK_THROWS_WITH(to_policy(5), Contains("policy: 5 given, 0 to 4 allowed"));
-  CHECK(to_rules(ENGRAM_RULES_ORIGINAL) == Rules::kOriginal);
-  CHECK_THROWS_WITH(to_rules(-1), Contains("rules: -1 given"));
+  engram_options options = default_options();
+  options.rules = ENGRAM_RULES_ORIGINAL;
+  CHECK(to_make_options(options).rules == Rules::kOriginal);
+  options.rules = -1;
+  CHECK_THROWS_WITH(to_make_options(options), Contains("rules: -1 given"));
 }
 
 }  // namespace
