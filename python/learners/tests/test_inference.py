@@ -196,10 +196,10 @@ class Pipe:
 
 
 def actions_in(body: bytes) -> np.ndarray:
-    """Actions (N, 7), each of which is a chunk of shape (7)."""
+    """Actions (N, 7), each of which is a chunk of shape (1, 7)."""
     count, *_ = struct.unpack_from("<I", body)
-    chunks = np.frombuffer(body[4:], np.dtype([("shape", "<u4", 2), ("action", "<f4", 7)]))
-    assert chunks["shape"].tolist() == [[1, 7]] * count
+    chunks = np.frombuffer(body[4:], np.dtype([("shape", "<u4", 3), ("action", "<f4", 7)]))
+    assert chunks["shape"].tolist() == [[2, 1, 7]] * count
     return chunks["action"]
 
 

@@ -1,4 +1,4 @@
-"""engram_learners/zoo_popgym.py: PPO with the memories, on tasks of the released POPGym."""
+"""engram_learners.zoo.popgym: PPO with the memories, on tasks of the released POPGym."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from programs import learners, run, torch
+
+popgym = pytest.importorskip("engram_learners.zoo.popgym")  # it needs the package popgym
 
 
 def played(episodes: Any, act: Callable[[list[Any]], Any], seed: int = 3) -> tuple[Any, Any]:
@@ -30,7 +32,7 @@ def suit(row: Any) -> Any:
 @pytest.mark.parametrize(("back", "solved"), [(3, True), (4, False)])
 def test_rows_show_what_has_to_be_repeated(back: int, solved: bool) -> None:
     """RepeatPreviousEasy asks for the suit that was seen three steps before this one."""
-    episodes = learners.zoo.popgym.Episodes("RepeatPreviousEasy", 8)
+    episodes = popgym.Episodes("RepeatPreviousEasy", 8)
     rows, returns = played(episodes, lambda rows: suit(rows[max(0, len(rows) - 1 - back)]))
     assert rows.shape == (52, 8, episodes.width)
     if solved:
@@ -45,7 +47,7 @@ def test_rows_show_what_has_to_be_repeated(back: int, solved: bool) -> None:
 
 def test_autoencode_asks_for_suits_in_reverse_order() -> None:
     """52 suits are seen, the last of them in the first row that asks."""
-    episodes = learners.zoo.popgym.Episodes("AutoencodeEasy", 4)
+    episodes = popgym.Episodes("AutoencodeEasy", 4)
     watch = episodes.reset(3)[:, :2].argmax(-1)[0].item()
 
     def act(rows: list[Any]) -> Any:
@@ -60,7 +62,7 @@ def test_autoencode_asks_for_suits_in_reverse_order() -> None:
 
 def test_seeds_repeat_episodes() -> None:
     def rows(seed: int) -> Any:
-        episodes = learners.zoo.popgym.Episodes("RepeatPreviousEasy", 3)
+        episodes = popgym.Episodes("RepeatPreviousEasy", 3)
         return played(episodes, lambda rows: suit(rows[-1]), seed)[0]
 
     assert torch.equal(rows(3), rows(3))
@@ -72,9 +74,9 @@ def test_seeds_repeat_episodes() -> None:
 def test_densities_of_played_actions_are_those_of_training() -> None:
     """Step by step, with the memory's state, and the whole sequence at once."""
     torch.manual_seed(0)
-    episodes = learners.zoo.popgym.Episodes("RepeatPreviousEasy", 4)
-    agent = learners.zoo.popgym.Agent(episodes.width, episodes.actions, "lru", 8)
-    rows, actions, before, values, rewards = learners.zoo.popgym.play(agent, episodes, seed=1)
+    episodes = popgym.Episodes("RepeatPreviousEasy", 4)
+    agent = popgym.Agent(episodes.width, episodes.actions, "lru", 8)
+    rows, actions, before, values, rewards = popgym.play(agent, episodes, seed=1)
     assert rows.shape[:2] == actions.shape == rewards.shape == (51, 4)
     distribution, value, _ = agent(rows)
     torch.testing.assert_close(distribution.log_prob(actions), before, rtol=1e-4, atol=1e-5)
