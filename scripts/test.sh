@@ -50,11 +50,13 @@ data=python/tests/clients/data
 elsewhere=(--ignore "$data" --ignore python/tests/clients/apart)
 # The smoke tests of Gymnasium 0.29, which older stacks pin.
 smoke=(python/tests/test_{autoreset,env,gym_registration,task_groups,vector_env}.py
-  python/tests/clients/test_{gymnasium,single_file_ppo}.py)
+  python/tests/clients/test_gymnasium.py)
 if scripts/install_dependencies.sh chromium && scripts/python_env.sh "$env"; then  # for engram play
   "$env/bin/ruff" check . && "$env/bin/ruff" format --check . || failed+=("Python style")
   (cd python && "../$env/bin/mypy" engram learners/src) || failed+=("types of the Python package")
   python_tests "$env-0.29" "Gymnasium 0.29" "${smoke[@]}"
+  # In processes of its own: importing torch's compiler crashes where pygame has drawn before.
+  python_tests "$env-0.29" "Gymnasium 0.29" python/tests/clients/test_single_file_ppo.py
   python_tests "$env" nothing python "${elsewhere[@]}"
   python_tests "$env-data" nothing "$data"
   scripts/docs_site.sh || failed+=("the documentation's site")
