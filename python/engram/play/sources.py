@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,7 @@ class Sources:
         self._timeout = timeout
         self._slots = slots
         self._process: PolicyProcess | None = None
+        self._closing = threading.Lock()  # the engine's thread and the server end the process
 
     def message(self) -> dict[str, Any]:
         """The choices, for the page."""
@@ -78,7 +80,8 @@ class Sources:
         return self._folders[folder].recording(task, episode, self.policy)
 
     def close(self) -> None:
-        """Ends the policy's process."""
-        if self._process is not None:
-            self._process.close()
-            self._process = None
+        """Ends the policy's process; from any thread."""
+        with self._closing:
+            if self._process is not None:
+                self._process.close()
+                self._process = None

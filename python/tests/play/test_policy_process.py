@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import sys
 import time
 from pathlib import Path
@@ -12,6 +13,7 @@ from play_server import Server, serving
 
 from engram.play.episode_spec import EpisodeSpec
 from engram.play.policy_process import PolicyError, PolicyProcess
+from engram.play.sources import Sources
 
 TASK = "RememberColor3-VLA-v0"
 PIPE_POLICY = Path(__file__).parents[2] / "examples" / "pipe_policy.py"
@@ -75,6 +77,21 @@ def test_the_end_of_a_policy_is_reported(command, words):
     start = time.monotonic()
     assert words in ask(command, 50)
     assert time.monotonic() - start < 10
+
+
+def test_two_threads_may_end_a_policy():
+    """The engine's, as its answer is late, and the server's, as it is interrupted."""
+    env = EpisodeSpec(TASK, 3).make_batch(1, obs_mode="state")
+    env.reset(seed=3)
+    sources = Sources([], "sleep 0.5", "state", 0.01, 1)
+    act, _ = sources.policy("process")
+    with concurrent.futures.ThreadPoolExecutor(1) as engine:
+        answer = engine.submit(act, env, True)
+        time.sleep(0.2)
+        sources.close()
+        with pytest.raises(PolicyError, match="did not answer"):
+            answer.result()
+    env.close()
 
 
 def watch_what_hangs(page: Any) -> float:
