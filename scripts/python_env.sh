@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # Builds the Python package and installs it into virtual environments, with what its tests, clients
-# and examples need: python_env.sh [FOLDER], default build/python-env.
+# and examples need: python_env.sh [--packages] [FOLDER], default build/python-env.
 #   FOLDER       the newest of everything
 #   FOLDER-0.29  Gymnasium 0.29 and NumPy 1, which older stacks pin, for smoke tests
 #   FOLDER-data  readers of data sets: LeRobot, which needs Python 3.12 and an older torch, and
 #                TensorFlow's, which whatever logs to TensorBoard would import at every start
+# --packages installs what it needs alone, which can be done while the C++ is compiled.
 # They share files: uv links what several of them install. Where no Python 3.12 or newer is installed,
 # Debian 13's is built from its source package into build/python-3.13, in two or three minutes.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+packages_only=false
+if [ "${1:-}" = --packages ]; then packages_only=true && shift; fi
 env=${1:-build/python-env}
 old=$env-0.29
 data=$env-data
@@ -86,6 +89,8 @@ install "$old" "gymnasium==0.29.1" "numpy<2" "$run_time" pytest pytest-xdist tor
 install "$env" --no-deps "${partners[@]}"
 install "$data" "$run_time" "lerobot[dataset,evaluation]>=0.6.1" tensorflow-cpu \
   tensorflow-datasets pytest pytest-xdist "${readers[@]}"
+
+if $packages_only; then exit; fi
 
 # The compiler by the name that the main build calls it, precompiled headers and warnings as there, so
 # that ccache finds its objects again. With ENGRAM_PCH=OFF they are all compiled, and every file of the
