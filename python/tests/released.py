@@ -15,7 +15,7 @@ WHEEL = "mikasa-robo-suite==1.0.0"
 MODULES = Path(__file__).with_name("mikasa")  # that programs of these tests import
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def wheel(tmp_path_factory):
     """The original's wheel from the package index; skips without a network."""
     folder = tmp_path_factory.mktemp("original")

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import ast
-import csv
 import importlib.util
 import math
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
+from example_runs import FOLDER, learn
 
 torch = pytest.importorskip("torch")
 
-FOLDER = Path(__file__).parents[1] / "examples"
 TASK = "RememberColor3-VLA-v0"
 LEARNERS = ("ppo", "ppo_lstm", "distil")
 LIBRARIES = {"engram", "gymnasium", "matplotlib", "numpy", "torch"}  # matplotlib: ppo.py's curve
@@ -44,15 +42,6 @@ def ppo_lstm() -> ModuleType:
 @pytest.fixture(scope="module")
 def distil() -> ModuleType:
     return load("distil")
-
-
-def learn(name: str, out: Path, *arguments: str) -> tuple[str, list[dict[str, float]]]:
-    command = [sys.executable, str(FOLDER / f"{name}.py"), "--out", str(out), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    with (out / "log.csv").open(newline="") as file:
-        rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
-    return done.stdout, rows
 
 
 def agent_of(example: ModuleType, num_envs: int = 4) -> tuple[object, object]:

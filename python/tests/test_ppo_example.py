@@ -2,43 +2,31 @@
 
 from __future__ import annotations
 
-import csv
 import importlib.util
 import math
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
+from example_runs import FOLDER, learn
 
 import engram
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("matplotlib")
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "ppo.py"
-
 
 @pytest.fixture(scope="module")
 def ppo() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("ppo_example", EXAMPLE)
+    spec = importlib.util.spec_from_file_location("ppo_example", FOLDER / "ppo.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses need it
     spec.loader.exec_module(module)
     return module
-
-
-def learn(out: Path, *arguments: str) -> tuple[str, list[dict[str, float]]]:
-    command = [sys.executable, str(EXAMPLE), "--out", str(out), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    with (out / "log.csv").open(newline="") as file:
-        rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
-    return done.stdout, rows
 
 
 def test_moments_equal_those_of_all_rows_at_once(ppo: ModuleType) -> None:
@@ -92,7 +80,7 @@ def test_a_rollout_links_each_observation_to_its_true_successor(ppo: ModuleType)
 
 def test_it_runs_and_leaves_its_files(tmp_path: Path) -> None:
     budget = ["--steps", "4000", "--num-envs", "32", "--eval-every", "2", "--eval-episodes", "8"]
-    output, rows = learn(tmp_path / "new" / "folder", *budget)
+    output, rows = learn("ppo", tmp_path / "new" / "folder", *budget)
     assert "8 fresh episodes" in output
     assert [row["steps"] for row in rows] == [800.0 * i for i in range(1, 6)]
     for row in rows:
@@ -107,9 +95,9 @@ def test_it_runs_and_leaves_its_files(tmp_path: Path) -> None:
 
 def test_the_same_seed_learns_the_same(tmp_path: Path) -> None:
     budget = ["--steps", "2400", "--num-envs", "16", "--eval-episodes", "4"]
-    _, one = learn(tmp_path / "one", *budget, "--threads", "1")
-    _, two = learn(tmp_path / "two", *budget, "--threads", "2")
-    _, other = learn(tmp_path / "other", *budget, "--seed", "2")
+    _, one = learn("ppo", tmp_path / "one", *budget, "--threads", "1")
+    _, two = learn("ppo", tmp_path / "two", *budget, "--threads", "2")
+    _, other = learn("ppo", tmp_path / "other", *budget, "--seed", "2")
     assert [row["policy_loss"] for row in one] == [row["policy_loss"] for row in two]
     assert [row["policy_loss"] for row in one] != [row["policy_loss"] for row in other]
 
@@ -119,6 +107,8 @@ def test_it_learns_to_approach(tmp_path: Path) -> None:
 
     Seeds 1, 2 and 3 end at 2.6, 2.7 and 1.9 times the first returns.
     """
-    _, rows = learn(tmp_path, "--steps", "100000", "--eval-every", "100", "--eval-episodes", "8")
+    _, rows = learn(
+        "ppo", tmp_path, "--steps", "100000", "--eval-every", "100", "--eval-episodes", "8"
+    )
     returns = [row["return"] for row in rows]
     assert np.mean(returns[-5:]) > 1.5 * np.mean(returns[:5])

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import get_type_hints
 
@@ -37,34 +38,31 @@ def run(*command: str, folder: Path) -> str:
     return result.stdout
 
 
-def mypy(name: str, folder: Path) -> list[tuple[int, str]]:
-    """Lines in which mypy finds errors, and its messages."""
+def mypy(files: list[Path], folder: Path) -> Iterator[tuple[str, int]]:
+    """File and line of each error that mypy finds."""
     options = ("--strict", "--no-error-summary", "--output=json", "--config-file=")
     # Without errors inside the package itself, as for an installed one.
-    found = run("mypy", *options, "--follow-imports=silent", str(HERE / name), folder=folder)
-    messages = [json.loads(line) for line in found.splitlines()]
-    return [(one["line"], one["message"]) for one in messages if one["severity"] == "error"]
+    found = run("mypy", *options, "--follow-imports=silent", *map(str, files), folder=folder)
+    for message in map(json.loads, found.splitlines()):
+        if message["severity"] == "error":
+            yield Path(message["file"]).name, message["line"]
 
 
-def pyright(name: str, folder: Path) -> list[tuple[int, str]]:
-    """Lines in which pyright finds errors, and its messages."""
+def pyright(files: list[Path], folder: Path) -> Iterator[tuple[str, int]]:
+    """File and line of each error that pyright finds."""
     options = ("--outputjson", "--pythonpath", sys.executable)
-    found = json.loads(run("pyright", *options, str(HERE / name), folder=folder))
-    messages = found["generalDiagnostics"]
-    return [
-        (one["range"]["start"]["line"] + 1, one["message"])
-        for one in messages
-        if one["severity"] == "error"
-    ]
+    found = json.loads(run("pyright", *options, *map(str, files), folder=folder))
+    for message in found["generalDiagnostics"]:
+        if message["severity"] == "error":
+            yield Path(message["file"]).name, message["range"]["start"]["line"] + 1
 
 
 @pytest.mark.parametrize("checker", [mypy, pyright])
 def test_checkers_find_all_mistakes_and_no_others(checker, tmp_path):
     pytest.importorskip(checker.__name__)
     assert len(MISTAKES) == 10
-    found = checker("mistakes.py", tmp_path)
-    assert sorted({line for line, _ in found}) == MISTAKES, found
-    assert checker("correct.py", tmp_path) == []
+    found = set(checker([HERE / "mistakes.py", HERE / "correct.py"], tmp_path))
+    assert sorted(found) == [("mistakes.py", line) for line in MISTAKES]
 
 
 def keys_of(cls: type) -> set[str]:

@@ -1,13 +1,17 @@
-"""The package with its modules, for tests: `learners.policy`; and its programs as processes."""
+"""The package with its modules, for tests: `learners.policy`; and its programs."""
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import pkgutil
-import subprocess
+import runpy
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
 
@@ -35,8 +39,26 @@ def find_objects(detector: Any) -> None:
 
 
 def run(module: str, *arguments: str) -> list[str]:
-    """The lines that a program prints."""
-    command = [sys.executable, "-m", f"engram_learners.{module}", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
+    """The lines that `python -m` prints. In this process: another one would import torch again."""
+    printed = io.StringIO()
+    with (
+        mock.patch.object(sys, "argv", ["", *arguments]),
+        contextlib.redirect_stdout(printed),
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore", RuntimeWarning)  # its module is imported already
+        try:
+            runpy.run_module(f"engram_learners.{module}", run_name="__main__", alter_sys=True)
+        except SystemExit as end:
+            if end.code:
+                raise
+    return printed.getvalue().splitlines()
+
+
+def refused(module: str, *arguments: str) -> tuple[int, str]:
+    """Exit code of a program that refuses its arguments, and what it says."""
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), pytest.raises(SystemExit) as end:
+        run(module, *arguments)
+    code = end.value.code
+    return (code, said.getvalue()) if isinstance(code, int) else (1, str(code))

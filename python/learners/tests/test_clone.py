@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from programs import TASK, learners, torch
+from programs import TASK, learners, run, torch
 
 import engram
 
@@ -28,20 +28,9 @@ def demonstrations(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def train(demonstrations: Path, out: Path, *options: str) -> list[dict[str, Any]]:
     """The lines of a short training."""
-    command = [
-        sys.executable,
-        "-m",
-        "engram_learners.clone",
-        str(demonstrations),
-        "--out",
-        str(out),
-    ]
-    done = subprocess.run(
-        [*command, *OPTIONS, *options], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == (out / "log.jsonl").read_text()
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    lines = run("clone", str(demonstrations), "--out", str(out), *OPTIONS, *options)
+    assert lines == (out / "log.jsonl").read_text().splitlines()
+    return [json.loads(line) for line in lines]
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from programs import learners, run, torch
+from programs import learners, refused, run, torch
 
 import engram
 
@@ -167,10 +167,9 @@ def test_reinforcement_in_another_control_mode(tmp_path: Path) -> None:
 
 
 def test_pictures_have_no_time() -> None:
-    command = [sys.executable, "-m", "engram_learners.distil", "--obs", "rgb", "--option"]
-    done = subprocess.run([*command, "observe_time"], capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "observe_time: --obs objects needed" in done.stderr
+    code, words = refused("distil", "--obs", "rgb", "--option", "observe_time")
+    assert code == 2
+    assert "observe_time: --obs objects needed" in words
 
 
 # --- disturbed episodes ---

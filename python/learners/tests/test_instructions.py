@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from programs import learners, run, torch
+from programs import learners, refused, run, torch
 
 import engram
 
@@ -224,8 +224,7 @@ def test_an_instruction_is_refused_by_a_policy_that_reads_none(tmp_path: Path) -
     layout = learners.several_tasks.TaskInputs.of([TOUCH, PUSH]).layout
     policy = learners.policy.Policy(layout)
     learners.checkpoints.save_policy(policy, tmp_path / "agent.pt", [TOUCH, PUSH])
-    other = ["--instruction", "Touch that cup."]
-    command = [sys.executable, "-m", "engram_learners.evaluate", str(tmp_path / "agent.pt"), *other]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert "this policy reads none" in done.stderr
+    agent = str(tmp_path / "agent.pt")
+    code, words = refused("evaluate", agent, "--instruction", "Touch that cup.")
+    assert code == 1
+    assert "this policy reads none" in words

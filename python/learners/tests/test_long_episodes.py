@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from programs import learners, torch
+from programs import learners, run, torch
 
 import engram
 
@@ -241,9 +239,7 @@ def test_the_result_names_the_task_of_the_first_policy(tmp_path: Path) -> None:
     tasks = ("RememberColor3-VLA-v0", "RememberColor5-VLA-v0")
     init: tuple[str, ...] = ()
     for task in tasks:
-        command = [sys.executable, "-m", "engram_learners.distil", "--id", task, *few, *init]
-        command += ["--out", str(tmp_path / task)]
-        subprocess.run(command, capture_output=True, check=True)
+        run("distil", "--id", task, *few, *init, "--out", str(tmp_path / task))
         init = ("--init", str(tmp_path / task / "agent.pt"))
     result = json.loads((tmp_path / tasks[1] / "result.json").read_text())
     assert (result["id"], result["init"]) == (tasks[1], tasks[0])

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from programs import ROOT, find_objects, learners, run, torch
+from programs import ROOT, find_objects, learners, refused, run, torch
 
 import engram
 
@@ -329,10 +329,9 @@ def test_one_policy_is_distilled_and_played(obs: str, tmp_path: Path) -> None:
     ],
 )
 def test_bad_options_are_refused(options: list[str], message: str) -> None:
-    command = [sys.executable, "-m", "engram_learners.distil", *options]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert message in done.stderr
+    code, words = refused("distil", *options)
+    assert code == 2
+    assert message in words
 
 
 @pytest.mark.long
