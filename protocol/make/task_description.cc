@@ -8,6 +8,7 @@
 #include "core/observe/proprio.h"
 #include "core/sim/action_dim.h"
 #include "protocol/io/json_values.h"
+#include "protocol/make/accepted_bounds.h"
 #include "protocol/make/baseline_scores.h"
 #include "protocol/make/unused_constants.h"
 
@@ -145,10 +146,11 @@ const char* kind_name(TaskConstant::Kind kind) {
 }
 
 // Constants that users may change, as they are in this batch.
-ConstantList describe_changeable(const TaskInfo& info) {
+ConstantList describe_changeable(const Batch& batch) {
   ConstantList list;
-  for (const TaskConstant& constant : info.constants) {
-    if (!constant.changeable()) continue;
+  for (const TaskConstant& declared : batch.info().constants) {
+    if (!declared.changeable()) continue;
+    const TaskConstant constant = accepted_bounds(batch, declared);
     ConstantTable about = {
         {"name", constant.name}, {"value", constant.value}, {"kind", kind_name(constant.kind)}};
     const bool counted = constant.kind != TaskConstant::Kind::kName;
@@ -318,7 +320,7 @@ ConstantTable describe_task(const Batch& batch) {
       {"hidden", info.hidden_variable},
       {"rules", name_of(batch.options().rules)},
       {"options", describe_options(batch)},
-      {"changeable", describe_changeable(info)},
+      {"changeable", describe_changeable(batch)},
       {"changed", changed_constants(info.constants)},
       {"paraphrases", to_list(Queries(batch).paraphrases())},
       {"warnings", to_list(unused_constants(info, batch.options()))},

@@ -1,6 +1,7 @@
 // Options of a family. It declares them once, one after the other; each handle reads its own value.
 #pragma once
 
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,8 @@ class TaskOption {
 
   double value(const Bindings& bindings) const { return bindings.options[index_]; }
   // State of a switch.
-  bool is_on(const Bindings& bindings) const { return value(bindings) != 0; }
+  bool is_on(std::span<const double> options) const { return options[index_] != 0; }
+  bool is_on(const Bindings& bindings) const { return is_on(bindings.options); }
 
  private:
   std::size_t index_ = 0;

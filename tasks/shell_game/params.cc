@@ -14,8 +14,8 @@ GoalChoice::GoalChoice(TaskInfo& info, const ShellGameParams& params) {
                   /*original=*/true);
 }
 
-GoalItem GoalChoice::item(const Bindings& bindings) const {
-  const bool mug = !mug_at_goal_ || mug_at_goal_->is_on(bindings);
+GoalItem GoalChoice::item(std::span<const double> options) const {
+  const bool mug = !mug_at_goal_ || mug_at_goal_->is_on(options);
   return mug ? GoalItem::kMug : GoalItem::kBall;
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/base/error.h"
@@ -51,7 +52,7 @@ struct ShellGameParams {
 class GoalChoice {
  public:
   GoalChoice(TaskInfo& info, const ShellGameParams& params);
-  GoalItem item(const Bindings& bindings) const;
+  GoalItem item(std::span<const double> options) const;
 
  private:
   std::optional<TaskOption> mug_at_goal_;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/math/real_functions.h"
+#include "core/task/option_check.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/goal_game.h"
 #include "tasks/shell_game/pick_expert.h"
@@ -15,7 +16,7 @@ namespace {
 constexpr double kGripperOpening = 0.08;                                     // m
 const Eigen::Vector3d kHandleFromMug(-HANDLE_OFFSET_X, HANDLE_OFFSET_Y, 0);  // m, world axes
 
-class Pick final : public GoalGame {
+class Pick final : public GoalGame, public OptionCheck {
  public:
   Pick(const RegistryEntry& entry, const PickParams& params)
       : GoalGame(entry, params,
@@ -35,10 +36,14 @@ class Pick final : public GoalGame {
     info_.reward_terms = reward_terms_of(PickReward{});
   }
 
+  void check_options(std::span<const double> options) const override {
+    require_goal(pick_, choice_.item(options));
+  }
+
   void bind(const Bindings& bindings) override {
     GoalGame::bind(bindings);
-    const GoalItem item = choice_.item(bindings);
-    require_goal(pick_, item);
+    check_options(bindings.options);
+    const GoalItem item = choice_.item(bindings.options);
     set_item(item, pick_.answer_distance(item));
     if (item == GoalItem::kMug) {
       expert_.lift_mug(pick_.lift());

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/math/real_functions.h"
+#include "core/task/option_check.h"
 #include "tasks/common/phase_budget.h"
 #include "tasks/common/variant.h"
 #include "tasks/shell_game/goal_game.h"
@@ -87,7 +88,7 @@ void PushParams::check(int horizon) const {
   check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToPush);
 }
 
-class Push final : public GoalGame {
+class Push final : public GoalGame, public OptionCheck {
  public:
   Push(const RegistryEntry& entry, const PushParams& params)
       : GoalGame(entry, params, {.success_reward = kSuccessReward},
@@ -106,10 +107,14 @@ class Push final : public GoalGame {
     info_.reward_terms = reward_terms_of(PushReward{.lists_static = !params.task.is_rl()});
   }
 
+  void check_options(std::span<const double> options) const override {
+    require_goal(push_, choice_.item(options));
+  }
+
   void bind(const Bindings& bindings) override {
     GoalGame::bind(bindings);
-    const GoalItem item = choice_.item(bindings);
-    require_goal(push_, item);
+    check_options(bindings.options);
+    const GoalItem item = choice_.item(bindings.options);
     set_item(item, push_.answer_distance(item));
     const double travel = push_.travel(item);
     expert_.set_goal(item, travel, push_.placed_distance(item), kGoalAhead - travel);
