@@ -116,8 +116,14 @@ ColorOptions::ColorOptions(TaskOptions list, const ColorRecallParams& params) {
     radius.original = params.CUBE_HALFSIZE;
   }
   touch_radius = list.add(radius);
-  if (params.rule != ColorRule::kSeq || !params.has_button()) return;
-  strict_order = list.on_off("strict_order", "1: the order of the cue counts", /*original=*/true);
+  if (!params.has_button()) return;
+  if (params.rule == ColorRule::kSeq) {
+    strict_order = list.on_off("strict_order", "1: the order of the cue counts", /*original=*/true);
+  }
+  if (params.rule == ColorRule::kChain) {
+    repeated_touches = list.on_off("repeated_touches", "1: a cube may be touched again",
+                                   /*original=*/true);
+  }
 }
 
 void describe_color_recall(const ColorRecallParams& params, TaskInfo& info) {

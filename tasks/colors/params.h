@@ -129,7 +129,8 @@ struct ColorOptions {
   ColorOptions(TaskOptions list, const ColorRecallParams& params);
 
   TaskOption touch_radius;
-  std::optional<TaskOption> strict_order;  // Seq
+  std::optional<TaskOption> strict_order;      // Seq
+  std::optional<TaskOption> repeated_touches;  // Chain
 };
 
 // Fills in TaskInfo, apart from what the registry knows, reward terms and state fields.

@@ -19,7 +19,7 @@ struct TouchTally {
   bool all_touched = false;  // exactly the colours of the cue
   bool no_extra = true;
   bool order_ok = true;
-  bool mistaken = false;  // a touch was wrong, or out of order where that counts
+  bool mistaken = false;  // a touch was wrong, or out of order or repeated where that counts
   int next = -1;          // colour to touch next, -1: none
 
   bool complete() const { return all_touched && no_extra && order_ok; }

@@ -20,7 +20,8 @@ ColorTouchBase::ColorTouchBase(const RegistryEntry& entry, const ColorRecallPara
       options_(TaskOptions(info_.options), params),
       rule_(params.rule),
       cubes_(scene_, params, variables_.positions),
-      touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap, params.SEQUENCE_LENGTH}) {
+      touch_({params.COLORS, params.CUBE_HALFSIZE + kTouchGap, params.SEQUENCE_LENGTH,
+              options_.repeated_touches.has_value()}) {
   describe_color_recall(params, info_);
   declare_sampled_values(*this);
 }
@@ -31,6 +32,7 @@ void ColorTouchBase::bind_touches(const Bindings& bindings) {
   touch_.bind(bindings, options_.touch_radius.value(bindings));
   const auto& strict_order = options_.strict_order;
   if (strict_order && strict_order->is_on(bindings)) rule_ = ColorRule::kSeqStrict;
+  refuses_repeats_ = options_.repeated_touches && !options_.repeated_touches->is_on(bindings);
 }
 
 void ColorTouchBase::bind_sequence(const Bindings& bindings) {
@@ -90,6 +92,16 @@ void ColorTouchBase::show_phase(int env, int kept_steps) const {
 }
 
 // --- touches ---
+
+TouchTally ColorTouchBase::count_touches(int env) const {
+  TouchTally tally = tally_touches(rule_, sequence(env), {touch_.touched(env), at(params_.COLORS)},
+                                   touch_.order(env));
+  if (refuses_repeats_ && touch_.repeated(env)) {
+    tally.order_ok = false;
+    tally.mistaken = true;
+  }
+  return tally;
+}
 
 TouchTally ColorTouchBase::evaluate_touches(int env) const {
   touch_.evaluate(env, is_acting(env));

@@ -52,10 +52,7 @@ class ColorTouchBase : public FamilyBase {
   bool is_acting(int env) const {
     return clock_.phase(env, engine_.state->elapsed[env]) == Phase::kManipulation;
   }
-  TouchTally count_touches(int env) const {
-    return tally_touches(rule_, sequence(env), {touch_.touched(env), at(params_.COLORS)},
-                         touch_.order(env));
-  }
+  TouchTally count_touches(int env) const;
   ColorTouchReward touch_reward(int env) const;
 
   // The first fields of the state observation.
@@ -87,6 +84,7 @@ class ColorTouchBase : public FamilyBase {
   ColorVariables variables_;
   ColorOptions options_;
   ColorRule rule_;  // by which touches are judged
+  bool refuses_repeats_ = false;
   ColorCubes cubes_;
   PhaseClock clock_;
   TouchLatch touch_;

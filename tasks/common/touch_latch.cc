@@ -34,15 +34,21 @@ void TouchLatch::bind(const Bindings& bindings, double radius) {
     order_ = bindings.memory->add<std::int32_t>("touch_order", params_.order_length);
     bindings.memory->limit("touch_order", -1, params_.objects - 1);
   }
+  if (!params_.repeats) return;
+  lasting_ = bindings.memory->add<std::int32_t>("lasting_touch");
+  bindings.memory->limit("lasting_touch", -1, params_.objects - 1);
+  repeated_ = bindings.memory->add<std::uint8_t>("repeated_touch");
 }
 
 void TouchLatch::reset(int env) const {
   std::fill_n(touched_.row(env), params_.objects, std::uint8_t{0});
   if (params_.order_length > 0) std::fill_n(order_.row(env), params_.order_length, -1);
+  if (params_.repeats) lasting_[env] = -1;
 }
 
 void TouchLatch::evaluate(int env, bool acting) const {
   const State& state = *engine_.state;
+  if (params_.repeats) end_touch(env);
   if (!acting || !robot_is_static(state, env)) return;
   std::array<double, 3 * kMaxObjects> points{};
   for (int object = 0; object < params_.objects; ++object) {
@@ -50,9 +56,24 @@ void TouchLatch::evaluate(int env, bool acting) const {
   }
   const int object =
       touched_object(points.data(), params_.objects, state.tcp_pos.row(env), radius_);
-  if (object < 0 || touched_.row(env)[object] != 0) return;
+  if (object < 0) return;
+  if (params_.repeats) note_repeat(env, object);
+  if (touched_.row(env)[object] != 0) return;
   touched_.row(env)[object] = 1;
   if (params_.order_length > 0) append_touch(order_.row(env), params_.order_length, object);
+}
+
+void TouchLatch::end_touch(int env) const {
+  constexpr double kAway = 1.25;  // of the radius: a tool at its edge does not touch twice
+  const std::int32_t object = lasting_[env];
+  if (object < 0) return;
+  const Eigen::Map<const Eigen::Vector3d> tcp(engine_.state->tcp_pos.row(env));
+  if ((touch_point(env, object) - tcp).norm() > kAway * radius_) lasting_[env] = -1;
+}
+
+void TouchLatch::note_repeat(int env, int object) const {
+  if (touched_.row(env)[object] != 0 && lasting_[env] != object) repeated_[env] = 1;
+  lasting_[env] = object;
 }
 
 Eigen::Vector3d TouchLatch::touch_point(int env, int object) const {

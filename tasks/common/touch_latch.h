@@ -10,6 +10,7 @@ struct TouchLatchParams {
   int objects = 0;        // props 0, ..., objects - 1 of the scene
   double height = 0.025;  // m: the touch point is that far above an object's origin
   int order_length = 0;   // how many first touches are remembered in order; 0: none
+  bool repeats = false;   // whether a second touch of an object is noted
 };
 
 // The object whose touch point is nearest to the TCP, if that is within `radius`; otherwise -1. So
@@ -36,14 +37,23 @@ class TouchLatch {
   const std::uint8_t* touched(int env) const { return touched_.row(env); }
   // (order_length) objects in the order of their first touches, then -1.
   const std::int32_t* order(int env) const { return order_.row(env); }
+  // Whether an object was touched again after the tool had been away from it, or at another one.
+  bool repeated(int env) const { return params_.repeats && repeated_[env] != 0; }
   Eigen::Vector3d touch_point(int env, int object) const;
 
  private:
+  // Ends the touch that lasts once the tool has left it.
+  void end_touch(int env) const;
+  // Whether the tool touches this object again.
+  void note_repeat(int env, int object) const;
+
   TouchLatchParams params_;
   double radius_ = 0;
   Bindings engine_;
   Column<std::uint8_t> touched_;  // (objects)
   Column<std::int32_t> order_;    // (order_length)
+  Column<std::int32_t> lasting_;  // the object whose touch has not ended, -1: none
+  Column<std::uint8_t> repeated_;
 };
 
 }  // namespace engram::tasks

@@ -26,6 +26,7 @@ struct OptionUnderRules {
 const std::map<std::string, OptionUnderRules> kKnown = {
     {"touch_radius", {0.05, 0.02}},
     {"strict_order", {0, 1}},
+    {"repeated_touches", {0, 1}},
     {"fixed_mapping", {0, 1}},
     {"snap_back", {0, 1}},
     {"success_in_cue", {0, 1}},
@@ -49,6 +50,7 @@ const std::map<std::string, OptionUnderRules> kKnown = {
 const std::map<std::string, std::set<std::string>> kFamilies = {
     {"touch_radius", {"BunchOfColors", "SeqOfColors", "ChainOfColors"}},
     {"strict_order", {"SeqOfColors"}},
+    {"repeated_touches", {"ChainOfColors"}},
     {"fixed_mapping", {"ShellGameColorLampTouch", "ShellGameShuffleColorLampTouch"}},
     {"snap_back", {"ShellGameShuffleTouch", "ShellGameShuffleColorLampTouch"}},
     {"success_in_cue", {"RememberColor", "RememberShape", "RememberShapeAndColor"}},

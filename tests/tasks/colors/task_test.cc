@@ -285,6 +285,46 @@ TEST_CASE("With strict order Seq demands the cue's order", "[color_recall]") {
                     Catch::Contains("no option named 'strict_order'"));
 }
 
+TEST_CASE("Chain refuses a cube that is touched again, unless the original's rules hold",
+          "[color_recall]") {
+  for (const std::vector<int>& order :
+       {std::vector<int>{4, 1, 7}, {4, 1, 7, 4}, {4, 1, 7, 1}, {4, 4, 1, 7}}) {
+    INFO(order.size() << ", second " << order[1]);
+    const bool again = order.size() > 3;
+    for (const BatchOptions& options :
+         {BatchOptions{}, BatchOptions{.task_options = {{"repeated_touches", 1}}},
+          BatchOptions{.rules = Rules::kOriginal}}) {
+      const bool refused =
+          again && options.task_options.empty() && options.rules == Rules::kReference;
+      const auto batch = acting("ChainOfColors3-VLA-v0", {4, 1, 7}, options);
+      for (const int color : order) touch(*batch, color);
+      press_button(*batch);
+      CHECK(batch->success()[0] == (refused ? 0 : 1));
+      CHECK(flag(*batch, "button_pressable") == !refused);
+    }
+  }
+  // The order does not count in the two other families.
+  for (const char* id : {"BunchOfColors3-VLA-v0", "SeqOfColors3-VLA-v0"}) {
+    const auto batch = acting(id);
+    for (const int color : {4, 4, 1, 7}) touch(*batch, color);
+    press_button(*batch);
+    CHECK(batch->success()[0] == 1);
+  }
+}
+
+TEST_CASE("A tool that stays at a cube touches it once", "[color_recall]") {
+  const auto batch = acting("ChainOfColors3-VLA-v0");
+  const Eigen::Vector3d point = cube(*batch, 4) + Eigen::Vector3d(0, 0, 0.025);
+  const double radius = 0.05;
+  // In and out at the edge of where it touches, then away.
+  for (const double height : {0.3 * radius, 0.99 * radius, 1.01 * radius, 0.98 * radius}) {
+    step_at(*batch, point + Eigen::Vector3d(0, 0, height));
+  }
+  step_at(*batch, kFarAway);
+  for (const int color : {1, 7}) touch(*batch, color);
+  CHECK(flag(*batch, "button_pressable"));
+}
+
 TEST_CASE("A press waits while the button is shut", "[color_recall]") {
   const auto batch = acting("SeqOfColors3-VLA-v0");
   for (int t = 0; t < 6; ++t) step_at(*batch, kFarAway);
