@@ -122,12 +122,17 @@ constexpr double kStartSpan = 0.1;    // m, to either side
 constexpr mjcf::Rgba kPegBlue = {12 / 255.0, 42 / 255.0, 160 / 255.0, 1};
 constexpr int kPeg = 0;
 
+std::string in_degrees(double angle) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%.1f", angle * 180 / kPi);
+  return text;
+}
+
 // Random variables of an episode.
 struct Variables {
   Variables(RandomVariables list, const Params& params)
-      : target_angle(
-            list.add({"target_angle", 1, false, min_target(params), largest_angle(params.MODE),
-                      "rad", "by which to turn the peg; rounded to half precision"})),
+      : target_angle(list.add({"target_angle", 1, false, min_target(params),
+                               largest_angle(params.MODE), "rad", target_description(params)})),
         initial_yaw(list.real("initial_yaw", {0, 2 * kPi}, "rad", "of the peg")),
         peg_x(list.real("peg_x", {-kStartSpan, kStartSpan}, "m", "where the peg lies")),
         peg_y(list.real("peg_y", {-kStartSpan, kStartSpan}, "m", "where the peg lies")) {}
@@ -135,6 +140,19 @@ struct Variables {
   static double min_target(const Params& params) {
     const bool both = params.MODE == RotateMode::kPosNegAngle;
     return both ? -largest_angle(params.MODE) : params.angle_threshold;
+  }
+
+  // The two intervals of PosNeg are narrower than the values that may be pinned.
+  static std::string target_description(const Params& params) {
+    std::string drawn;
+    if (params.MODE == RotateMode::kPosNegAngle) {
+      const double least = params.angle_threshold;
+      const double most = largest_angle(params.MODE);
+      const double middle = (least + most) / 2;
+      drawn = "drawn from " + in_degrees(-middle) + " to " + in_degrees(-least) + " or from " +
+              in_degrees(middle) + " to " + in_degrees(most) + " degrees; ";
+    }
+    return "by which to turn the peg; " + drawn + "rounded to half precision";
   }
 
   VariableHandle target_angle;

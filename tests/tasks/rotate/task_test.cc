@@ -92,6 +92,18 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
   }
 }
 
+TEST_CASE("The target's description says what is drawn", "[rotate]") {
+  for (const std::string& id : kIds) {
+    const std::string about = make_task(id)->info().random_variables[0].description;
+    const bool both = id.find("PosNeg") != std::string::npos;
+    CHECK((about.find("drawn from -25.4 to -5.7 or from 25.4 to 45.0 degrees") !=
+           std::string::npos) == both);
+  }
+  const auto task = make_task(kIds[1], {{"angle_threshold", 0.2}});
+  CHECK_THAT(task->info().random_variables[0].description,
+             Catch::Contains("from -28.2 to -11.5 or from 28.2 to 45.0"));
+}
+
 TEST_CASE("Every environment is given its own angle", "[rotate]") {
   const auto batch = make_running("RotateStrictPosNeg-VLA-v0", {.num_envs = 2});
   const std::vector<std::uint8_t> second = {0, 1};
