@@ -16,6 +16,7 @@ from __future__ import annotations
 from engram.mikasa import common, gym_utils
 from engram.mikasa.agent import Pose
 from engram.mikasa.apply_wrappers import (
+    EXTENDED_WRAPPER_CONFIGS,
     MIKASA_VLA_ENV_IDS,
     VLA_WRAPPER_CONFIGS,
     VLAWrapperConfig,
@@ -44,6 +45,7 @@ from engram.mikasa.wrappers import *  # noqa: F403
 from engram.mikasa.wrappers import __all__ as _wrappers
 
 __all__ = [
+    "EXTENDED_WRAPPER_CONFIGS",
     "MIKASA_VLA_ENV_IDS",
     "VLA_WRAPPER_CONFIGS",
     "Agent",

@@ -11,7 +11,9 @@ from engram.errors import Error
 from engram.mikasa._alias_modules import PACKAGES_TEXT, install, install_in_children
 from engram.mikasa._original_names import PACKAGES
 
-_USAGE = "python -m engram.mikasa [-h] [--force] (PROGRAM | -m MODULE) [ARGUMENT ...]"
+_USAGE = (
+    "python -m engram.mikasa [-h] [--force] [--rules NAME] (PROGRAM | -m MODULE) [ARGUMENT ...]"
+)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -35,6 +37,8 @@ def main(arguments: list[str] | None = None) -> None:
     except Error as error:
         print(f"engram.mikasa: {error}", file=sys.stderr)
         sys.exit(1)
+    if options.rules is not None:
+        os.environ["ENGRAM_RULES"] = options.rules
     sys.argv = [program, *rest]
     install_in_children(options.force)
     if module is None:
@@ -45,7 +49,12 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _split(words: list[str]) -> tuple[list[str], str | None, list[str]]:
     """Options of this command, the program or module, and that one's arguments."""
+    after_rules = False  # `--rules NAME` takes the next word
     for i, word in enumerate(words):
+        if after_rules:
+            after_rules = False
+            continue
+        after_rules = word == "--rules"
         if word == "-m":
             return words[: i + 1], *_first(words[i + 1 :])
         if not word.startswith("-"):
@@ -76,6 +85,12 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="hide installed packages of these names, with a warning; without it they are "
         "refused (ENGRAM_MIKASA_FORCE=1 does the same)",
+    )
+    parser.add_argument(
+        "--rules",
+        choices=("original", "reference"),
+        help="rules of the original's code, or of its documentation, where gym.make has no `rules` "
+        "(ENGRAM_RULES does the same)",
     )
     parser.add_argument(
         "-m",

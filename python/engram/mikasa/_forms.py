@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from engram.mikasa import _families
 from engram.mikasa._torch import torch
 
 _LISTS_OF_ARRAYS = ("FLASH_COLORS", "CUBE_COLORS")
@@ -14,15 +15,22 @@ _TENSORS = ("COLOR_RGBA",)
 _PALETTE = "COLOR_PALETTE"
 _MAPPING = "COLOR_MAPPING"
 _TUPLES = ("VELOCITY_RANGE",)
+_WHOLE = ("MANIP_WIDTH_SCALE",)
+_SHELLS = (*_WHOLE, "HEIGHT_OFFSET")  # of shell games without a lamp
 
 
-def of_task(constants: Mapping[str, Any]) -> dict[str, Any]:
+def of_task(constants: Mapping[str, Any], family: str = "") -> dict[str, Any]:
     """Constants of a task in the original's forms.
 
     Colours and half sizes are float32 arrays, colours to be combined are float64 arrays by number,
-    colours of lamps a tensor, ranges of speeds tuples, ranges of steps lists.
+    colours of lamps a tensor, ranges of speeds tuples, ranges of steps lists; some lengths are
+    whole numbers.
     """
-    return {name: _form(name, value) for name, value in constants.items()}
+    whole = _WHOLE if family in _families.LAMPS or family not in _families.SHELL_GAMES else _SHELLS
+    return {
+        name: int(value) if name in whole and value == int(value) else _form(name, value)
+        for name, value in constants.items()
+    }
 
 
 def _form(name: str, value: Any) -> Any:

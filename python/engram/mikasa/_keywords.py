@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,6 +30,7 @@ _REWARD_MODES = ("normalized_dense", "dense", "sparse", "none")
 # "cameras" is the name that "sensors" had before; programs still use it.
 RENDER_MODES = ("rgb_array", "sensors", "cameras", "all")
 _CONTROL_MODE = "pd_joint_delta_pos"
+_RULES = ("original", "reference")
 _SIZES = ("width", "height")
 
 # Devices and rendering for people, without effect on episodes.
@@ -118,7 +121,7 @@ def read(
         render_mode=_render_mode(left.pop("render_mode", None)),
         reconfiguration_freq=_frequency(left.pop("reconfiguration_freq", None)),
         robot_uids=_robot(left.pop("robot_uids", "panda_wristcam")),
-        rules=_name("rules", left.pop("rules", None), "original", ("original", "reference")),
+        rules=_rules(left.pop("rules", None)),
         image_size=_sensor_size(left.pop("sensor_configs", None)),
         render_size=_render_size(left.pop("human_render_camera_configs", None)),
     )
@@ -174,6 +177,21 @@ def _render_mode(value: Any) -> str | None:
         )
     mode: str | None = _name("render_mode", value, None, RENDER_MODES)
     return mode
+
+
+def _rules(value: Any) -> Any:
+    """The rule set of a keyword, or of ENGRAM_RULES; the first choice without either is said."""
+    name, chosen = "rules", value
+    if value is None:
+        name, chosen = "ENGRAM_RULES", os.environ.get("ENGRAM_RULES") or None
+    if chosen is None and _RULES[0] not in _warned:
+        _warned.add(_RULES[0])
+        print(
+            "engram.mikasa: rules of the original's code; rules='reference' in gym.make, or "
+            "ENGRAM_RULES=reference, has those of its documentation",
+            file=sys.stderr,
+        )
+    return _name(name, chosen, _RULES[0], _RULES)
 
 
 def _frequency(value: Any) -> int:

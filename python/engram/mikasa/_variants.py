@@ -115,7 +115,7 @@ def _described(task: str) -> Any:
 @functools.cache
 def task_constants(task: str) -> Mapping[str, Any]:
     """Constants of a task, in the original's forms."""
-    return _forms.of_task(_described(task)["constants"])
+    return _forms.of_task(_described(task)["constants"], _described(task)["family"])
 
 
 def _phases(cls: Any) -> Mapping[str, str]:

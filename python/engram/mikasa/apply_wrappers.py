@@ -34,6 +34,7 @@ from engram.mikasa.wrappers import (
 from engram.tasks import list_tasks
 
 __all__ = [
+    "EXTENDED_WRAPPER_CONFIGS",
     "MIKASA_VLA_ENV_IDS",
     "VLA_WRAPPER_CONFIGS",
     "VLAWrapperConfig",
@@ -97,10 +98,11 @@ _HOLDING: dict[type | None, type] = {
 }
 
 
-def _configs() -> dict[str, VLAWrapperConfig]:
+def _configs(canonical: bool) -> dict[str, VLAWrapperConfig]:
     result = {}
     for task in list_tasks():
-        if task["canonical"]:
+        of_original = task["id"].endswith("-VLA-v0") and task["family"] in _OVERLAYS
+        if of_original and task["canonical"] == canonical:
             frozen = task["family"] in _FROZEN and "-Long" not in task["id"]
             freezes = CurriculumPhaseNoopActionWrapper if frozen else None
             result[task["id"]] = VLAWrapperConfig(_OVERLAYS[task["family"]], freezes)
@@ -108,7 +110,10 @@ def _configs() -> dict[str, VLAWrapperConfig]:
 
 
 # The benchmark's ids; users can add theirs.
-VLA_WRAPPER_CONFIGS: dict[str, VLAWrapperConfig] = _configs()
+VLA_WRAPPER_CONFIGS: dict[str, VLAWrapperConfig] = _configs(canonical=True)
+# Chains of engram's own, for the original's VLA ids beyond its benchmark, which has none for them:
+# those of their families.
+EXTENDED_WRAPPER_CONFIGS: dict[str, VLAWrapperConfig] = _configs(canonical=False)
 MIKASA_VLA_ENV_IDS = tuple(VLA_WRAPPER_CONFIGS)
 
 
@@ -128,16 +133,16 @@ def apply_mikasa_vla_wrappers(
         The wrapped environment; it has also ``max_episode_steps``.
 
     Raises:
-        InvalidArgumentError: The id is not in VLA_WRAPPER_CONFIGS.
+        InvalidArgumentError: The id is in neither VLA_WRAPPER_CONFIGS nor EXTENDED_WRAPPER_CONFIGS.
     """
     spec = env.spec or env.unwrapped.spec
     if spec is None or spec.id is None:
         raise InvalidArgumentError("env: it has no id; give one that gym.make made")
-    config = VLA_WRAPPER_CONFIGS.get(spec.id)
+    config = VLA_WRAPPER_CONFIGS.get(spec.id) or EXTENDED_WRAPPER_CONFIGS.get(spec.id)
     if config is None:
         raise InvalidArgumentError(
             f"env: its id {spec.id!r} is not in VLA_WRAPPER_CONFIGS; add it, or use one of "
-            f"{', '.join(VLA_WRAPPER_CONFIGS)}"
+            f"{', '.join([*VLA_WRAPPER_CONFIGS, *EXTENDED_WRAPPER_CONFIGS])}"
         )
     base: Any = env.unwrapped
     expected = config.expected_control_mode

@@ -11,7 +11,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from engram.mikasa import _families, _rl_families
+from engram.mikasa import _constructors, _docstrings, _families, _rl_families
 from engram.mikasa._variants import TaskMeta
 from engram.mikasa.env import BaseEnv
 from engram.mikasa.registration import register_env
@@ -77,7 +77,7 @@ def _add(classes: dict[str, TaskMeta], name: str, base: Any, attributes: dict[st
 def _add_leaf(
     classes: dict[str, TaskMeta], name: str, base: Any, task: TaskSummary, own: tuple[str, ...]
 ) -> None:
-    doc = f"{task['id']}."
+    doc = _docstrings.of_class(task, f"{task['id']}: {task['instruction']}", own)
     leaf = _add(classes, name, base, {**_attributes(task), "_own": own, "__doc__": doc})
     register_env(task["id"], max_episode_steps=task["horizon"])(leaf)
 
@@ -93,11 +93,14 @@ def _make() -> dict[str, TaskMeta]:
         base = parent if family == "BatteriesCheckerEasy" and parent is not None else BaseEnv
         attributes = _attributes(_first_of(tasks))
         attributes["_changes"] = _families.BASE_CONSTANTS.get(family, {})
-        attributes["__doc__"] = f"Base of the classes of {family}."
+        first = _first_of(tasks)
+        own = _families.LEAF_CONSTANTS[family]
+        attributes["__doc__"] = _docstrings.of_class(first, f"All tasks of {family}.", own)
+        attributes.update(_constructors.of_family(family, rl=False))
         root = _add(classes, _families.base_name(family), base, attributes)
         for task in tasks:
             name = _families.leaf_name(task["id"])
-            _add_leaf(classes, name, root, task, _families.LEAF_CONSTANTS[family])
+            _add_leaf(classes, name, root, task, own)
     return classes
 
 
@@ -107,11 +110,12 @@ def _make_rl() -> dict[str, TaskMeta]:
     for family, tasks in _families_of(split_is_rl=True).items():
         root: Any = BaseEnv
         name = _rl_families.base_name(family)
-        if name is not None:
-            attributes = _attributes(_first_of(tasks))
-            attributes["__doc__"] = f"Base of the RL classes of {family}."
-            root = _add(classes, name, BaseEnv, attributes)
         own = _rl_families.LEAF_CONSTANTS.get(family, ())
+        if name is not None:
+            first = _first_of(tasks)
+            attributes = _attributes(first) | _constructors.of_family(family, rl=True)
+            attributes["__doc__"] = _docstrings.of_class(first, f"All RL tasks of {family}.", own)
+            root = _add(classes, name, BaseEnv, attributes)
         for task in tasks:
             _add_leaf(classes, _rl_families.leaf_name(task["id"]), root, task, own)
     return classes

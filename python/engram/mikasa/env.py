@@ -42,7 +42,11 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
 
     Args:
         num_envs: Number of environments.
-        **keywords: Those of ``gym.make``; docs/mikasa.md has them all.
+        robot_uids: "panda_wristcam" or "panda".
+        robot_init_qpos_noise: Standard deviation of the start pose's noise, rad.
+        reconfiguration_freq: Full resets from one to the next ``info["reconfigure"]``; None: 0, in
+            the shell games 1 for one environment.
+        **keywords: Further ones of ``gym.make``; docs/mikasa.md has them all.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012
@@ -66,7 +70,15 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     _family: ClassVar[str]
     _rl: ClassVar[bool] = False  # of the RL half
 
-    def __init__(self, num_envs: int = 1, **keywords: Any) -> None:
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        robot_uids: str = "panda_wristcam",
+        robot_init_qpos_noise: float = 0.02,
+        reconfiguration_freq: int | None = None,
+        **keywords: Any,
+    ) -> None:
         cls = type(self)
         if not hasattr(cls, "_task"):
             raise InvalidArgumentError("BaseEnv given; a class of a task is needed")
@@ -77,7 +89,13 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         }
         steps = _rl_families.KEYWORDS.get(cls._family, {}) if cls._rl else {}
         chosen = _keywords.read(
-            {**keywords, "num_envs": num_envs},
+            {
+                **keywords,
+                "num_envs": num_envs,
+                "robot_uids": robot_uids,
+                "robot_init_qpos_noise": robot_init_qpos_noise,
+                "reconfiguration_freq": reconfiguration_freq,
+            },
             takes=(*takes.get(cls._family, ()), *steps),
             constants=steps,
         )
@@ -90,7 +108,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self.robot_uids = chosen.robot_uids
         self.robot_init_qpos_noise = chosen.options["robot_init_qpos_noise"]
         self.reconfiguration_freq = chosen.reconfiguration_freq
-        if cls._family in _families.SHELL_GAMES and keywords.get("reconfiguration_freq") is None:
+        if cls._family in _families.SHELL_GAMES and reconfiguration_freq is None:
             self.reconfiguration_freq = int(self.num_envs == 1)
         self._resets = 0
         self._drawn: dict[str, np.ndarray] | None = None
@@ -101,7 +119,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._env = self._open(options)
         self.task_id = self._env.task_id
         self._description = self._env.description
-        self._constants = _forms.of_task(self._description["constants"])
+        self._constants = _forms.of_task(self._description["constants"], cls._family)
         for name, value in own_constants(cls).items():  # as they were set: a tuple, not a list
             if name in self._constants and _forms.same(value, self._constants[name]):
                 self._constants[name] = value

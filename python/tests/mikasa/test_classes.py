@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from pathlib import Path
 
@@ -218,6 +219,32 @@ def test_classes_without_a_task_are_refused():
         register_env("Nothing-VLA-v0")(bare)
     with pytest.raises(engram.InvalidArgumentError, match="JSON"):
         register_env("Nothing-VLA-v0", obs_mode=object())
+
+
+def test_signatures_and_docstrings_say_what_a_class_takes_and_does():
+    classes = {**mikasa.classes.CLASSES, **mikasa.classes.RL_CLASSES}
+    for name, cls in classes.items():
+        shown = inspect.signature(cls).parameters
+        for keyword, default in (
+            ("num_envs", 1),
+            ("robot_uids", "panda_wristcam"),
+            ("robot_init_qpos_noise", 0.02),
+            ("reconfiguration_freq", None),
+        ):
+            assert shown[keyword].default == default, name
+        assert ("angle_threshold" in shown) == ("Rotate" in name), name
+        assert all(part in cls.__doc__ for part in ("Flow: ", "Success: ", "Customisation: ")), name
+        assert max(map(len, cls.__doc__.splitlines()[1:])) <= 100, name
+    assert "COLORS" in mikasa.RememberColor3VLAEnv.__doc__
+    assert "cue_steps_per_env" in mikasa.RememberColor3VLAEnv.__doc__
+
+
+def test_whole_constants_are_ints_as_in_the_original():
+    assert type(mikasa.RememberColor3VLAEnv.MANIP_WIDTH_SCALE) is int
+    assert type(mikasa.ShellGameTouchVLAEnv.HEIGHT_OFFSET) is int
+    assert type(mikasa.ShellGameColorLampTouchVLAEnv.HEIGHT_OFFSET) is float
+    with made("ShellGameTouch-VLA-v0") as env:
+        assert type(env.unwrapped.HEIGHT_OFFSET) is int
 
 
 def test_it_is_documented():

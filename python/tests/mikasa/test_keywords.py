@@ -238,3 +238,25 @@ def test_seeds():
         for same in ([4, 5], torch.tensor([4, 5])):
             assert torch.equal(env.reset(seed=same)[0], first)
         assert not torch.equal(env.reset()[0], first)
+
+
+def test_rules_come_from_the_keyword_then_the_environment_and_are_said_once(monkeypatch, capsys):
+    monkeypatch.delenv("ENGRAM_RULES", raising=False)
+    monkeypatch.setattr(_keywords, "_warned", set())
+    for _ in range(2):
+        with made(ID) as env:
+            assert env.unwrapped._chosen.rules == "original"
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "rules of the original's code" in said
+    assert "ENGRAM_RULES=reference" in said
+    monkeypatch.setattr(_keywords, "_warned", set())
+    monkeypatch.setenv("ENGRAM_RULES", "reference")
+    with made(ID) as env:
+        assert env.unwrapped._chosen.rules == "reference"
+    with made(ID, rules="original") as env:
+        assert env.unwrapped._chosen.rules == "original"
+    assert capsys.readouterr().err == ""
+    monkeypatch.setenv("ENGRAM_RULES", "referense")
+    with pytest.raises(engram.InvalidArgumentError, match=r"ENGRAM_RULES.*reference"):
+        gym.make(ID)
