@@ -11,7 +11,7 @@ pytest.importorskip("torch")
 
 import torch
 from conftest import registered_ids
-from helpers import as_arrays, made, shapes, tasks
+from helpers import as_arrays, made, shapes
 
 import engram
 import engram.mikasa as mikasa
