@@ -1,7 +1,10 @@
 #include "apps/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
 
+#include "core/base/nearest.h"
 #include "protocol/make/make.h"
 
 namespace engram::apps {
@@ -151,19 +154,42 @@ void Command::on_run(std::function<void()> run) const { app_->final_callback(std
 
 namespace {
 
+// The command or option that a word is a misspelling of, as a question; empty if there is none.
+std::string suggestion(const CLI::App& app, const std::string& word) {
+  constexpr std::size_t kMaxEdits = 3;
+  std::vector<std::string> names;
+  if (word.starts_with("-")) {
+    const CLI::App* deepest = &app;
+    while (!deepest->get_subcommands().empty()) deepest = deepest->get_subcommands().front();
+    for (const CLI::Option* option : deepest->get_options()) {
+      if (option->get_group() == kHidden) continue;
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  } else if (app.get_subcommands().empty()) {
+    const auto all = [](const CLI::App* /*command*/) { return true; };
+    for (const CLI::App* command : app.get_subcommands(all)) names.push_back(command->get_name());
+  }
+  const std::string near = nearest(names, word);
+  const bool is_near = !near.empty() && edit_distance(near, word) <= kMaxEdits &&
+                       edit_distance(near, word) < word.size();
+  return is_near ? "did you mean '" + near + "'? " : "";
+}
+
 // The parser's refusal, in words of our own where its message is too short.
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   std::string what = error.what();
   std::string program = app.get_name();
+  std::string meant;
   for (const CLI::App* command : app.get_subcommands()) program += " " + command->get_name();
   const std::vector<std::string> unexpected = app.remaining(true);
   if (!unexpected.empty()) {
     what = app.get_subcommands().empty() ? "no command" : "unexpected";
     for (const std::string& argument : unexpected) what += " '" + argument + "'";
+    meant = suggestion(app, unexpected.front());
   } else if (app.get_subcommands().empty()) {
     what = "no command given";
   }
-  return what + "; `" + program + " --help` shows what is allowed";
+  return what + "; " + meant + "`" + program + " --help` shows what is allowed";
 }
 
 // CLI11 takes the next word for the value of `--name=`.

@@ -291,6 +291,25 @@ class NewVariants {
   UserTasks list_;
 };
 
+// What an unknown id may mean. Ids of the RL half differ from those of the VLA half by "-VLA"
+// alone, so that a name without a version may be either.
+std::string suggestion(std::string_view id) {
+  constexpr std::string_view kRlEnd = "-v0";
+  constexpr std::size_t kMisspelt = 3;  // edits
+  const std::string name(id);
+  if (id.ends_with(".py")) return "it is a file; " + name + ":ID names a task of it";
+  const std::string near = nearest_id(id);
+  std::string meant = "did you mean ";
+  if (near.ends_with(kRlEnd)) {
+    const std::string vla = near.substr(0, near.size() - kRlEnd.size()) + "-VLA-v0";
+    if (find_entry(vla) != nullptr) meant += "'" + vla + "' or ";
+  }
+  meant += "'" + near + "'? `engram list` shows all";
+  if (edit_distance(id, near) <= kMisspelt) return meant;
+  return meant + ", and a task of your own needs its file: FILE.py:" + name +
+         ", --tasks FILE.py, or ENGRAM_TASKS=FILE.py";
+}
+
 }  // namespace
 
 std::span<const RegistryEntry> registry() noexcept { return task_registry().benchmark(); }
@@ -303,8 +322,7 @@ const RegistryEntry* find_entry(std::string_view id) noexcept { return task_regi
 
 const RegistryEntry& require_entry(std::string_view id) {
   if (const RegistryEntry* entry = find_entry(id)) return *entry;
-  throw Error(Error::kUnknownId, "no task '" + std::string(id) + "'; did you mean '" +
-                                     nearest_id(id) + "'? `engram list` shows all");
+  throw Error(Error::kUnknownId, "no task '" + std::string(id) + "'; " + suggestion(id));
 }
 
 void register_variants(std::span<const TaskVariant> variants) {

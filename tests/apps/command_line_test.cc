@@ -70,5 +70,12 @@ TEST_CASE("Words that are not allowed are refused", "[apps][command_line]") {
   CHECK_THROWS_AS(parse({"say", "--name", ""}), Error);
 }
 
+TEST_CASE("A misspelt command or option leads to the nearest one", "[apps][command_line]") {
+  CHECK_THROWS_WITH(parse({"sya"}), Catch::Contains("no command 'sya'; did you mean 'say'?"));
+  CHECK_THROWS_WITH(parse({"say", "--lowd"}), Catch::Contains("did you mean '--loud'?"));
+  CHECK_THROWS_WITH(parse({"recollect"}), !Catch::Contains("did you mean"));
+  CHECK_THROWS_WITH(parse({"say", "--secre"}), !Catch::Contains("secret'?"));
+}
+
 }  // namespace
 }  // namespace engram::apps

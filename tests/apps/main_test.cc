@@ -25,6 +25,7 @@ TEST_CASE("command: version and help go to standard output", "[apps]") {
 TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
   require_refusal("", 2, "no command");
   require_refusal("fly", 2, "fly");
+  require_refusal("evl", 2, "did you mean 'eval'?");
   require_refusal("list --nonsense", 2, "--nonsense");
   require_refusal("list --split brief", 2, "short|medium|long|extended");
   require_refusal("list --family Remember", 2, "RememberColor");

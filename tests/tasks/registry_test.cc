@@ -159,6 +159,19 @@ TEST_CASE("A misspelt id leads to the one that was meant", "[registry]") {
   CHECK(nearest_id("SeqOfColor5-Long-VLA-v0") == "SeqOfColors5-Long-VLA-v0");
 }
 
+TEST_CASE("Refusals of unknown ids name what may be meant", "[registry]") {
+  CHECK_THROWS_WITH(
+      require_entry("RememberColor3"),
+      Catch::Contains("did you mean 'RememberColor3-VLA-v0' or 'RememberColor3-v0'?"));
+  CHECK_THROWS_WITH(require_entry("RememberColour9-VLA-v0"),
+                    "no task 'RememberColour9-VLA-v0'; did you mean 'RememberColor9-VLA-v0'? "
+                    "`engram list` shows all");
+  CHECK_THROWS_WITH(require_entry("MugSwap2-v0"),
+                    Catch::Contains("FILE.py:MugSwap2-v0, --tasks FILE.py, or ENGRAM_TASKS"));
+  CHECK_THROWS_WITH(require_entry("mug_swap.py"),
+                    "no task 'mug_swap.py'; it is a file; mug_swap.py:ID names a task of it");
+}
+
 TEST_CASE("Any text leads to some id, soon", "[registry]") {
   CHECK(find_entry(nearest_id("")) != nullptr);
   CHECK(find_entry(nearest_id(std::string(1'000'000, 'x'))) != nullptr);
