@@ -234,6 +234,16 @@ def test_whole_episodes_of_another_task_have_their_appearances() -> None:
     assert (policy.vocabulary >= 0).sum() == 5
 
 
+@pytest.mark.parametrize(
+    ("id", "resets"), [("RememberColor3-VLA-v0", 2), ("RotateLenientPos-VLA-v0", 0)]
+)
+def test_a_wiped_evaluation_counts_how_often_the_memory_was_reset(id: str, resets: int) -> None:
+    env = learners.training.ObjectsEnv(id, 8, 3)
+    policy = untrained(env)
+    assert "resets" not in learners.training.evaluate(policy, env, 3)
+    assert learners.training.evaluate(policy, env, 3, forget=True)["resets"] == resets
+
+
 def test_the_result_names_the_task_of_the_first_policy(tmp_path: Path) -> None:
     few = ("--envs", "8", "--iterations", "1", "--updates", "2", "--evaluate-every", "0")
     tasks = ("RememberColor3-VLA-v0", "RememberColor5-VLA-v0")

@@ -175,7 +175,7 @@ def evaluate(policy, env, seed, forget=False):
     """Rates of success and of correct first answers; of several tasks, also those of each.
 
     env: of several tasks, by id.
-    forget: the memory is reset whenever an object appears.
+    forget: the memory is reset whenever an object appears; `resets` counts that, per episode.
     The policy is not computed for episodes whose rates are decided.
     """
     if isinstance(env, dict):
@@ -184,6 +184,7 @@ def evaluate(policy, env, seed, forget=False):
     layout, rows, state = policy.layout, env.reset(seed=seed), None
     actions = torch.zeros(len(rows), layout.actions)
     played = torch.arange(len(rows))
+    resets = 0
     for t in range(env.horizon):
         if t > 0:
             still = ~decided(env.infos)[played]
@@ -193,18 +194,26 @@ def evaluate(policy, env, seed, forget=False):
                 played, state = played[still], selected(policy, state, still)
         own = rows[played]
         if forget and state is not None:
-            state = forgotten(policy, own, state)
+            which = appearing(policy, own, state)
+            resets += int(which.sum())
+            state = policy.reset_state(state, which)
         choice, _, state, _ = policy(own[None], state)
         actions[played] = choice.best()[0]
         rows, _ = env.step(actions)
-    return rates(env.infos, slice(None))
+    found = rates(env.infos, slice(None))
+    return {**found, "resets": resets / len(actions)} if forget else found
+
+
+def appearing(policy, rows, state):
+    """Episodes (N,) in which an object appears in a step; state: that before the step."""
+    tokens = policy.layout.split(rows)[1]
+    bodies = policy.layout.bodies(tokens, policy.layout.pairs(tokens))
+    return arrivals(bodies[None], state[0])[0, :, 0] > 0
 
 
 def forgotten(policy, rows, state):
-    """The state before a step, reset in the episodes (N,) in which an object appears in it."""
-    tokens = policy.layout.split(rows)[1]
-    bodies = policy.layout.bodies(tokens, policy.layout.pairs(tokens))
-    return policy.reset_state(state, arrivals(bodies[None], state[0])[0, :, 0] > 0)
+    """The state before a step, reset in the episodes in which an object appears in it."""
+    return policy.reset_state(state, appearing(policy, rows, state))
 
 
 def decided(infos):
@@ -274,4 +283,11 @@ def finish(policy, env, args, log, cpu_s, learner, **figures):
     result |= evaluate(policy, env, FINAL_SEED)
     if policy.memory:
         result["wiped"] = evaluate(policy, env, FINAL_SEED, forget=True)
+        tasks = result["wiped"].get("tasks") or {args.id: result["wiped"]}
+        never = [id for id, of_task in tasks.items() if of_task["resets"] == 0]
+        if never:
+            print(
+                f"wiped: the memory was never reset in {', '.join(never)}, as no object appears "
+                "after the first step: these rates say nothing of what it is needed for"
+            )
     write_result(result, args.out)
