@@ -4,6 +4,7 @@
     tables      facts of tasks in docs/, from `engram info`; --check: fails if one is stale
     modules     docs/pictures/modules.svg, from #include lines; --check likewise
     pictures    sheets of docs/pictures/tasks, by `engram record`
+    props       docs/pictures/kit_props.png, of the props of engram.kit
     films       docs/pictures/films, of released policies
     notebooks   outputs of docs/notebooks
 
@@ -13,7 +14,7 @@ tools/docs.py PART --help prints the options. scripts/docs_site.sh builds the si
 import argparse
 import importlib
 
-PARTS = ("tables", "modules", "pictures", "films", "notebooks")
+PARTS = ("tables", "modules", "pictures", "props", "films", "notebooks")
 
 
 def main():

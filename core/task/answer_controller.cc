@@ -45,10 +45,12 @@ std::span<const int> AnswerController::choice(int env, int number) const {
 }
 
 const AnswerController* answer_controller_of(Task& task) {
-  if (task.batch_task() != nullptr) return nullptr;
-  const auto* choices = dynamic_cast<const AnswerController*>(&task.expert());
+  const bool custom = task.batch_task() != nullptr;
+  const auto* choices = custom ? dynamic_cast<const AnswerController*>(&task)
+                               : dynamic_cast<const AnswerController*>(&task.expert());
   if (choices == nullptr) return nullptr;
   const ChoiceForm form = choices->choice_form();
+  if (custom && form.items.empty()) return nullptr;
   return form.items.size() == 1 && form.most == 1 ? nullptr : choices;
 }
 

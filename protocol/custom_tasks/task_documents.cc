@@ -191,6 +191,22 @@ void read_words(const KeyedTable& table, CustomDescription& about) {
   about.words.unknown = words.text("unknown", about.words.unknown);
 }
 
+void read_choices(const KeyedTable& table, CustomDescription& about) {
+  if (!table.has("choices")) return;
+  const KeyedTable choices(table.value("choices"), table.what() + ", 'choices'");
+  choices.allow(std::array{"question", "items", "count"});
+  about.choices.question = choices.text("question");
+  about.choices.items = choices.texts("items");
+  const auto items = static_cast<int>(about.choices.items.size());
+  if (items < 2) choices.refuse("'items' has to be a list of at least two");
+  for (const std::string& item : about.choices.items) {
+    if (std::ranges::count(about.choices.items, item) == 1) continue;
+    choices.refuse("'items': '" + item + "' given twice, once allowed");
+  }
+  if (choices.has("count")) about.choices.count = choices.integer("count", 1, items);
+  if (!about.has_blind) table.refuse("'choices' given without the method blind, one needed");
+}
+
 // Draws that are the range of a constant.
 void check_constants(const KeyedTable& table, const CustomDescription& about) {
   for (const CustomDraw& draw : about.draws) {
@@ -229,7 +245,7 @@ CustomDescription parse_task_description(std::string_view json, std::string_view
   table.allow(std::array{"candidates", "guess_rate", "answer", "answer_rate", "termination",
                          "frozen_cue", "success_reward", "oracle_dim", "hidden", "phases",
                          "table_ends", "props", "draws", "memory", "infos", "state_fields",
-                         "methods", "words"});
+                         "methods", "words", "choices"});
   CustomDescription about;
   about.candidates = table.has("candidates") ? table.integer("candidates", 1, kMaxNumber) : 1;
   about.guess_rate = table.number("guess_rate", 0);
@@ -252,6 +268,7 @@ CustomDescription parse_task_description(std::string_view json, std::string_view
   read_phases(table, about);
   read_methods(table, about);
   read_words(table, about);
+  read_choices(table, about);
   check_constants(table, about);
   return about;
 }

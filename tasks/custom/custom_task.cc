@@ -144,6 +144,7 @@ void CustomTask::add_own_columns() {
   add_work(reward_, "reward", 1, true);
   add_work(actions_, "actions", kActionDim, true);
   add_work(policy_key_, "policy_key", 1, false);
+  if (has_choices()) add_work(choice_, "choice", about_.choices.count, false);
   const int state_dim = width_of(info_.state_fields);
   if (state_dim > 0) add_work(state_, "state", state_dim, true);
   for (const CustomDraw& draw : about_.draws) {
@@ -204,13 +205,40 @@ void CustomTask::act(std::span<const int> envs, Script script, FloatRows actions
                      : script == Script::kBlind ? about_.has_blind
                                                 : about_.has_sweep;
   if (!known) refuse(info_.id, std::string("it has no ") + name_of(script));
-  for (const int env : envs) policy_key_[env] = engine_.policy_key(env);
+  for (const int env : envs) {
+    policy_key_[env] = engine_.policy_key(env);
+    if (has_choices()) write_choice(env);
+  }
   const CustomMethod method = script == Script::kOracle  ? CustomMethod::kOracle
                               : script == Script::kBlind ? CustomMethod::kBlind
                                                          : CustomMethod::kSweep;
   arrays_->call(*instance_, method, envs);
   for (const int env : envs) std::copy_n(actions_.row(env), kActionDim, actions.row(env));
 }
+
+// --- choices ---
+
+ChoiceForm CustomTask::choice_form() const {
+  const CustomChoices& choices = about_.choices;
+  return {.question = choices.question,
+          .items = choices.items,
+          .least = choices.count,
+          .most = choices.count};
+}
+
+bool CustomTask::is_choice_due(int env) const {
+  const std::int32_t first = std::max(cue_end_[env], engine_.freeze_steps[env]);
+  return awaits_choice(env) && engine_.state->elapsed[env] >= first;
+}
+
+void CustomTask::write_choice(int env) const {
+  const std::span<const int> keys = choice(env);
+  std::int32_t* row = choice_.row(env);
+  std::fill_n(row, choice_.width(), -1);
+  std::ranges::copy(keys, row);
+}
+
+// --- props ---
 
 // What the engine has to know of poses that the rules have set.
 void CustomTask::settle_props(std::span<const int> envs) const {

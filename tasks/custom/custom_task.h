@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/task/answer_controller.h"
 #include "core/task/batch_task.h"
 #include "tasks/common/family_base.h"
 #include "tasks/custom/annotator.h"
@@ -15,7 +16,7 @@
 
 namespace engram::tasks {
 
-class CustomTask final : public FamilyBase, public BatchTask {
+class CustomTask final : public FamilyBase, public BatchTask, public AnswerController {
  public:
   // Throws Error (kInvalidArgument) if the description cannot work.
   CustomTask(const RegistryEntry& entry, std::unique_ptr<CustomInstance> instance);
@@ -28,6 +29,10 @@ class CustomTask final : public FamilyBase, public BatchTask {
   std::string instruction(int env) const override;
   BatchTask* batch_task() override { return this; }
   const Annotator* annotator() const override { return has_words() ? &annotator_ : nullptr; }
+
+  ChoiceForm choice_form() const override;
+  // Once the cue is over and actions count.
+  bool is_choice_due(int env) const override;
 
   void reset(std::span<const int> envs) override;
   bool moves_before_physics() const override { return about_.moves_before_physics; }
@@ -47,6 +52,8 @@ class CustomTask final : public FamilyBase, public BatchTask {
   const Expert& expert() const override;
 
  private:
+  bool has_choices() const { return !about_.choices.items.empty(); }
+  void write_choice(int env) const;
   bool has_words() const { return !about_.words.subtasks.empty(); }
   void describe(const CustomDescription& about);
   void add_engine_columns();
@@ -64,6 +71,7 @@ class CustomTask final : public FamilyBase, public BatchTask {
   Column<float> state_;    // all state fields
   Column<float> actions_;  // of scripts
   Column<std::uint64_t> policy_key_;
+  Column<std::int32_t> choice_;  // (count) keys of the caller's answer, -1: none
 };
 
 }  // namespace engram::tasks

@@ -65,6 +65,13 @@ struct CustomWords {
   std::string unknown = "right";      // for the hidden draw until the cue has been shown
 };
 
+// The list of answers that it may be asked for.
+struct CustomChoices {
+  std::string question;
+  std::vector<std::string> items;  // empty: there is no list
+  int count = 1;                   // items of an answer, all different
+};
+
 struct CustomDescription {
   int candidates = 1;
   double guess_rate = 0;
@@ -83,6 +90,7 @@ struct CustomDescription {
   std::vector<CustomColumn> infos;
   std::vector<Field> state_fields;
   CustomWords words;
+  CustomChoices choices;
   bool moves_before_physics = false;
   bool has_oracle = false;
   bool has_blind = false;

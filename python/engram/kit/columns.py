@@ -37,7 +37,7 @@ class Column(NamedTuple):
 
 
 def engine_columns(
-    props: int, action_dim: int, oracle_dim: int, answers: bool
+    props: int, action_dim: int, oracle_dim: int, answers: bool, choices: int = 0
 ) -> dict[str, Column]:
     """The engine's columns that are attributes of a task; ``Task`` documents them."""
     columns = {
@@ -72,10 +72,12 @@ def engine_columns(
         columns["answered"] = Column((), _WRITTEN, np.bool_)
         columns["first_answer"] = Column((), _WRITTEN)
         columns["first_answer_correct"] = Column((), _WRITTEN, np.bool_)
+    if choices > 0:
+        columns["choice"] = Column((choices,))
     return columns
 
 
-ENGINE_NAMES = frozenset(engine_columns(1, 7, 1, True)) | {"n", "rows"}
+ENGINE_NAMES = frozenset(engine_columns(1, 7, 1, True, 1)) | {"n", "rows"}
 
 # Infos and observations of all tasks, beside those of the engine's columns.
 INFO_NAMES = frozenset({

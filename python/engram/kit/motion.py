@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,9 @@ class Motion:
     elapsed: NDArray[np.int32]
     episode: NDArray[np.uint64]
     policy_key: NDArray[np.uint64]
+    choice: NDArray[np.int32]
+    choices: Sequence[str]
+    choice_count: int
     tcp_pos: Reals
     tcp_quat: Reals
     qvel: Reals
@@ -184,6 +188,15 @@ class Motion:
     def guess_order(self, count: int) -> NDArray[np.int64]:
         """The numbers from 0 to count - 1 in a random order for ``blind``: (n, count)."""
         return self.uniforms(count).argsort(axis=1, kind="stable")
+
+    def guess_choice(self) -> NDArray[np.int64]:
+        """Numbers in ``choices`` for ``blind``: (n,), or (n, choice_count).
+
+        Those that the caller has named (``ask`` and ``answer`` of environments), otherwise guesses.
+        """
+        guessed = self.guess_order(len(self.choices))[:, : self.choice_count]
+        chosen = np.where(self.choice[:, :1] < 0, guessed, self.choice)
+        return chosen[:, 0] if self.choice_count == 1 else chosen
 
     def uniforms(self, count: int) -> Reals:
         """Random numbers from 0 to 1 for ``blind``, the same in every step: (n, count)."""

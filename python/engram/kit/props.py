@@ -345,7 +345,7 @@ class ButtonBase(Prop):
 
 @dataclasses.dataclass(frozen=True)
 class ButtonCap(Prop):
-    """The cap of a button, which sinks by at most `travel`."""
+    """The cap of a button: it sinks ahead of the tool by at most `travel`, see ``Task.pressed``."""
 
     travel: float = 0.01
     object: str | None = None

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from engram._args import values
 from engram.errors import BadStateError, InvalidArgumentError
+from engram.kit.buttons import Buttons
 from engram.kit.columns import ENGINE_NAMES, Column, Rows, engine_columns
 from engram.kit.constants import changed_values, constants_of
 from engram.kit.declarations import Declarations, Declared
@@ -33,7 +34,7 @@ _OWN = frozenset({
 })  # fmt: skip
 
 
-class Task(Declarations, Scene, Motion, Phases):
+class Task(Declarations, Scene, Buttons, Motion, Phases):
     """Base class of tasks that are written in Python.
 
     Class attributes declare constants (``kit.Integer``, ...) and facts; ``build`` declares scene,
@@ -99,6 +100,8 @@ class Task(Declarations, Scene, Motion, Phases):
     answered             (n,)          bool     ``give_answer`` writes it and the two below,
     first_answer         (n,)          int32    if ``answer`` is not empty
     first_answer_correct (n,)          bool
+    choice               (n, K)        int32    numbers in ``choices`` that a caller has named,
+                                                -1: none; ``guess_choice`` reads it
     actions              (n, 7)        float32  written by ``oracle``, ``blind`` and ``sweep``
     ==================== ============= ======== =============================================
 
@@ -121,6 +124,9 @@ class Task(Declarations, Scene, Motion, Phases):
     answer: str = ""  # what the robot's answer is; empty: there is no such moment
     answer_rate: float = 0.0  # rate of right first answers of guessing; 0: 1 / candidates
     hidden: str = ""  # the draw that has to be remembered
+    question: str = ""  # what a caller is asked who names an answer (docs/choices.md)
+    choices: Sequence[str] = ()  # the texts of answers; () and "": there is no list
+    choice_count: int = 1  # of them that an answer consists of, all different
     oracle_dim: int = 0  # width of oracle_info
     phases: Sequence[tuple[str, str]] = ()  # names and conditions; add_phases writes them
     table_ends: bool = False  # props fall off the table's edges
@@ -204,6 +210,7 @@ class Task(Declarations, Scene, Motion, Phases):
         if build() is not None:
             raise InvalidArgumentError("build: returned a value; declarations are calls")
         self._find_starts()
+        self._declare_caps()
         props = self._declared.props
         held["_upright"] = np.array([one.upright for one in props]).reshape(len(props), 4)
         heights = [one.resting_height for one in props]
@@ -274,6 +281,7 @@ class Task(Declarations, Scene, Motion, Phases):
                 "state_fields": declared.state_fields,
                 "methods": [name for name in _OPTIONAL if self._has(name)],
                 **({"words": declared.words} if declared.words else {}),
+                **({"choices": self._choices()} if self.choices or self.question else {}),
             }
         )
 
@@ -282,7 +290,11 @@ class Task(Declarations, Scene, Motion, Phases):
         declared = self._declared
         width = sum(field["width"] for field in declared.state_fields)
         engine = engine_columns(
-            len(declared.props), all["action"].shape[1], self.oracle_dim, bool(self.answer)
+            len(declared.props),
+            all["action"].shape[1],
+            self.oracle_dim,
+            bool(self.answer),
+            self.choice_count if self.choices else 0,
         )
         columns = {name: (name, column) for name, column in engine.items()}
         columns.update(declared.columns)
@@ -324,6 +336,8 @@ class Task(Declarations, Scene, Motion, Phases):
                 self.meant[:] = -1
         if method() is not None:
             raise InvalidArgumentError(f"{name}: returned a value; it writes into columns")
+        if name == "advance":
+            self._sink_caps()
 
     def _call_reward(self) -> None:
         _store("reward", self._reward, self.reward())
@@ -351,6 +365,20 @@ class Task(Declarations, Scene, Motion, Phases):
 
     def _has(self, name: str) -> bool:
         return getattr(type(self), name) is not getattr(Task, name)
+
+    def _choices(self) -> dict[str, Any]:
+        items = [values.text("choices", one) for one in self.choices]
+        if len(items) < 2 or not self.question:
+            raise InvalidArgumentError(
+                f"choices: {items} given with question {self.question!r}; two or more, and a "
+                "question, needed"
+            )
+        count = values.integer("choice_count", self.choice_count, 1, len(items))
+        return {
+            "question": values.text("question", self.question),
+            "items": items,
+            "count": count,
+        }
 
     def _facts(self) -> dict[str, Any]:
         facts = {

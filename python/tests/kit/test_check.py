@@ -235,6 +235,24 @@ WRONG = {
         ("kit.Steps(1, 3,", "kit.Steps(1, 20,"),
         "draws", r"with the longest phases \(cue_steps 20\) oracle\(\) succeeds in 0 of",
     ),
+    # Places.
+    "prop_in_the_table": (
+        ("self.place(self.cubes, self.spots(), where",
+         "self.place(self.cubes, np.dstack([self.spots(), np.full((self.n, 3), 0.005)]), where"),
+        ("(0, 0.18)])[self.order]", "(0, 0.18)])[self.order].astype(float)"),
+        "runs", r"prop 'cube_red' overlaps the table by 15 mm in step \d+",
+    ),
+    "cap_in_the_table": (
+        after("build", "self.cap = self.add_prop(kit.ButtonCap('cap'))"),
+        after("reset", "self.place(self.cap, (0, 0.3, 0))"),
+        "runs", r"prop 'cap' overlaps the table by 14 mm in step 0",
+    ),
+    "prop_under_another": (
+        after("build", "self.ball = self.add_prop(kit.Box('spare', (0.01,) * 3, body='visual'))\n"
+                       "self.lid = self.add_prop(kit.Box('lid', (0.05,) * 3, body='visual'))"),
+        after("reset", "self.place(self.ball, (0, 0.3))\nself.place(self.lid, (0, 0.3))"),
+        "runs", r"prop 'spare' is placed, but is in no picture of any episode",
+    ),
     # Constants and draws.
     "constant_that_breaks": (
         ("low=2, high=4", "low=2, high=6"),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from task_columns import ColumnsByHand
 
 import engram
 from engram import kit
+from engram.kit.props import Prop
 
 UPRIGHT = [1, 0, 0, 0]
 
@@ -185,3 +188,44 @@ def test_the_first_answer_counts(columns):
     task.give_answer(1, True, np.ones(4, bool))
     assert task.first_answer.tolist() == [0, 1, 2, 1]
     assert task.first_answer_correct.tolist() == [False, True, True, True]
+
+
+def test_caps_sink_by_their_travel_and_are_pressed(columns):
+    task = columns.task
+    task.place(task.tray, (0.1, 0.2))
+    tool = columns.all["tcp_pos"]
+    tool[:] = [(0.1, 0.2, 0.3), (0.1, 0.2, 0.084), (0.1, 0.2, 0.07), (0.1, 0.27, 0.07)]
+    columns.call("advance")
+    assert task.press_depth(task.tray) == pytest.approx([0, 0.004, 0.01, 0])
+    assert task.pressed(task.tray).tolist() == [False, True, True, False]
+    assert task.pressed(task.tray, share=0.5).tolist() == [False, False, True, False]
+    assert task.prop_pos[:, task.tray, 2] == pytest.approx([0.044, 0.04, 0.034, 0.044])
+    # Away and back up; placed anew while the tool is there; hidden.
+    tool[2] = (0, 0, 0.3)
+    columns.call("advance")
+    assert task.prop_pos[2, task.tray, 2] == 0.044
+    task.place(task.tray, (0.1, 0.2))
+    columns.call("advance")
+    assert task.prop_pos[:, task.tray, 2] == pytest.approx([0.044, 0.04, 0.044, 0.044])
+    task.hide(task.tray)
+    columns.call("advance")
+    assert not task.pressed(task.tray).any()
+    with pytest.raises(engram.InvalidArgumentError, match="'cube_1' given"):
+        task.pressed(task.cubes[1])
+
+
+def test_the_page_has_all_props_and_their_heights():
+    page = (Path(__file__).parents[3] / "docs" / "custom_tasks.md").read_text()
+    rows = [line.split(" | ") for line in page.splitlines() if line.startswith("| `")]
+    heights = {row[0].strip("| `"): row[3] for row in rows if len(row) == 5}
+    kinds = [one for one in vars(kit).values() if isinstance(one, type) and issubclass(one, Prop)]
+    kinds.remove(Prop)
+    assert len(kinds) == 19
+    for kind in kinds:
+        given = (
+            {"vertices": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]} if kind is kit.Mesh else {}
+        )
+        height = kind("prop", **given).resting_height
+        shown = heights[kind.__name__].split(",")[0]
+        if kind is not kit.Mesh:
+            assert "needs z" in shown if height is None else float(shown) == height, kind

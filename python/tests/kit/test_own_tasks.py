@@ -18,7 +18,8 @@ from engram import kit
 EXAMPLES = Path(__file__).parents[2] / "examples" / "own_tasks"
 BUILT_IN = "RememberColor9-VLA-v0"
 OWN = "MyRememberColor9-v0"
-IDS = (OWN, "RememberColorSequence3-v0", "KeepTrack4-v0", "InterceptFastCover-v0")
+BUTTON = "RememberButton3-v0"
+IDS = (OWN, "RememberColorSequence3-v0", "KeepTrack4-v0", BUTTON, "InterceptFastCover-v0")
 PLACES = [(x, y) for x in (-0.15, -0.05, 0.05) for y in (-0.15, 0, 0.15)]
 
 
@@ -38,7 +39,7 @@ def played(id, steps, policy="oracle", seed=3, noise=0.0, **options):
     """Observations, rewards and successes of an episode."""
     rng = np.random.default_rng(5)
     record = []
-    with made(id, **options) as env:
+    with made(id, after_end="hold", **options) as env:
         observation, _ = env.reset(seed=seed)
         record.append(observation.copy())
         for _ in range(steps):
@@ -93,7 +94,7 @@ def test_threads_slots_and_batches_do_not_matter(id):
 
 @pytest.mark.parametrize("id", IDS)
 def test_snapshots_continue_episodes(id):
-    with made(id, 4) as env:
+    with made(id, 4, after_end="hold") as env:
         env.reset(seed=2)
         for _ in range(12):
             env.step(env.act("oracle"))
@@ -135,7 +136,7 @@ def test_oracles_solve_and_zero_does_not(id):
     assert rates(id, "zero") <= 0.02
 
 
-@pytest.mark.parametrize("id", IDS[:3])
+@pytest.mark.parametrize("id", IDS[:4])
 def test_guesses_are_at_chance(id):
     chance = 1 / engram.describe(id)["candidates"]
     assert rates(id, "blind") == pytest.approx(chance, abs=0.1)
@@ -188,6 +189,73 @@ def test_pictures_and_objects():
         assert observation["rgb"].any()
     with made(num_envs=2, obs_mode="objects") as env:
         env.reset(seed=0)
+
+
+# --- buttons and choices ---
+
+
+def test_caps_sink_under_the_tool_and_rise_again():
+    with made(BUTTON, num_envs=6, pins={"target": [1]}, after_end="hold") as env:
+        env.reset(seed=0)
+        fields = [one["name"] for one in env.description["state_fields"]]
+        depth = env.description["state_fields"][fields.index("depth")]["offset"]
+        sunk = []
+        for _ in range(40):
+            observation, *_, info = env.step(env.act("oracle"))
+            sunk.append(observation[:, depth : depth + 3].copy())
+            if info["success"].all():
+                break
+        assert info["success"].all()
+        sunk = np.array(sunk)
+        assert not sunk[0].any()
+        assert (sunk[-1][:, 1] >= 0.35 * 0.014).all()
+        assert sunk.max() <= np.float32(0.014)
+        assert not sunk[:, :, [0, 2]].any()
+
+
+def test_a_list_of_answers_asks_for_one():
+    assert engram.describe(BUTTON)["choices"]["choices"][0] == "the left button"
+    for right in (True, False):
+        with made(BUTTON, num_envs=4, pins={"target": [2]}, after_end="hold") as env:
+            env.reset(seed=3)
+            for i in range(4):
+                env.ask(i)
+            answered = np.zeros(4, bool)
+            for step in range(60):
+                for i in range(4):
+                    question = env.question(i)
+                    if question["due"] and not answered[i]:
+                        assert question["question"] == "Which button is to be pressed?"
+                        assert step >= 2
+                        text = engram.describe(BUTTON)["choices"]["choices"][2 if right else i % 2]
+                        env.answer([question["choices"].index(text)], i)
+                        answered[i] = True
+                *_, info = env.step(env.act("blind"))
+            assert answered.all()
+            assert info["answered"].all()
+            assert (info["first_answer_correct"] == right).all()
+            expected = np.full(4, 2) if right else np.arange(4) % 2
+            np.testing.assert_array_equal(info["first_answer"], expected)
+
+
+def test_answers_by_name_are_evaluated():
+    result = engram.evaluate(choices=lambda question: 0, ids=BUTTON, episodes=30, obs="objects")
+    assert result["tasks"][0]["sr"] == pytest.approx(1 / 3, abs=0.25)
+
+
+@pytest.mark.parametrize(
+    ("facts", "message"),
+    [
+        ({"choices": ("one", "two")}, "a question, needed"),
+        ({"question": "Which?", "choices": ("one",)}, "two or more"),
+        ({"question": "Which?", "choices": ("one", "one")}, "'one' given twice"),
+        ({"question": "Which?", "choices": ("one", "two"), "choice_count": 3}, "choice_count"),
+        ({"question": "Which?", "choices": ("one", "two"), "blind": engram.Task.blind}, "blind"),
+    ],
+)
+def test_lists_of_answers_that_cannot_be_are_refused(facts, message):
+    with pytest.raises(engram.InvalidArgumentError, match=message):
+        register(**{"blind": lambda t: t.rest(), **facts})
 
 
 # --- mistakes ---

@@ -67,6 +67,20 @@ TEST_CASE("Words and names of draws are read", "[own_tasks]") {
       Contains("'names': 1 given, one for each whole number"));
 }
 
+TEST_CASE("A list of answers is read", "[own_tasks]") {
+  const std::string question = R"("methods": ["blind"], "choices": {"question": "Which?", "items": )";
+  const tasks::CustomDescription about = described(question + R"(["a", "b", "c"], "count": 2})");
+  CHECK(about.choices.question == "Which?");
+  CHECK(about.choices.items.size() == 3);
+  CHECK(about.choices.count == 2);
+  CHECK(described("").choices.items.empty());
+  CHECK_THROWS_WITH(described(question + R"(["a"]})"), Contains("a list of at least two"));
+  CHECK_THROWS_WITH(described(question + R"(["a", "a"]})"), Contains("'a' given twice"));
+  CHECK_THROWS_WITH(described(question + R"(["a", "b"], "count": 3})"), Contains("'count'"));
+  CHECK_THROWS_WITH(described(R"("choices": {"question": "Which?", "items": ["a", "b"]})"),
+                    Contains("without the method blind"));
+}
+
 TEST_CASE("A mesh is read, with its hull and the body of a solid", "[own_tasks]") {
   const std::string corners = "[[0,0,0],[0.1,0,0],[0,0.1,0],[0,0,0.1],[0.02,0.02,0.02]]";
   const mjcf::Prop found =

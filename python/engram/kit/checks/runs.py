@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from engram.kit.checks.placing import Placing
 from engram.kit.checks.play import Player
 from engram.kit.checks.subject import Subject
 
@@ -16,9 +17,9 @@ _METHODS = {"_reward": "reward()", "_state": "observe()", "prop_pos": "place() o
 def check(subject: Subject) -> None:
     """Plays oracle, random, blind and sweep episodes; StoppedError comes out."""
     found = len(subject.findings)
-    seen = np.zeros(len(subject.prop_names), bool)
+    placing = Placing(subject) if subject.is_own else None
     for policy in (*subject.scripts, "random"):
-        _play(subject, policy, seen)
+        _play(subject, policy, placing)
         if len(subject.findings) > found:
             return  # others would only say it again
     with subject.batch(4, obs_mode="objects") as env:
@@ -31,29 +32,27 @@ def check(subject: Subject) -> None:
             if not env.observation_space.contains(outputs["objects"]):
                 subject.add("runs", "wrong", f"objects leave their space in step {step}")
                 return
-    if subject.is_own:
-        for name in [name for name, shown in zip(subject.prop_names, seen) if not shown]:
-            subject.add(
-                "runs", "note",
-                f"prop {name!r} is hidden in every step of all episodes; place() puts it there",
-            )  # fmt: skip
+    if placing is not None:
+        placing.report()
     if len(subject.findings) == found:
         subject.add("runs", "ok", "episodes run to their end; rewards, observations and infos are "
                     "finite and within their bounds")  # fmt: skip
 
 
-def _play(subject: Subject, policy: str, seen: Any) -> None:
+def _play(subject: Subject, policy: str, placing: Placing | None) -> None:
     """Episodes of one policy; the first thing that is wrong ends them."""
     count = 8 if subject.fast else 32
     with subject.batch(count) as env:
         player = Player(subject, env, policy)
         player.begin(range(100, 100 + count))
-        _note_props(subject, seen)
+        if placing is not None:
+            placing.note(0)
         least = {True: np.inf, False: np.inf}
         most = {True: -np.inf, False: -np.inf}
         for step in range(1, subject.horizon + 1):
             outputs = player.step()
-            _note_props(subject, seen)
+            if placing is not None:
+                placing.note(step)
             if _check_values(subject, policy, outputs, step):
                 return
             for kind in (True, False):
@@ -74,11 +73,6 @@ def _play(subject: Subject, policy: str, seen: Any) -> None:
                 "than 1; success_reward has to be the greatest reward of a step",
                 most_with_success=float(most[True]),
             )  # fmt: skip
-
-
-def _note_props(subject: Subject, seen: Any) -> None:
-    if subject.is_own and len(seen):
-        seen |= (subject.view("prop_status") != 0).any(axis=0)
 
 
 def _check_values(subject: Subject, policy: str, outputs: dict[str, Any], step: int) -> bool:
