@@ -1,5 +1,5 @@
-# One test program, every test case known to ctest by name; those tagged [long] carry the label
-# "long": `ctest -LE long` leaves them out.
+# One test program. ctest runs a process for each file of tests, by the file's name, and one for each
+# test case tagged [long], with the label "long": `ctest -LE long` leaves them out.
 
 find_package(Catch2 2.13 REQUIRED)
 find_package(nlohmann_json REQUIRED)
@@ -61,10 +61,17 @@ find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
 add_test(NAME surface_up_to_date
   COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/tools/surface" --check)
 
+# A process for each file: one for each test case would load the program's libraries 1,900 times.
+# Files of the same name share one.
+list(TRANSFORM test_sources REPLACE ".*/(.+)[.]cc$" "\\1" OUTPUT_VARIABLE test_files)
+list(REMOVE_DUPLICATES test_files)
+foreach(name IN LISTS test_files)
+  add_test(NAME ${name}
+    COMMAND engram_tests --filenames-as-tags --warn NoTests "[#${name}]~[long]~[.]")
+endforeach()
+set_tests_properties(${test_files} PROPERTIES TIMEOUT 900)
 # A name that matches no test case fails instead of passing unnoticed. Square brackets and semicolons
 # in names of test cases make such names, because CMake reads them as lists.
-catch_discover_tests(engram_tests TEST_SPEC "~[long]~[.]" TEST_LIST engram_quick_tests
-  EXTRA_ARGS --warn NoTests PROPERTIES TIMEOUT 900)
 catch_discover_tests(engram_tests TEST_SPEC "[long]" TEST_LIST engram_long_tests
   EXTRA_ARGS --warn NoTests PROPERTIES LABELS long TIMEOUT 3600)
 

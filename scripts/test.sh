@@ -109,7 +109,7 @@ smoke_tests() {  # with Gymnasium 0.29, which older stacks pin
     python/tests/test_{autoreset,env,gym_registration,task_groups,vector_env}.py \
     python/tests/clients/test_gymnasium.py
   # In processes of its own: importing torch's compiler crashes where pygame has drawn before.
-  python_tests "$env-0.29" "Gymnasium 0.29" python/tests/clients/test_single_file_ppo.py
+  python_tests "$env-0.29" "Gymnasium 0.29" -n 0 python/tests/clients/test_single_file_ppo.py
 }
 
 # The tests of a change, with sources of Python copied over the installed package.
