@@ -157,13 +157,14 @@ Attempt try_to_make(const engram_options& options, std::int64_t number) {
   return attempt;
 }
 
-// Attempts, given as attempt(number), with each allocation failing in turn; all must report it and
-// none may leak. Returns how many allocations there are.
+// Attempts, given as attempt(number), with each allocation failing in turn, or one of `stride`
+// after the first hundred; all must report it and none may leak. Returns how many allocations there
+// are.
 template <class F>
-std::int64_t all_fail_well(F&& attempt_with) {
+std::int64_t all_fail_well(F&& attempt_with, int stride = 1) {
   std::int64_t number = 1;
   int lost = 0;
-  for (Attempt attempt{.happened = true}; attempt.happened; ++number) {
+  for (Attempt attempt{.happened = true}; attempt.happened; number += number < 100 ? 1 : stride) {
     attempt = attempt_with(number);
     INFO("allocation " << number << ": " << engram_last_error());
     CHECK(attempt.reported);
@@ -280,9 +281,10 @@ Attempt try_to_evaluate(const Evaluation& evaluation, std::int64_t number,
   return attempt;
 }
 
-std::int64_t all_fail_well(const Evaluation& evaluation, const std::string& expected) {
+std::int64_t all_fail_well(const Evaluation& evaluation, const std::string& expected,
+                           int stride = 1) {
   return all_fail_well(
-      [&](std::int64_t number) { return try_to_evaluate(evaluation, number, expected); });
+      [&](std::int64_t number) { return try_to_evaluate(evaluation, number, expected); }, stride);
 }
 
 TEST_CASE("C API: evaluations that there is no memory for", "[api][allocation]") {
@@ -295,12 +297,21 @@ TEST_CASE("C API: evaluations that there is no memory for", "[api][allocation]")
 }
 
 // Results are there, and are read, summed up and written again.
-TEST_CASE("C API: finished evaluations that there is no memory for", "[api][allocation]") {
+void check_finished(int stride) {
   const test::TemporaryFolder folder;
   const Evaluation evaluation{folder.path().string()};
   engram_status status = ENGRAM_OK;
   const std::string expected = evaluation.run(status).get();
-  CHECK(all_fail_well(evaluation, expected) > 300);
+  CHECK(all_fail_well(evaluation, expected, stride) > 300);
+}
+
+TEST_CASE("C API: finished evaluations that there is no memory for", "[api][allocation]") {
+  check_finished(5);
+}
+
+TEST_CASE("C API: finished evaluations that there is no memory for, at any allocation",
+          "[api][allocation][long]") {
+  check_finished(1);
 }
 
 // Images of what was seen go into the folder, and need a scene (see above).

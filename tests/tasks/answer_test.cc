@@ -83,7 +83,7 @@ bool needs_no_memory(std::string_view id) {
 
 void check_strictness(const std::string& id) {
   const RegistryEntry& entry = require_entry(id);
-  const int episodes = std::clamp(60'000 / entry.horizon, 20, 60);
+  const int episodes = std::clamp(40'000 / entry.horizon, 20, 40);
   const double chance = make_task(id)->info().answer_chance();
   INFO(id << ", chance of an answer " << chance);
   const Outcome oracle = play(id, Policy::kOracle, true, episodes);

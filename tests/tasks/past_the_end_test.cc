@@ -73,8 +73,8 @@ TEST_CASE("Every policy goes on after the end of every task", "[past_the_end]") 
     options.substeps = 0;
     options.terminate_on_success = false;
     options.terminate_on_failure = false;
+    const auto batch = make_env(id, options);
     for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
-      const auto batch = make_env(id, options);
       play(*batch, policy, batch->info().horizon + 100);
       CHECK(std::ranges::max(batch->terminated()) == 0);
     }
@@ -90,9 +90,9 @@ TEST_CASE("Every task can be truncated at any time", "[past_the_end]") {
     options.substeps = 0;
     for (const int steps : {1, 5, own + 10}) {
       options.max_episode_steps = steps;
+      const auto batch = make_env(id, options);
+      CHECK(batch->info().horizon == steps);
       for (const Policy policy : {Policy::kOracle, Policy::kSweep}) {
-        const auto batch = make_env(id, options);
-        CHECK(batch->info().horizon == steps);
         play(*batch, policy, std::min(steps, 20));
       }
     }

@@ -106,7 +106,7 @@ TEST_CASE("The reward of InterceptGrab as an RL task equals its published values
 
 TEST_CASE("In an RL episode one slow ball in ten drifts into the target by itself",
           "[intercept][rl]") {
-  constexpr int kEpisodes = 4000;
+  constexpr int kEpisodes = 1600;
   const auto share = [](const char* id) {
     const ControlMode mode = ControlMode::kPdJointDeltaPos;
     return test::solved_by(Policy::kZero, id, mode, kEpisodes) / double{kEpisodes};

@@ -223,7 +223,7 @@ TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[interc
 
 TEST_CASE("Who does nothing hardly ever succeeds", "[intercept]") {
   const auto share = [](const char* id) {
-    BatchOptions options{.num_envs = 4000};
+    BatchOptions options{.num_envs = 2000};
     options.seed = 10'000;
     const auto batch = make_running(id, options);
     for (int i = 0; i < 60; ++i) test::step(*batch, Policy::kZero);

@@ -77,7 +77,7 @@ void check_guesses(bool lengthy) {
   for (const std::string& id : test::ids_with_choices()) {
     const RegistryEntry& entry = require_entry(id);
     if (test::is_lengthy(entry) != lengthy) continue;
-    const int episodes = affordable(id, 200);
+    const int episodes = affordable(id, 100);
     const std::unique_ptr<Task> task = make_task(id);
     const double estimated = answer_controller_of(*task)->choice_chance();
     const auto outcome = play_choices({.id = id, .episodes = episodes}, guess);
