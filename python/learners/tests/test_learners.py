@@ -287,7 +287,7 @@ def test_advantages_equal_their_definition() -> None:
 # --- learners ---
 
 
-DISTIL = ["distil", "--iterations", "2", "--updates", "4", "--evaluate-every", "1"]
+DISTIL = ["distil", "--iterations", "2", "--updates", "4", "--evaluate-every", "1", "--episodes=8"]
 PPO = ["--steps", "1600", "--evaluate-every", "1"]
 
 
