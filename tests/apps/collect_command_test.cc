@@ -145,7 +145,7 @@ TEST_CASE("collect: failures are kept on request", "[apps]") {
   CHECK(engram_command(collection(words + "8", folder.path())).code == 2);
 }
 
-TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
+void check_collection_after_kills(int most) {
   const std::string ids = "RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 ";
   const TemporaryFolder reference;
   const auto start = std::chrono::steady_clock::now();
@@ -160,7 +160,7 @@ TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
   const TemporaryFolder folder;
   int kills = 0;
   int rounds_with_files = 0;
-  while (kills < 25) {
+  while (kills < most) {
     if (files_in(folder.path()).size() == expected.size())
       fs::remove_all(folder.path() / "data_npz");
     const std::string out = folder.path().string();
@@ -198,6 +198,14 @@ TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
   CHECK(rounds_with_files > 3);
   REQUIRE(engram_command(collection(ids + "--episodes 10", folder.path())).code == 0);
   CHECK(files_in(folder.path()) == expected);
+}
+
+TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
+  check_collection_after_kills(10);
+}
+
+TEST_CASE("collect: continues after many kills", "[apps][long]") {
+  check_collection_after_kills(25);
 }
 
 TEST_CASE("collect: a full disk ends the run, and what was complete stays", "[apps]") {

@@ -70,7 +70,7 @@ bool kill_after(const std::string& arguments, const fs::path& output, std::size_
 
 }  // namespace
 
-TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]") {
+void check_results_after_kills(int most) {
   const TemporaryFolder reference;
   const auto start = std::chrono::steady_clock::now();
   REQUIRE(
@@ -88,7 +88,7 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]")
   const std::string command = "eval " + kTasks + kProtocol;
   int killed = 0;
   int partial = 0;
-  while (killed < 24) {
+  while (killed < most) {
     const TemporaryFolder folder;
     std::string arguments = command;
     arguments.append(" --out ").append(folder.path().string());
@@ -118,6 +118,14 @@ TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]")
     CHECK(leftovers == 0);
   }
   CHECK(partial > 0);
+}
+
+TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]") {
+  check_results_after_kills(9);
+}
+
+TEST_CASE("eval: killed many times, resumed to the same files", "[apps][long]") {
+  check_results_after_kills(24);
 }
 
 TEST_CASE("eval: ranks under mpirun give the same bytes", "[apps]") {

@@ -181,6 +181,15 @@ Difference compare(Renderer& renderer, Comparison& comparison,
   return sum;
 }
 
+// The ray caster's from the finest polygons.
+const Difference& of_ray_caster() {
+  static const Difference difference = [] {
+    Comparison comparison;
+    return compare(*make_cpu_renderer(comparison.scene(), {}, 1), comparison, fine());
+  }();
+  return difference;
+}
+
 void check(const Difference& difference) {
   CAPTURE(difference.color, difference.worst, difference.silhouette, difference.depth);
   CHECK(difference.images >= 64);
@@ -193,9 +202,7 @@ void check(const Difference& difference) {
 
 TEST_CASE("The ray caster agrees with MuJoCo's renderer", "[render][reference]") {
   if (!has_egl()) return;
-  Comparison comparison;
-  const auto cpu = make_cpu_renderer(comparison.scene(), {}, 1);
-  check(compare(*cpu, comparison, fine()));
+  check(of_ray_caster());
 }
 
 TEST_CASE("The OpenGL renderer agrees with MuJoCo's", "[render][reference]") {
@@ -214,7 +221,7 @@ TEST_CASE("What differs from MuJoCo's renderer is its tessellation", "[render][r
   coarse.slices = 12;
   coarse.stacks = 8;
   const Difference rough = compare(*cpu, comparison, coarse);
-  const Difference smooth = compare(*cpu, comparison, fine());
+  const Difference& smooth = of_ray_caster();
   CAPTURE(rough.color, smooth.color, rough.silhouette, smooth.silhouette);
   CHECK(rough.color > 3 * smooth.color);
   CHECK(rough.silhouette > 3 * smooth.silhouette);
