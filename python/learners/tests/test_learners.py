@@ -327,6 +327,7 @@ def test_distilling_learns(tmp_path: Path) -> None:
     assert result["wiped"]["success_once"] < 0.6
 
 
+@pytest.mark.long
 def test_reinforcement_learns_to_use_the_memory(tmp_path: Path) -> None:
     """Half of the default steps exceed the rate without memory (0.33)."""
     arguments = ["--steps", "96000", "--evaluate-every", "1000", "--out", str(tmp_path)]
@@ -348,7 +349,8 @@ def test_reinforcement_learns_with_memory_alone(tmp_path: Path) -> None:
 
 def test_data_parallel_training() -> None:
     command = [sys.executable, "-m", "torch.distributed.run", "--nproc-per-node", "2"]
-    script = ["-m", "engram_learners.ppo_recurrent", *PPO, "--envs", "32"]
+    script = ["-m", "engram_learners.ppo_recurrent", "--envs", "32"]
+    script += ["--steps", "1600", "--evaluate-every", "1000"]
     done = subprocess.run([*command, *script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     results = [line for line in done.stdout.splitlines() if '"learner"' in line]

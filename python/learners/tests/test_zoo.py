@@ -284,6 +284,7 @@ def test_a_longer_task_with_other_objects_is_refused() -> None:
         learners.training.transfer(policy_of("gru", rows, layout), ["RememberColor9-VLA-v0"], 2)
 
 
+@pytest.mark.long
 def test_imitation_learns_to_use_the_memory(tmp_path: Path) -> None:
     """Half of the default training; without memory the policy guesses (0.33)."""
     options = ["--memory", "lru", "--iterations", "6", "--evaluate-every", "6"]

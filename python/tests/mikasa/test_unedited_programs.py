@@ -91,7 +91,9 @@ TRAINING = ("--num-envs", 4, "--num-eval-envs", 2, "--num-steps", 10, "--num-eva
 @pytest.mark.parametrize(
     ("script", "flags", "inputs"),
     [
-        ("ppo_memtasks.py", ["--include-state", "--no-capture-video"], {"actor_mean.0": 35}),
+        # test_original_scripts.py trains with the state, too.
+        pytest.param("ppo_memtasks.py", ["--include-state", "--no-capture-video"],
+                     {"actor_mean.0": 35}, marks=pytest.mark.long),
         ("ppo_memtasks.py", ["--include-rgb", "--include-joints"],
          {"feature_net.extractors.proprio.0": 25}),
         ("ppo_memtasks_lstm.py", ["--include-rgb", "--no-capture-video"], {"lstm": 256}),
