@@ -6,6 +6,7 @@ import contextlib
 from typing import Any
 
 import engram
+from engram.kit.registration import definitions
 from engram.play import pictures
 from engram.play.episode_spec import EpisodeSpec
 from engram.play.score import rate_of
@@ -29,7 +30,7 @@ class Catalogue:
 
     def list(self) -> list[dict[str, Any]]:
         """Summaries of all tasks, in the registry's order."""
-        return [_summary(self.described(id)) for id in self._ids]
+        return [{**_summary(self.described(id)), "own": id in definitions} for id in self._ids]
 
     def described(self, id: str) -> dict[str, Any]:
         """The description of a task."""

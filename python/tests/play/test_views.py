@@ -88,6 +88,36 @@ def test_all_tasks_can_be_chosen_and_ids_break_between_words(opened, server: Ser
     assert broken == []
 
 
+def test_variants_of_the_rl_half_are_told_apart_and_come_last(opened):
+    page = opened(**WIDE)
+    words = page.evaluate(
+        "[...document.querySelectorAll('.card[aria-label=\"Remember Color\"] option')]"
+        ".map(option => [option.value, option.textContent])"
+    )
+    rl = [text for id, text in words if "-VLA-" not in id]
+    assert rl == ["RL 3", "RL 5", "RL 9"]
+    assert [text for _, text in words][-3:] == rl
+    assert len({text for _, text in words}) == len(words)
+    assert page.locator("section[aria-label='Your own tasks']").count() == 0
+
+
+def test_own_tasks_have_a_heading_of_their_own(opened, server: Server):
+    page = opened(**WIDE)
+    id = TASK
+
+    def tasks(route: Any) -> None:
+        listed = server.get("tasks.json")
+        route.fulfill(json=[{**task, "own": task["id"] == id} for task in listed])
+
+    page.route("**/tasks.json", tasks)
+    page.reload()
+    page.wait_for_selector("section[aria-label='Your own tasks'] .card")
+    own = page.locator("section[aria-label='Your own tasks'] .card")
+    assert own.count() == 1
+    assert "your own" in own.inner_text()
+    assert page.locator("#families section").first.get_attribute("aria-label") == "Your own tasks"
+
+
 def test_it_begins_with_tasks_that_need_memory(opened, server: Server):
     page = opened()
     rates = {task["id"]: task for task in server.get("tasks.json")}

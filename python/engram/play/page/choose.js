@@ -21,6 +21,15 @@ export async function described(id) {
 // In the order of the page: families whose tasks need memory first, short tasks first.
 export const all = () => tasks;
 
+// In words: the RL tasks are another benchmark's, with other actions and ends.
+const isRl = (task) => task.split === 'rl';
+
+function variantWords(task) {
+  const name = variantName(task);
+  if (isRl(task)) return name ? `RL ${name}` : 'RL';
+  return name ? `Variant ${name}` : 'One variant';
+}
+
 const needsMemory = (task) => task.sweep === null || task.oracle === null || task.oracle - task.sweep > GAP;
 
 function inOrder(list) {
@@ -31,7 +40,7 @@ function inOrder(list) {
   }
   const byName = new Intl.Collator('en', { numeric: true });
   const groups = [...families.values()].map((members) =>
-    members.sort((a, b) => needsMemory(b) - needsMemory(a) || a.horizon - b.horizon || byName.compare(a.id, b.id)));
+    members.sort((a, b) => isRl(a) - isRl(b) || needsMemory(b) - needsMemory(a) || a.horizon - b.horizon || byName.compare(a.id, b.id)));
   return groups.sort((a, b) => needsMemory(b[0]) - needsMemory(a[0]) || b[0].canonical - a[0].canonical
     || Math.ceil(a[0].horizon / 100) - Math.ceil(b[0].horizon / 100)).flat();
 }
@@ -63,7 +72,7 @@ function card(members) {
     parts.instruction.textContent = withoutPlaces(task.instruction);
     parts.instruction.title = parts.instruction.textContent;
     parts.id.replaceChildren(...breakable(task.id));
-    parts.facts.textContent = `${task.memory_type} memory, ${task.split}, ${seconds(task)}: ${task.phases.join(' → ')}`;
+    parts.facts.textContent = `${task.memory_type} memory, ${task.own ? 'your own' : task.split}, ${seconds(task)}: ${task.phases.join(' → ')}`;
     parts.rates.replaceChildren(rates([
       ['guessing', task.chance], ['without memory', task.sweep], ['oracle', task.oracle],
     ]));
@@ -77,7 +86,7 @@ function card(members) {
     },
   });
   const before = members.find((one) => one.id === chosen.get(family)) ?? members[0];
-  options(select, members.map((one) => [one.id, variantName(one) ? `Variant ${variantName(one)}` : 'One variant']), before.id);
+  options(select, members.map((one) => [one.id, variantWords(one)]), before.id);
   select.disabled = members.length === 1;
   show(before.id);
   return make('article', { class: 'card', 'aria-label': familyName(family) }, picture,
@@ -102,8 +111,11 @@ function show() {
       && (!form.memory.value || task.memory_type === form.memory.value);
   });
   const needed = new Set(tasks.filter(needsMemory).map((task) => task.family));
-  const [first, rest] = [true, false].map((wanted) => shown.filter((task) => needed.has(task.family) === wanted));
+  const own = shown.filter((task) => task.own);
+  const [first, rest] = [true, false].map((wanted) =>
+    shown.filter((task) => !task.own && needed.has(task.family) === wanted));
   find('families').replaceChildren(...[
+    own.length && section('Your own tasks', null, own),
     first.length && section('These tasks need memory', null, first),
     rest.length && section('These can be solved without memory', 'Trying everything succeeds as often as knowing. Only the first answer shows whether something was remembered.', rest),
   ].filter(Boolean));
