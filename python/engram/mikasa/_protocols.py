@@ -18,7 +18,6 @@ class RobotSource(Protocol):
     """Parts that the robot reads."""
 
     num_envs: int
-    robot_uids: str
     control_mode: Any
     task_id: str
 

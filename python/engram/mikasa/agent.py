@@ -85,9 +85,10 @@ class Robot:
 class Agent:
     """The robot as tasks and planners use it."""
 
+    uid: str
+
     def __init__(self, env: RobotSource) -> None:
         self._env = env
-        self.uid = env.robot_uids
         self.robot = Robot(env)
         self.tcp = Link(env, "panda_hand_tcp")
 
@@ -124,3 +125,18 @@ class Agent:
             f"is_grasping: {self._env.task_id} has no such information; TimedTransfer, "
             "ShellGamePick and InterceptGrab have"
         )
+
+
+class Panda(Agent):
+    """The robot without a camera on its hand."""
+
+    uid = "panda"
+
+
+class PandaWristCam(Panda):
+    """The robot with a camera on its hand."""
+
+    uid = "panda_wristcam"
+
+
+AGENTS = {cls.uid: cls for cls in (Panda, PandaWristCam)}

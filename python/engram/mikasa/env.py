@@ -26,7 +26,7 @@ from engram.mikasa._variants import (
     own_constants,
     own_instruction,
 )
-from engram.mikasa.agent import Agent
+from engram.mikasa.agent import AGENTS
 from engram.mikasa.scene import Scene
 
 _NO_LIMIT = 1_000_000  # control steps: the time limit around the environment ends episodes
@@ -135,7 +135,7 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
         self._evaluation = _observing.Evaluation(
             self._env, self._description, own_instruction(cls), cls._rl
         )
-        self.agent = Agent(self)
+        self.agent = AGENTS[self.robot_uids](self)
         self.scene = Scene(self)
         self.single_action_space: Any = self._env.single_action_space
         self.action_space: Any = (

@@ -83,6 +83,8 @@ def test_cameras_of_the_scene(mode):
         with pytest.raises(AttributeError, match=r"scene\.actors: .* it has sensors and num_envs"):
             _ = scene.actors
     with made(ID, robot_uids="panda") as env:
+        assert type(env.unwrapped.agent).__name__ == "Panda"
+        assert env.unwrapped.agent.uid == "panda"
         assert list(env.unwrapped.scene.sensors) == ["base_camera"]
 
 
