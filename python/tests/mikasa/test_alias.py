@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import subprocess
 import sys
 
 import pytest
@@ -20,9 +21,44 @@ ALIAS = "import engram.mikasa.alias"
 RUNNER = ("-m", "engram.mikasa")
 
 
-def outcomes(folder, *lines, before=ALIAS, code=0, **environment):
-    """Texts of the errors of these lines, each run after the others in one process; "" for none."""
-    program = f"""
+# Forks for each line of standard input, [program, folder, environment], and runs the program there.
+WARM = """
+import json, os, sys
+import torch  # takes seconds; it imports none of the modules that are tested
+
+for line in sys.stdin:
+    program, folder, environment = json.loads(line)
+    child = os.fork()
+    if child == 0:
+        os.chdir(folder)
+        os.environ.update(environment)
+        printed = os.open("printed.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(printed, 1)
+        os.dup2(printed, 2)
+        exec(program, {"__name__": "__main__"})
+        sys.stdout.flush()
+        os._exit(0)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def warm():
+    """A Python that has imported torch, and forks for each program."""
+    command = [sys.executable, "-c", WARM]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        yield process
+        process.stdin.close()
+
+
+@pytest.fixture
+def outcomes(warm, tmp_path):
+    """Runs lines after one another in a process; texts of their errors, "" for none."""
+
+    def run_lines(*lines, before=ALIAS, **environment):
+        program = f"""
 import json, warnings
 {before}
 texts = []
@@ -34,8 +70,13 @@ for line in {lines!r}:
         texts.append(f"{{type(error).__name__}}: {{error}}")
 print(json.dumps(texts))
 """
-    done = run("-c", program, folder=folder, code=code, **environment)
-    return json.loads(done.stdout.splitlines()[-1])
+        print(json.dumps([program, str(tmp_path), environment]), file=warm.stdin, flush=True)
+        code = warm.stdout.readline().strip()
+        printed = (tmp_path / "printed.txt").read_text()
+        assert code == "0", printed
+        return json.loads(printed.splitlines()[-1])
+
+    return run_lines
 
 
 def package(folder, name, text="real = True\n"):
@@ -73,14 +114,14 @@ def test_modules_of_families_are_those_of_the_wheel(wheel, half, made):
         assert registered <= offered, module
 
 
-def test_every_offered_name_can_be_imported(tmp_path):
+def test_every_offered_name_can_be_imported(outcomes):
     lines = [f"import {module}" for module in SOURCES]
     lines += [f"from {module} import *; from {module} import {', '.join(source.offered())}"
               for module, source in SOURCES.items() if source.offered()]  # fmt: skip
-    assert set(outcomes(tmp_path, *lines)) == {""}
+    assert set(outcomes(*lines)) == {""}
 
 
-def test_names_are_those_of_engram(tmp_path):
+def test_names_are_those_of_engram(outcomes):
     lines = (
         "import engram.mikasa as m, engram.mikasa.rl, mikasa_robo_suite, mani_skill.utils",
         "from mikasa_robo_suite import memory_envs",
@@ -94,10 +135,10 @@ def test_names_are_those_of_engram(tmp_path):
         "assert common.flatten_state_dict is m.flatten_state_dict",
         "assert 'common' in dir(mani_skill.utils) and 'sapien' not in dir(mani_skill.utils)",
     )
-    assert set(outcomes(tmp_path, *lines)) == {""}
+    assert set(outcomes(*lines)) == {""}
 
 
-def test_what_a_program_changes_counts(tmp_path):
+def test_what_a_program_changes_counts(outcomes):
     lines = (
         "from unittest import mock",
         "from mikasa_robo_suite.vla import benchmarking",
@@ -115,7 +156,7 @@ def test_what_a_program_changes_counts(tmp_path):
         "del baselines.mine, benchmarking.CONTROL_MODE",
         "assert not hasattr(own, 'CONTROL_MODE') and not hasattr(baselines, 'mine')",
     )
-    assert set(outcomes(tmp_path, *lines)) == {""}
+    assert set(outcomes(*lines)) == {""}
 
 
 # Lines that are refused, and words of the sentence.
@@ -142,8 +183,8 @@ REFUSED = {
 }  # fmt: skip
 
 
-def test_other_names_are_refused_with_those_that_there_are(tmp_path):
-    for text, (line, words) in zip(outcomes(tmp_path, *REFUSED), REFUSED.items()):
+def test_other_names_are_refused_with_those_that_there_are(outcomes):
+    for text, (line, words) in zip(outcomes(*REFUSED), REFUSED.items()):
         assert text.startswith("AttributeError" if ";" in line else "ModuleNotFoundError")
         assert all(word in text for word in words), text
         assert len(text) < 1000
@@ -152,7 +193,7 @@ def test_other_names_are_refused_with_those_that_there_are(tmp_path):
 # --- installed packages ---
 
 
-def test_an_installed_package_is_not_hidden(tmp_path):
+def test_an_installed_package_is_not_hidden(tmp_path, outcomes):
     for name in ("mikasa_robo_suite", "baselines", "mani_skill"):
         place = str(package(tmp_path / f"site of {name}", name))
         lines = (
@@ -161,39 +202,39 @@ def test_an_installed_package_is_not_hidden(tmp_path):
             f"import {name}",
             f"assert {name}.real",
         )
-        before, refused, *after = outcomes(tmp_path, *lines, before="")
+        before, refused, *after = outcomes(*lines, before="")
         assert (before, after) == ("", ["", ""])
         assert refused.startswith("BadStateError: engram.mikasa.alias would hide")
         assert f"{name} ({place}/{name}/__init__.py)" in refused
         assert "--force" in refused
 
 
-def test_an_imported_package_stays(tmp_path):
+def test_an_imported_package_stays(tmp_path, outcomes):
     package(tmp_path, "mani_skill")
     before = "import mani_skill, os; os.environ['ENGRAM_MIKASA_FORCE'] = '1'"
-    texts = outcomes(tmp_path, ALIAS, "import mani_skill; assert mani_skill.real", before=before)
+    texts = outcomes(ALIAS, "import mani_skill; assert mani_skill.real", before=before)
     assert "is imported already; import engram.mikasa.alias before it" in texts[0]
     assert texts[1] == ""
 
 
-def test_a_package_that_is_found_later_is_not_hidden(tmp_path):
+def test_a_package_that_is_found_later_is_not_hidden(tmp_path, outcomes):
     place = str(package(tmp_path / "site", "mani_skill"))
     lines = (
         f"import sys; sys.path.insert(0, {place!r})",
         "import mani_skill",
         "import mikasa_robo_suite.vla.benchmarking",
     )
-    texts = outcomes(tmp_path, *lines)
+    texts = outcomes(*lines)
     assert texts[1].startswith("ImportError: engram.mikasa.alias would hide mani_skill (")
     assert texts[::2] == ["", ""]
 
 
-def test_a_folder_without_init_is_no_package(tmp_path):
+def test_a_folder_without_init_is_no_package(tmp_path, outcomes):
     (tmp_path / "baselines").mkdir()
-    assert outcomes(tmp_path, "from baselines.ppo import ppo_memtasks") == [""]
+    assert outcomes("from baselines.ppo import ppo_memtasks") == [""]
 
 
-def test_force_hides_with_a_warning_and_uninstall_undoes_it(tmp_path):
+def test_force_hides_with_a_warning_and_uninstall_undoes_it(tmp_path, outcomes):
     package(tmp_path, "mani_skill")
     before = f"""
 with warnings.catch_warnings(record=True) as caught:
@@ -210,12 +251,12 @@ with warnings.catch_warnings(record=True) as caught:
         ALIAS,
         "import mikasa_robo_suite",
     )
-    texts = outcomes(tmp_path, *lines, before=before, ENGRAM_MIKASA_FORCE="1")
+    texts = outcomes(*lines, before=before, ENGRAM_MIKASA_FORCE="1")
     assert texts[4] == "ModuleNotFoundError: No module named 'mikasa_robo_suite'"
     assert set(texts[:4] + texts[5:]) == {""}
 
 
-def test_ids_that_another_package_registered(tmp_path):
+def test_ids_that_another_package_registered(outcomes):
     before = """
 import gymnasium as gym
 gym.register("TakeItBack-VLA-v0", entry_point="mani_skill.utils.registration:make")
@@ -229,7 +270,7 @@ said = [str(w.message) for w in caught if w.category is RuntimeWarning]
         "assert '1 ids, such as TakeItBack-VLA-v0, were registered by mani_skill' in said[0]",
         "gym.make('TakeItBack-VLA-v0').close()",
     )
-    assert outcomes(tmp_path, *lines, before=before) == ["", "", ""]
+    assert outcomes(*lines, before=before) == ["", "", ""]
 
 
 # --- the command ---
