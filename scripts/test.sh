@@ -114,16 +114,21 @@ smoke_tests() {  # with Gymnasium 0.29, which older stacks pin
 
 # The tests of a change, with sources of Python copied over the installed package.
 changed_tests() {
-  local chosen=build/changed_tests.txt file packages names=() python=() readers=()
+  local chosen=build/changed_tests.txt file packages names=() conventions=() python=() readers=()
   python3 tools/changed_tests.py "${since[@]}" | tee "$chosen"
   while read -r kind file; do
     case $kind:$file in
+      cpp:tests/conventions/*) conventions+=("$(basename "$file" .cc)") ;;
       cpp:*) names+=("$(basename "$file" .cc)") ;;
-      *:"$apart"/*) ;;
-      *:"$data"/*) readers+=("$file") ;;
-      *) python+=("$file") ;;
+      python:"$apart"/*) ;;
+      python:"$data"/*) readers+=("$file") ;;
+      python:*) python+=("$file") ;;
     esac
   done < "$chosen"
+  # Changes of Python or pages alone compile nothing where nothing has been compiled.
+  if [ ${#names[@]} -gt 0 ] || [ -x build/release/engram_tests ]; then
+    names+=("${conventions[@]}")
+  fi
   if [ ${#names[@]} -gt 0 ]; then
     scripts/build.sh release engram_tests
     printf '[#%s]~[long]~[.]\n' "${names[@]}" | sort -u > "$logs/names"
