@@ -5,7 +5,8 @@
                               chain of includes below a unit
     circles                   units, or Python modules, that import one another in a loop; imports
                               inside functions and under TYPE_CHECKING count
-    lines by hand             without what lies between marks "begin generated" and "end generated"
+    lines by hand             without what lies between marks such as "begin generated" and
+                              "end generated", or "begin rl: written by" and "end rl"
     relative, leaning         comment blocks that open with a relative clause ("How ..."), or that
                               lean on another comment ("The same", "As those", "Of")
 
@@ -209,8 +210,12 @@ def public_methods(root: Path) -> list[str]:
 
 
 def example_modules(root: Path) -> dict[str, int]:
-    """Programs of python/examples, with the modules of that folder behind each, itself included."""
+    """Programs of python/examples, with the modules of that folder behind each, itself included.
+
+    Other programs that it imports count as examples of their own.
+    """
     files = {f for f in sources(root, (".py",)) if f.is_relative_to("python/examples")}
+    programs = {file for file in files if "__main__" in read(root / file)}
 
     def imported(file: Path) -> set[Path]:
         names = set()
@@ -229,8 +234,7 @@ def example_modules(root: Path) -> dict[str, int]:
             behind(other, found)
         return found
 
-    programs = [file for file in files if "__main__" in read(root / file)]
-    return {file.stem: len(behind(file, set())) for file in programs}
+    return {file.stem: len(behind(file, set()) - programs) + 1 for file in sorted(programs)}
 
 
 def by_hand(lines: list[str]) -> list[str]:
@@ -238,9 +242,9 @@ def by_hand(lines: list[str]) -> list[str]:
     kept = []
     generated = False
     for line in lines:
-        if re.search(r"\bbegin (generated|options)\b", line):
+        if re.search(r"\bbegin (generated\b|\w+: written by )", line):
             generated = True
-        elif re.search(r"\bend (generated|options)\b", line):
+        elif generated and re.search(r"(//|#|\*) end \w+", line):
             generated = False
         elif not generated:
             kept.append(line)

@@ -32,10 +32,12 @@ FILES = {
     "api/options.cc": (
         "int own;\n// begin generated: latency (tools, from a table)\nint latency;\n"
         "// end generated\nint more;\n// Of a row.\nint other;\n"
+        "// begin rl: written by tools\nint latency;\n// end rl\n"
     ),
     "tests/core/batch_test.cc": "int latency;\n",
     "python/examples/one.py": 'import helper\n\nif __name__ == "__main__":\n    helper.run()\n',
     "python/examples/helper.py": "def run():\n    pass\n",
+    "python/examples/two.py": 'import one\n\nif __name__ == "__main__":\n    one.helper.run()\n',
     "scripts/build.sh": "#!/bin/sh\n",
     "scripts/help.sh": "# Sourced.\n",
     "README.md": "# Two words\n",
@@ -60,10 +62,10 @@ def test_measures_of_a_small_tree(tree: Path) -> None:
         "api/options.cc:6: Of a row.",
         "core/batch/options.cc:2: The same.",
     ]
-    assert rows["modules behind the largest example"] == ("2", ["2 one"])
+    assert rows["modules behind the largest example"] == ("2", ["2 one", "2 two"])
     assert rows["pages, words"][0] == "1, 3"
     assert rows["programs of scripts and tools"][1] == ["scripts/build.sh"]
-    assert rows["lines that are generated"][0] == "3"
+    assert rows["lines that are generated"][0] == "6"
 
 
 def test_files_that_name_an_option_by_hand(tree: Path) -> None:
