@@ -8,9 +8,6 @@ learning rate are the same, and the memories have equally many parameters.
     python -m engram_learners.zoo.imitation --memory mamba --test RememberColor3-Long-VLA-v0
 """
 
-import argparse
-from pathlib import Path
-
 import torch
 from torch import nn
 
@@ -26,19 +23,12 @@ from engram_learners.training import (
     scale_lr,
     transfer,
 )
-from engram_learners.zoo.policy import ZooPolicy
+from engram_learners.zoo.policy import ZooPolicy, zoo_parser
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = zoo_parser(__doc__)
     add = parser.add_argument
-    add("--memory", default="gru", choices=list(memories.MEMORIES))
-    add("--id", default="RememberColor3-VLA-v0")
-    add("--test", nargs="+", default=[], metavar="ID", help="tasks to play unchanged at the end")
-    add("--seed", type=int, default=1)
-    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
-    add("--resume", action="store_true", help="continue with the agent.pt of --out")
-    add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
     add("--envs", type=int, default=128, help="episodes per iteration")
     add("--most-steps", type=int, default=120, help="of a training episode")
     add("--iterations", type=int, default=16)

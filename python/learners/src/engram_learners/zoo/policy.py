@@ -7,7 +7,9 @@ action for every object. There is no auxiliary loss, and no feature that is made
 Sequences are (T, N, ...) and begin where an episode begins.
 """
 
+import argparse
 import math
+from pathlib import Path
 
 import torch
 from torch import nn
@@ -116,3 +118,17 @@ def towards(layout, rows):
         return 0.0
     reach = (5 * layout.to_top(rows)).clamp(-1, 1)
     return nn.functional.pad(reach, (0, layout.actions - 3))
+
+
+def zoo_parser(description):
+    """Options of every learner with one of the memories."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    add = parser.add_argument
+    add("--memory", default="gru", choices=list(memories.MEMORIES))
+    add("--id", default="RememberColor3-VLA-v0")
+    add("--test", nargs="+", default=[], metavar="ID", help="tasks to play unchanged at the end")
+    add("--seed", type=int, default=1)
+    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
+    add("--resume", action="store_true", help="continue with the agent.pt of --out")
+    add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
+    return parser

@@ -9,9 +9,6 @@ the hand's action for it: what is explored is which object is meant.
     python -m engram_learners.zoo.ppo --memory lru --test RememberColor3-Long-VLA-v0 --out runs/lru
 """
 
-import argparse
-from pathlib import Path
-
 import torch
 from torch.distributions import Categorical, Normal
 
@@ -27,19 +24,11 @@ from engram_learners.training import (
     scale_lr,
     transfer,
 )
-from engram_learners.zoo.policy import ZooPolicy
+from engram_learners.zoo.policy import ZooPolicy, zoo_parser
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    add = parser.add_argument
-    add("--memory", default="gru", choices=list(memories.MEMORIES))
-    add("--id", default="RememberColor3-VLA-v0")
-    add("--test", nargs="+", default=[], metavar="ID", help="tasks to play unchanged at the end")
-    add("--seed", type=int, default=1)
-    add("--out", type=Path, help="folder for log.csv, curve.png, agent.pt, result.json")
-    add("--resume", action="store_true", help="continue with the agent.pt of --out")
-    add("--parameters", type=int, default=memories.PARAMETERS, help="of the memory")
+    parser = zoo_parser(__doc__)
     ppo_recurrent.add_to(
         parser, steps=400_000, update_epochs=4, minibatches=4, gamma=0.97, entropy=0.01
     )
