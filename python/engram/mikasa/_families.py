@@ -1,4 +1,4 @@
-"""Families of tasks: keys and types of infos and observations, phases, classes.
+"""Families of tasks: keys of infos, types of infos and observations, classes.
 
 Names are the original's. A family is the ``family`` of ``engram.describe``.
 """
@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from engram.mikasa._torch import torch
+from engram.typing import TaskDescription
 
 SHELL_GAMES = (
     "ShellGameTouch",
@@ -29,128 +30,26 @@ ROTATE = ("RotateLenient", "RotateStrict")
 TRACE = ("TraceShape", "TraceShapeSeq")
 BATTERIES = ("BatteriesCheckerEasy", "BatteriesCheckerHard")
 
-# --- infos: keys by family, beside the common ones ---
+# --- infos ---
 
-_TOUCH = ("obj_to_goal_pos", "is_obj_placed", "is_robot_static")
-_MUG = (*_TOUCH, "mug_max_displacement", "is_mug_displacement_ok")
-_BUTTON = ("button_pressed", "button_pressable", "button_press_depth", "xy_dist_to_button")
-_MASKS = ("action_mask", "demo_mask", "pre_demo_mask")
-_CAPACITY = (
-    "obj_to_goal_pos",
-    "is_robot_static",
-    "strong_cube_displacement",
-    "max_cube_displacement_xy",
-    *_BUTTON,
+# Outputs that all tasks have.
+_COMMON = frozenset(
+    [
+        *("observation", "proprio", "reward", "terminated", "truncated", "unstable", "success"),
+        *("failed", "elapsed_steps", "success_once", "episode_return", "oracle_info", "task_cue"),
+        *("answered", "first_answer", "first_answer_correct", "reward_dict"),
+    ]
 )
-_BATTERIES = (
-    "action_mask",
-    "cue_mask",
-    "action_stage",
-    "active_battery_idx",
-    "socket_has_battery",
-    "socket_battery_idx",
-    "socket_has_working",
-    "active_battery_count",
-    "checked_count",
-    "found_working_count",
-    "target_working_count",
-    "all_checked",
-    "new_insert_event",
-    "new_return_event",
-    "new_confirm_event",
-    "new_button_press_event",
-    "button_press_depth",
-    "obj_to_goal_pos",
-)
+# Families whose infos say whether an episode has failed.
+_FAILING = ("TimedTransfer", "GatherAndRecall", "BlinkCountButtonPress")
 
-INFO_KEYS: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(REMEMBER, _TOUCH),
-    **dict.fromkeys(CAPACITY, _CAPACITY),
-    **dict.fromkeys(BATTERIES, _BATTERIES),
-    "ShellGameTouch": _MUG,
-    "ShellGameShuffleTouch": _MUG,
-    "ShellGameColorLampTouch": _TOUCH,
-    "ShellGameShuffleColorLampTouch": _TOUCH,
-    "ShellGamePush": _TOUCH,
-    "ShellGamePick": (*_TOUCH, "is_grasped"),
-    "Intercept": (),
-    "InterceptGrab": ("is_ball_grasped", "is_robot_static"),
-    "RotateLenient": ("relative_angle", "y_angle_error"),
-    "RotateStrict": ("relative_angle", "y_angle_error", "x_pos_error", "y_pos_error"),
-    "TakeItBack": ("goal_achieved", "goal_reached_status"),
-    "TraceShape": (
-        *_MASKS,
-        "visit_fraction",
-        "all_visited",
-        "is_contour_closed",
-        "start_checkpoint_dist",
-        "checkpoint_visited",
-        "obj_to_goal_pos",
-    ),
-    "TraceShapeSeq": (
-        "failed_submit",
-        "submitted",
-        "successful_submit_event",
-        *_MASKS,
-        "sequence_progress",
-        "all_shapes_closed",
-        "active_shape_idx",
-        "active_shape_id",
-        "active_visit_fraction",
-        "active_all_visited",
-        "is_active_contour_closed",
-        "start_checkpoint_dist",
-        *_BUTTON,
-        "submit_success_latched",
-        "obj_to_goal_pos",
-    ),
-    "TimedTransfer": (
-        "failed",
-        "too_early",
-        "signal_on",
-        "in_window",
-        "before_window",
-        "past_window",
-        "cube_on_red",
-        "cube_to_red_dist",
-        "is_grasped",
-        "obj_to_goal_pos",
-    ),
-    "GatherAndRecall": (
-        "failed",
-        "n_on_disc",
-        "all_on_disc",
-        "flash_active",
-        "flash_triggered",
-        "flash_color",
-        "pressed_button",
-        "obj_to_goal_pos",
-    ),
-    "BlinkCountButtonPress": (
-        "failed",
-        "submit_attempted",
-        "submit_success",
-        "action_mask",
-        "phase_ready",
-        "light_on",
-        "press_count",
-        "raw_press_count",
-        "target_blinks",
-        "new_raw_press_event",
-        "new_press_event",
-        "new_release_event",
-        "new_confirm_press_event",
-        "press_ready",
-        "pending_press",
-        "lift_target_z",
-        "at_lift_target",
-        "xy_dist_to_button",
-        "press_depth",
-        "xy_dist_to_confirm_button",
-        "confirm_press_depth",
-        "obj_to_goal_pos",
-    ),
-}
+
+def info_keys(description: TaskDescription) -> list[str]:
+    """Keys of infos that are outputs of the task."""
+    own = [output["name"] for output in description["outputs"] if output["name"] not in _COMMON]
+    failed = ["failed"] if description["family"] in _FAILING else []
+    return ["success", *failed, *own]
+
 
 # --- types ---
 

@@ -14,7 +14,7 @@ from engram.envs.copies import Copier
 from engram.envs.queries import CAMERA_MATRICES
 from engram.envs.spaces import FIRST_EXTRA_FIELD, ImageBox
 from engram.envs.vector_env import VectorEnv
-from engram.mikasa import _families, _rl_families
+from engram.mikasa import _families
 from engram.mikasa._torch import torch
 from engram.typing import TaskDescription
 
@@ -70,7 +70,7 @@ class Observations:
         mode: obs_mode of gym.make.
         textures: Images of the cameras; none in state modes.
         cameras: In channel order.
-        size: Of their pictures.
+        size: Of their images.
 
     Attributes:
         wanted: Part of observations with images that is made.
@@ -99,7 +99,7 @@ class Observations:
             self._row = Copier()(batch._views["observation"])
         self._parts = _state_parts(description) if mode == "state_dict" else []
         makers = {"state": self._state, "state_dict": self._state_dict, "none": dict}
-        self._make: Callable[[], Any] = makers.get(mode, self._pictures)
+        self._make: Callable[[], Any] = makers.get(mode, self._images)
 
     def __call__(self) -> Any:
         """The present observation, a copy."""
@@ -125,12 +125,12 @@ class Observations:
             part[path[-1]] = value if dtype is None else value.to(dtype)
         return result
 
-    def _pictures(self) -> dict[str, Any]:
+    def _images(self) -> dict[str, Any]:
         if self.wanted is Wanted.POLICY:
             proprio = tensor(self._batch._views["proprio"])
             return {"proprio": proprio, "rgb": torch.from_numpy(self._copied["rgb"]())}
         state = {k: torch.from_numpy(v) for k, v in self._batch.robot_state().items()}
-        pictures = {name: torch.from_numpy(copy()) for name, copy in self._copied.items()}
+        images = {name: torch.from_numpy(copy()) for name, copy in self._copied.items()}
         result: dict[str, Any] = {
             "agent": {name: state[name] for name in _AGENT},
             "extra": {FIRST_EXTRA_FIELD: state[FIRST_EXTRA_FIELD]},
@@ -138,7 +138,7 @@ class Observations:
         if self.wanted is Wanted.ALL:
             result["sensor_param"] = {camera: self._matrices(camera) for camera in self._cameras}
         result["sensor_data"] = {
-            camera: {name: self._of(picture, i) for name, picture in pictures.items()}
+            camera: {name: self._of(image, i) for name, image in images.items()}
             for i, camera in enumerate(self._cameras)
         }
         return result
@@ -152,10 +152,10 @@ class Observations:
             self._fixed = values
         return {name: tensor(value) for name, value in zip(CAMERA_MATRICES, values)}
 
-    def _of(self, pictures: torch.Tensor, camera: int) -> torch.Tensor:
+    def _of(self, images: torch.Tensor, camera: int) -> torch.Tensor:
         """One camera's channels: a view, from which `joined` gets the whole without a copy."""
-        width = pictures.shape[-1] // len(self._cameras)
-        return pictures[..., camera * width : (camera + 1) * width]
+        width = images.shape[-1] // len(self._cameras)
+        return images[..., camera * width : (camera + 1) * width]
 
 
 def _state_parts(
@@ -182,23 +182,23 @@ def _state_parts(
     return parts
 
 
-def joined(pictures: Sequence[torch.Tensor]) -> torch.Tensor:
-    """Pictures of several cameras as one, channels one after the other; a view if they are one."""
-    first = pictures[0]
+def joined(images: Sequence[torch.Tensor]) -> torch.Tensor:
+    """Images of several cameras as one, channels one after the other; a view if they are one."""
+    first = images[0]
     channels = first.stride(-2)
     begin = first.storage_offset()
     place = first.untyped_storage().data_ptr()
-    for picture in pictures:
+    for image in images:
         if (
-            picture.dtype != first.dtype
-            or picture.stride() != first.stride()
-            or picture.untyped_storage().data_ptr() != place
-            or picture.storage_offset() != begin
+            image.dtype != first.dtype
+            or image.stride() != first.stride()
+            or image.untyped_storage().data_ptr() != place
+            or image.storage_offset() != begin
         ):
-            return torch.cat(list(pictures), dim=-1)
-        begin += picture.shape[-1]
+            return torch.cat(list(images), dim=-1)
+        begin += image.shape[-1]
     if begin - first.storage_offset() != channels:
-        return torch.cat(list(pictures), dim=-1)
+        return torch.cat(list(images), dim=-1)
     return first.as_strided((*first.shape[:-1], channels), first.stride(), first.storage_offset())
 
 
@@ -236,9 +236,10 @@ class Evaluation:
         cue = _families.cue_type(family)
         self._cue = None if cue is None else _column(views["task_cue"], cue)
         self._rl = rl
-        own = (_rl_families if rl else _families).INFO_KEYS[family]
-        keys = ("success", *own)
-        self._columns = [(key, _column(views[key], _shared_type(views[key]))) for key in keys]
+        self._columns = [
+            (key, _column(views[key], _shared_type(views[key])))
+            for key in _families.info_keys(description)
+        ]
         self._rewards = views["reward_dict"]
         self._texts: Any = None
 

@@ -6,24 +6,6 @@ from collections.abc import Mapping
 
 from engram.mikasa import _families
 
-_TOUCH = ("obj_to_goal_pos", "is_obj_placed", "is_robot_static")
-
-# Keys of infos by family, beside the common ones.
-INFO_KEYS: Mapping[str, tuple[str, ...]] = {
-    "ShellGameTouch": _TOUCH,
-    "ShellGamePush": _TOUCH,
-    "ShellGamePick": (*_TOUCH, "is_grasped"),
-    "Intercept": (),
-    "InterceptGrab": ("is_ball_grasped", "is_robot_static"),
-    "RotateLenient": ("relative_angle", "y_angle_error"),
-    "RotateStrict": ("relative_angle", "x_pos_error", "y_angle_error", "y_pos_error"),
-    "TakeItBack": ("goal_achieved", "goal_reached_status"),
-    "RememberColor": _TOUCH,
-    "RememberShape": _TOUCH,
-    "RememberShapeAndColor": _TOUCH,
-    **dict.fromkeys(_families.CAPACITY, ("obj_to_goal_pos", "is_robot_static")),
-}
-
 # --- classes ---
 
 # Base classes; families with one id have none.

@@ -59,11 +59,10 @@ def _warn_of_other_package(tasks: Iterable[TaskSummary]) -> None:
 
 def _families_of(split_is_rl: bool) -> dict[str, list[TaskSummary]]:
     """The original's tasks of one half, by family."""
-    known = (_rl_families if split_is_rl else _families).INFO_KEYS
     families: dict[str, list[TaskSummary]] = {}
     for task in list_tasks():
         of_half = task["split"] == _RL if split_is_rl else task["id"].endswith("-VLA-v0")
-        if task["family"] in known and of_half:
+        if task["family"] in _families.LEAF_CONSTANTS and of_half:
             families.setdefault(task["family"], []).append(task)
     _warn_of_other_package(task for tasks in families.values() for task in tasks)
     return families
