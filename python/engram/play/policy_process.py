@@ -14,11 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engram._io import pipe_messages as pipes
 from engram.datasets.checks import printable
 
-_HELLO, _TASK, _REQUEST, _CHUNKS, _FAILED = 1, 2, 3, 4, 5
-_MAGIC, _VERSION = 0x4D474E45, 1
-_OBSERVES = {"rgb": 1, "state": 2, "objects": 3}
 _LARGEST = 64 << 20  # bytes of an answer
 _LONGEST_FAILURE = 2000  # bytes of a reported failure that are read
 _SLICE = 0.1  # seconds between looks at the deadline, which may be brought forward
@@ -39,20 +37,20 @@ class PolicyProcess:
     Args:
         command: For /bin/sh.
         obs: Observation mode of the batches, "rgb", "objects" or "state".
-        slots: Most environments of a batch.
+        num_envs: Most environments of a batch.
         timeout: Seconds for every answer, its request included.
 
     The process is started, and greeted with the first request.
     """
 
-    def __init__(self, command: str, obs: str, slots: int, timeout: float) -> None:
+    def __init__(self, command: str, obs: str, num_envs: int, timeout: float) -> None:
         self._timeout = timeout
         self._obs = obs
         self._queues: list[list[Actions]] = []
         self._steps = np.zeros(0, np.int32)
         self._episode = -1
         self._task = ""
-        self._slots = slots
+        self._num_envs = num_envs
         self._deadline = 0.0
         self._busy = False  # an answer is waited for
         self._deadline_shortened = False
@@ -127,16 +125,16 @@ class PolicyProcess:
             if env.task_id != self._task:
                 self._task = env.task_id
                 size = 0 if self._obs == "rgb" else env._batch.state_dim
-                self._send(_TASK, _text(env.task_id) + struct.pack("<I", size))
+                self._send(pipes.TASK, pipes.packed_text(env.task_id) + struct.pack("<I", size))
             self._request(env, waiting)
         finally:
             self._busy = False
 
     def _greet(self) -> None:
-        picture = (128, 128, 6) if self._obs == "rgb" else (0, 0, 0)
-        fields = (_MAGIC, _VERSION, _OBSERVES[self._obs], *picture, 7, _DIM, self._slots)
-        self._send(_HELLO, struct.pack("<9I", *fields))
-        if self._receive(_HELLO) != struct.pack("<2I", _MAGIC, _VERSION):
+        image = (128, 128, 6) if self._obs == "rgb" else (0, 0, 0)
+        fields = (pipes.OBSERVES[self._obs], *image, 7, _DIM, self._num_envs)
+        self._send(pipes.HELLO, pipes.SIGNATURE + struct.pack("<7I", *fields))
+        if self._receive(pipes.HELLO) != pipes.SIGNATURE:
             raise PolicyError("the process did not answer the greeting as a policy does")
         self._greeted = True
 
@@ -146,23 +144,23 @@ class PolicyProcess:
         instructions = env.instructions
         row = "rgb" if self._obs == "rgb" else "observation"
         self._send(
-            _REQUEST,
+            pipes.REQUEST,
             struct.pack("<I", count)
             + np.array(waiting, "<i4").tobytes()
             + np.full(count, self._episode, "<i4").tobytes()
             + self._steps[waiting].astype("<i4").tobytes()
             + (self._steps[waiting] == 0).astype(np.uint8).tobytes()
-            + b"".join(_text(instructions[i]) for i in waiting)
+            + b"".join(pipes.packed_text(instructions[i]) for i in waiting)
             + views["proprio"][waiting].astype("<f4").tobytes()
             + views[row][waiting].tobytes(),
         )
-        for i, chunk in zip(waiting, _chunks(self._receive(_CHUNKS), count)):
+        for i, chunk in zip(waiting, _chunks(self._receive(pipes.CHUNKS), count)):
             self._queues[i] = list(chunk)
 
     # --- pipes ---
 
     def _send(self, kind: int, body: bytes) -> None:
-        rest = memoryview(struct.pack("<2I", kind, len(body)) + body)
+        rest = memoryview(pipes.packed(kind, body))
         while rest:
             self._wait(self._input, select.POLLOUT)
             try:
@@ -174,7 +172,7 @@ class PolicyProcess:
 
     def _receive(self, expected: int) -> bytes:
         kind, size = struct.unpack("<2I", self._read(8))
-        if kind == _FAILED:  # the rest would tell no more than the beginning
+        if kind == pipes.FAILED:  # the beginning is enough
             words = self._read(min(size, _LONGEST_FAILURE)).decode(errors="backslashreplace")
             raise PolicyError(f"the policy reported a failure: {printable(words)}")
         if kind != expected or size > _LARGEST:
@@ -228,42 +226,31 @@ class PolicyProcess:
         return PolicyError("the policy's process has closed its standard input or output")
 
 
-def _text(text: str) -> bytes:
-    data = text.encode()
-    return struct.pack("<I", len(data)) + data
-
-
 def _chunks(body: bytes, count: int) -> list[Actions]:
     """One array (K, 7) for each of `count` episodes."""
-    at = 0
-
-    def numbers(size: int) -> tuple[int, ...]:
-        nonlocal at
-        if len(body) - at < 4 * size:
-            raise PolicyError("the policy's answer ends too early")
-        at += 4 * size
-        return struct.unpack_from(f"<{size}I", body, at - 4 * size)
-
-    (given,) = numbers(1)
-    if given != count:
-        raise PolicyError(f"the policy answered for {given} episodes, {count} requested")
-    chunks = []
-    for _ in range(count):
-        (dimensions,) = numbers(1)
-        if not 1 <= dimensions <= _MOST_DIMENSIONS:
-            raise PolicyError(f"the policy's actions have {dimensions} dimensions, 1 to 3 needed")
-        shape = numbers(dimensions)
-        size = int(np.prod([float(side) for side in shape]))
-        if shape[-1] != _DIM or (dimensions == 3 and shape[0] != 1) or not size:
-            raise PolicyError(
-                f"the policy's actions are of shape {shape}; (7), (K, 7) or (1, K, 7) needed"
-            )
-        start = at
-        numbers(size)
-        chunk = np.frombuffer(body, "<f4", size, start).reshape(-1, _DIM)
-        if not np.isfinite(chunk).all():
-            raise PolicyError("the policy's actions hold a number that is not finite")
-        chunks.append(chunk.astype(np.float32))
-    if at != len(body):
+    reader = pipes.Reader(body)
+    try:
+        given = reader.number()
+        if given != count:
+            raise PolicyError(f"the policy answered for {given} episodes, {count} requested")
+        chunks = [_chunk(reader) for _ in range(count)]
+    except EOFError:
+        raise PolicyError("the policy's answer ends too early") from None
+    if not reader.at_end:
         raise PolicyError("the policy's answer is longer than its header says")
     return chunks
+
+
+def _chunk(reader: pipes.Reader) -> Actions:
+    dimensions = reader.number()
+    if not 1 <= dimensions <= _MOST_DIMENSIONS:
+        raise PolicyError(f"the policy's actions have {dimensions} dimensions, 1 to 3 needed")
+    shape = tuple(reader.number() for _ in range(dimensions))
+    if shape[-1] != _DIM or (dimensions == 3 and shape[0] != 1) or 0 in shape:
+        raise PolicyError(
+            f"the policy's actions are of shape {shape}; (7), (K, 7) or (1, K, 7) needed"
+        )
+    chunk = reader.array("<f4", *shape).reshape(-1, _DIM)
+    if not np.isfinite(chunk).all():
+        raise PolicyError("the policy's actions hold a number that is not finite")
+    return chunk.astype(np.float32)

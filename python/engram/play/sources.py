@@ -30,13 +30,13 @@ class Sources:
     """Policies by name and folders by number, for the page to choose from."""
 
     def __init__(
-        self, folders: list[Path], command: str | None, obs: str, timeout: float, slots: int
+        self, folders: list[Path], command: str | None, obs: str, timeout: float, num_envs: int
     ) -> None:
         self._folders = [open_folder(path) for path in folders]
         self._command = command
         self._obs = obs
         self._timeout = timeout
-        self._slots = slots
+        self._num_envs = num_envs
         self._process: PolicyProcess | None = None
         self._closing = threading.Lock()  # the engine's thread and the server end the process
 
@@ -60,7 +60,7 @@ class Sources:
         if self._process is None:
             if not first or self._command is None:
                 raise PolicyError("the policy's process has ended; begin the episode again")
-            self._process = PolicyProcess(self._command, self._obs, self._slots, self._timeout)
+            self._process = PolicyProcess(self._command, self._obs, self._num_envs, self._timeout)
         try:
             return self._process.act(env, first)
         except PolicyError:

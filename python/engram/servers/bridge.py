@@ -11,40 +11,10 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from engram._io import pipe_messages as pipes
 from engram.errors import Error
 
-_HELLO, _TASK, _REQUEST, _CHUNKS, _FAILED = 1, 2, 3, 4, 5
-_MAGIC, _VERSION = 0x4D474E45, 1
-_RGB = 1
-
 Policy = Callable[[dict[str, Any]], "list[npt.NDArray[np.float32]]"]
-
-
-class _Reader:
-    """Takes values from the body of a message, one after another."""
-
-    def __init__(self, body: bytes) -> None:
-        self._body = body
-        self._at = 0
-
-    def array(self, kind: str, *shape: int) -> npt.NDArray[Any]:
-        dtype = np.dtype(kind)
-        count = int(np.prod(shape))
-        values = np.frombuffer(self._body, dtype, count, self._at).reshape(shape)
-        self._at += count * dtype.itemsize
-        return values
-
-    def number(self) -> int:
-        return int(self.array("<u4", 1)[0])
-
-    def text(self) -> str:
-        size = self.number()
-        self._at += size
-        return self._body[self._at - size : self._at].decode()
-
-    @property
-    def at_end(self) -> bool:
-        return self._at == len(self._body)
 
 
 class Bridge:
@@ -65,16 +35,16 @@ class Bridge:
         """Returns the exit code."""
 
         def send(kind: int, body: bytes) -> None:
-            sink.write(struct.pack("<II", kind, len(body)) + body)
+            sink.write(pipes.packed(kind, body))
             sink.flush()
 
         while len(head := source.read(8)) == 8:
             kind, size = struct.unpack("<II", head)
-            message = _Reader(source.read(size))
+            message = pipes.Reader(source.read(size))
             try:
                 answer = self._answer(kind, message)
             except Error as error:
-                send(_FAILED, str(error).encode())
+                send(pipes.FAILED, str(error).encode())
                 return 1
             if answer is not None:
                 send(*answer)
@@ -86,23 +56,23 @@ class Bridge:
         if close is not None:
             close()
 
-    def _answer(self, kind: int, message: _Reader) -> tuple[int, bytes] | None:
-        if kind == _HELLO:
+    def _answer(self, kind: int, message: pipes.Reader) -> tuple[int, bytes] | None:
+        if kind == pipes.HELLO:
             self._hello = {name: message.number() for name in _HELLO_FIELDS}
             self._policy = self._make_policy(self._hello["action"])
-            return _HELLO, struct.pack("<II", _MAGIC, _VERSION)
-        if kind == _TASK:
+            return pipes.HELLO, pipes.SIGNATURE
+        if kind == pipes.TASK:
             self._task, self._row = message.text(), message.number()
             return None
-        assert kind == _REQUEST
+        assert kind == pipes.REQUEST
         assert self._policy is not None
         chunks = self._policy(self._observation(message))
         parts = [struct.pack("<I", len(chunks))]
         for chunk in chunks:
             parts += [struct.pack("<3I", 2, *chunk.shape), chunk.astype("<f4").tobytes()]
-        return _CHUNKS, b"".join(parts)
+        return pipes.CHUNKS, b"".join(parts)
 
-    def _observation(self, message: _Reader) -> dict[str, Any]:
+    def _observation(self, message: pipes.Reader) -> dict[str, Any]:
         """A request as an observation of engram.evaluate."""
         count, hello = message.number(), self._hello
         seen: dict[str, Any] = {"env_id": self._task, "worker": 0, "rgb": None, "state": None}
@@ -111,7 +81,7 @@ class Bridge:
         seen["first"] = message.array("u1", count)
         seen["instruction"] = [message.text() for _ in range(count)]
         seen["proprio"] = message.array("<f4", count, hello["proprio"])
-        if hello["observes"] == _RGB:
+        if hello["observes"] == pipes.OBSERVES["rgb"]:
             shape = (hello["height"], hello["width"], hello["channels"])
             seen["rgb"] = message.array("u1", count, *shape)
         if self._row:

@@ -1,0 +1,50 @@
+"""Messages of the pipe protocol, for both of its sides; docs/evaluation.md has the protocol."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+HELLO, TASK, REQUEST, CHUNKS, FAILED = 1, 2, 3, 4, 5
+SIGNATURE = struct.pack("<2I", 0x4D474E45, 1)  # magic number and version, in both greetings
+OBSERVES = {"rgb": 1, "state": 2, "objects": 3}
+
+
+def packed(kind: int, body: bytes) -> bytes:
+    return struct.pack("<2I", kind, len(body)) + body
+
+
+def packed_text(text: str) -> bytes:
+    data = text.encode()
+    return struct.pack("<I", len(data)) + data
+
+
+class Reader:
+    """Takes values from the body of a message; EOFError if it ends too early."""
+
+    def __init__(self, body: bytes) -> None:
+        self._rest = memoryview(body)
+
+    def take(self, size: int) -> memoryview:
+        if size > len(self._rest):
+            raise EOFError(f"{len(self._rest)} bytes given, {size} needed")
+        taken, self._rest = self._rest[:size], self._rest[size:]
+        return taken
+
+    def array(self, kind: str, *shape: int) -> npt.NDArray[Any]:
+        dtype = np.dtype(kind)
+        return np.frombuffer(self.take(math.prod(shape) * dtype.itemsize), dtype).reshape(shape)
+
+    def number(self) -> int:
+        return int(self.array("<u4", 1)[0])
+
+    def text(self) -> str:
+        return bytes(self.take(self.number())).decode()
+
+    @property
+    def at_end(self) -> bool:
+        return not self._rest
