@@ -37,8 +37,8 @@ void add_run_flags(const Command& command, std::string_view name, RunOptions& ru
   // begin generated: flags (tools/surface, from api/surface.toml)
   if (in({"eval", "record", "probe"})) {
     add(command, "--policy-seed", run.policy_seed,
-        "Of the policy's own random numbers: random and blind draw others, external policies are "
-        "told it");
+        "Of the policy's own random numbers: random and blind draw others, external policies get "
+        "it in each request");
   }
   if (in({"eval"})) {
     add(command, "--repeat", 1, kMaxRepeat, run.repeat,
@@ -46,8 +46,8 @@ void add_run_flags(const Command& command, std::string_view name, RunOptions& ru
   }
   if (in({"eval", "record", "probe"})) {
     add(command, "--latency", run.latency,
-        "Control steps (3), or milliseconds (120ms; a step has 50), from a question to its "
-        "answer: the world goes on with the last action meanwhile");
+        "Control steps (3), or milliseconds (120ms; a step has 50), from a question to its answer: "
+        "the world goes on with the last action meanwhile");
   }
   // end generated
 }

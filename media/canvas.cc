@@ -165,7 +165,7 @@ void Canvas::disc(Point center, double radius, Color color) {
 }
 
 void Canvas::copy_to(std::span<std::uint8_t> out) const {
-  require_length("picture", out.size(), rgb_length(width(), height()));
+  require_length("image", out.size(), rgb_length(width(), height()));
   cairo_surface_flush(surface_->image);
   std::uint8_t* to = out.data();
   for (int y = 0; y < height(); ++y) {

@@ -67,7 +67,7 @@ const AxisSpec& spec_of(PerturbationAxis axis) { return kSpecs[static_cast<std::
 int width_of(PerturbationAxis axis) { return static_cast<int>(std::strlen(spec_of(axis).values)); }
 
 // A share without direction.
-double magnitude(double share) { return std::max(share, 0.0); }
+double positive_part(double share) { return std::max(share, 0.0); }
 
 // One of `count` by a share of 0 to 1.
 int choice(double share, int count) {
@@ -169,11 +169,11 @@ ImageChanges Perturbations::images(int env) const {
   }
   if (has(kDistractors)) add_distractors(env, changes);
   if (has(kOccluder)) {
-    changes.post_width = magnitude(values(env, kOccluder)[0]);
+    changes.post_width = positive_part(values(env, kOccluder)[0]);
     changes.post_y = kPostY * values(env, kOccluder)[1];
   }
-  if (has(kNoise)) changes.noise = kMaxNoiseLevels * magnitude(values(env, kNoise)[0]);
-  if (has(kBlur)) changes.blur = kWidestBlur * magnitude(values(env, kBlur)[0]);
+  if (has(kNoise)) changes.noise = kMaxNoiseLevels * positive_part(values(env, kNoise)[0]);
+  if (has(kBlur)) changes.blur = kWidestBlur * positive_part(values(env, kBlur)[0]);
   return changes;
 }
 
@@ -229,7 +229,8 @@ LightChange Perturbations::light_change(int env) const {
 
 void Perturbations::add_distractors(int env, ImageChanges& changes) const {
   const Shares share = values(env, kDistractors);
-  changes.distractor_count = static_cast<int>(std::lround(kMaxDistractors * magnitude(share[0])));
+  changes.distractor_count =
+      static_cast<int>(std::lround(kMaxDistractors * positive_part(share[0])));
   for (std::size_t i = 0; i < kMaxDistractors; ++i) {
     const std::size_t at = 1 + 4 * i;
     changes.distractors[i] = {{share[at], share[at + 1]},
@@ -248,11 +249,12 @@ int Perturbations::wording(int env, int count) const {
 
 int Perturbations::action_delay(int env) const {
   if (!has(kActionDelay)) return 0;
-  return static_cast<int>(std::lround(kMaxActionDelay * magnitude(values(env, kActionDelay)[0])));
+  return static_cast<int>(
+      std::lround(kMaxActionDelay * positive_part(values(env, kActionDelay)[0])));
 }
 
 double Perturbations::action_noise(int env) const {
-  return has(kActionNoise) ? magnitude(values(env, kActionNoise)[0]) : 0;
+  return has(kActionNoise) ? positive_part(values(env, kActionNoise)[0]) : 0;
 }
 
 }  // namespace engram

@@ -7,7 +7,7 @@ namespace engram {
 namespace {
 
 // Rows of states have no ranges.
-ConstantList describe_rows(const Batch& group) {
+ConstantList describe_state_fields(const Batch& group) {
   const std::vector<RangedField>& row = group.output_arrays().row_fields();
   if (observes_objects(group.part(0).options().obs_mode)) {
     return describe_layout(std::span<const RangedField>(row));
@@ -58,7 +58,7 @@ ConstantTable describe_group(const Batch& group) {
           {"rules", name_of(first.options().rules)},
           {"warnings", warnings},
           {"state_dim", group.state_dim()},
-          {"state_fields", describe_rows(group)},
+          {"state_fields", describe_state_fields(group)},
           {"proprio", proprio},
           {"segmentation_names", ConstantList{}},
           {"drawn", ConstantList{}},

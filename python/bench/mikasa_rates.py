@@ -4,7 +4,7 @@
                            [--profile]
 
 Two batches of the same episodes get the same actions in turns, in one process: one by
-`engram.make_vec`, one by `gym.make` after `import engram.mikasa`, with pictures within
+`engram.make_vec`, one by `gym.make` after `import engram.mikasa`, with images within
 `apply_mikasa_vla_wrappers`. Prints milliseconds per step of both and their ratios: of the medians,
 of the minima, and the median of the pairs'. On a busy machine the minima say most. --profile: where
 the time of the original's interface goes.

@@ -3,7 +3,7 @@
     python own_tasks.py [--num-envs 256] [--threads 1] [--obs state] [--actions oracle]
 
 Both step in turns in one process; the ratio is the median of all rounds' ratios. The goals are 0.6
-with state observations and 0.9 with pictures, at 256 environments.
+with state observations and 0.9 with images, at 256 environments.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
     python python/bench/policy_servers.py --rate 50 8     # the canonical tasks, one episode each,
                                                           # from a server with chunks of 8 in 50 ms
 
-A round trip has two pictures of 224 x 224, state and instruction, and one chunk of 8 actions. The
+A round trip has two images of 224 x 224, state and instruction, and one chunk of 8 actions. The
 server answers at once, in a process of its own.
 """
 
@@ -182,7 +182,7 @@ def main():
     if args.rate:
         rate(*args.rate, args.ids, args.episodes)
         return
-    print("round trip with two pictures of 224 x 224, ms: median, 95 %")
+    print("round trip with two images of 224 x 224, ms: median, 95 %")
     for name, (half, most) in round_trips():
         print(f"{name:18} {half:6.2f} {most:6.2f}")
 

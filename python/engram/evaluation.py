@@ -111,7 +111,7 @@ def evaluate(
     policy is called for the episode again. It is called from several threads, by one at a time;
     ``threads=1, num_envs=50`` makes one large batch.
 
-    ``ids``: one id or several, 50 ``episodes`` each unless told otherwise. Or ``suite``: the ids
+    ``ids``: one id or several, 50 ``episodes`` each by default. Or ``suite``: the ids
     and episodes of a list in :func:`engram.suites`, such as "mikasa5".
     ``rules``: "reference" or "original"; like ``task_options`` and ``constants``, those of the
     environments.

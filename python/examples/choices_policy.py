@@ -26,7 +26,7 @@ PLACE = re.compile(r"(.*) at x (\S+) m, y (\S+) m, z (\S+) m(.*)")
 
 def prompt(asked):
     """The question as a text for a language model."""
-    lines = [asked["instruction"], "x grows away from the robot, y to the right in pictures."]
+    lines = [asked["instruction"], "x grows away from the robot, y to the right in images."]
     lines += [f"step {step}: {text}" for step, text in zip(asked["steps"], asked["text"])]
     return "\n".join([*lines, asked["question"], *asked["choices"]])
 

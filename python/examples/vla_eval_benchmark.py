@@ -32,7 +32,7 @@ class EngramBenchmark(StepBenchmark):
         start_seed: Seed of the first episode.
     """
 
-    render_backends = frozenset({"cpu", "gpu"})  # pictures are made on the CPU in either
+    render_backends = frozenset({"cpu", "gpu"})  # images are made on the CPU in either
 
     def __init__(
         self,

@@ -20,7 +20,7 @@ struct ChoiceQuestion {
   int slot = 0;                       // of the episode in the batch, below max_slots
   int episode = 0;                    // 0 to n_episodes - 1; for messages, not for policies
   std::int32_t number = 0;            // by which policies know the episode
-  std::optional<std::uint64_t> seed;  // of the episode, if policies are told
+  std::optional<std::uint64_t> seed;  // of the episode, if requests name it
   std::int32_t step = 0;              // control steps taken so far
   std::int32_t index = 0;             // of the question in the episode
   std::string instruction;

@@ -24,7 +24,7 @@ struct PolicyRequest {
   std::span<const std::int32_t> slots;
   std::span<const std::int32_t> episodes;  // 0 to n_episodes - 1; for messages, not for policies
   std::span<const std::int32_t> numbers;   // by which policies know the episodes
-  std::span<const std::uint64_t> seeds;    // of the episodes; empty unless policies are told
+  std::span<const std::uint64_t> seeds;    // of the episodes, if requests name them
   std::span<const std::int32_t> steps;     // control steps taken so far
   std::span<const std::uint8_t> first;     // 1: the first request of this episode
   std::span<const std::string> instructions;
@@ -74,8 +74,7 @@ class ExternalPolicy {
   virtual void check_no_pending_reply() {}
 };
 
-// The label for policies that are to know no seed, or that are told everything. key: of opaque
-// numbers.
+// The label of an episode. tell: with its own number; otherwise with an opaque one, made with key.
 EpisodeLabel label_episode(int episode, std::string_view env_id, std::uint64_t seed,
                            const std::string& key, bool tell);
 

@@ -23,7 +23,7 @@ struct Trial {
   // tasks that show their cue to a robot at work: the oracle leads to it. 0: the policy acts from
   // the first step on. Below 0: the cue never shows, and nothing is played.
   int question = 0;
-  bool wiped = false;  // the policy is told at the question that a new episode begins
+  bool wiped = false;  // at the question, the request says that a new episode begins
   // A snapshot of another episode at the question, which takes this one's place; or null.
   std::shared_ptr<const std::vector<std::byte>> scene = {};
   // Episodes that the policy plays at the question, from their beginning to their end, before it

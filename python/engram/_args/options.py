@@ -82,8 +82,8 @@ def render_mode(value: Any, allowed: Sequence[str]) -> str | None:
     return None if value is None else str(value)
 
 
-def picture(camera: Any, size: Any) -> tuple[str, int, int]:
-    """Camera, width and height of pictures for people."""
+def view(camera: Any, size: Any) -> tuple[str, int, int]:
+    """Camera, width and height of views for people."""
     if not isinstance(camera, str) or camera not in CAMERAS:
         raise UnknownIdError(f"render_camera: {camera!r} given; allowed: {', '.join(CAMERAS)}")
     width, height = size_pair(size)

@@ -45,8 +45,8 @@ class Stream:
             context.colorspace = context.color_primaries = context.color_trc = _BT709
         self._stream = stream
 
-    def send_rgb(self, picture: npt.NDArray[np.uint8]) -> None:
-        frame = self._av.VideoFrame.from_ndarray(picture, format="rgb24")
+    def send_rgb(self, image: npt.NDArray[np.uint8]) -> None:
+        frame = self._av.VideoFrame.from_ndarray(image, format="rgb24")
         self._send(
             frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")
         )

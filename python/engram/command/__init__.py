@@ -19,6 +19,6 @@ def main() -> NoReturn:
         print(folder.parent / "lib" / "cmake" / "engram")
         sys.exit()
     os.environ["ENGRAM_PYTHON"] = sys.executable  # for videos: video.py
-    # Text in pictures has the same font everywhere.
+    # Text in images has the same font everywhere.
     os.environ.setdefault("FONTCONFIG_FILE", str(folder / "fonts.conf"))
     os.execv(folder / "engram", ["engram", *sys.argv[1:]])

@@ -1,4 +1,4 @@
-"""Encodes a video for the engram command, from pictures that media/video_python.cc sends.
+"""Encodes a video for the engram command, from images that media/video_python.cc sends.
 
 Errors are printed on standard output.
 """
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from engram._distribution import install_command
 from engram._io.video import Stream
 
-_PICTURE, _PALETTE, _END = b"p", b"c", b"e"
+_IMAGE, _PALETTE, _END = b"p", b"c", b"e"
 
 
 def _array(source: BinaryIO, dtype: npt.DTypeLike, *shape: int) -> npt.NDArray[Any]:
@@ -30,9 +30,9 @@ def encode(source: BinaryIO, file: str, kind: str, width: int, height: int, rate
     while message := source.read(1):
         if message == _PALETTE:
             palette = _array(source, np.uint32, 256)
-        elif message == _PICTURE and kind == "gif":
+        elif message == _IMAGE and kind == "gif":
             stream.send_indexed(_array(source, np.uint8, height, width), palette)
-        elif message == _PICTURE:
+        elif message == _IMAGE:
             stream.send_rgb(_array(source, np.uint8, height, width, 3))
         elif message == _END:
             stream.finish()

@@ -12,7 +12,7 @@ from engram.datasets.checks import DatasetError
 
 # The options' names, and those of the entries in the metadata.
 LABELS, DEPTH, SEGMENTATION = ADDITIONS = ("labels", "depth", "segmentation")
-# Pictures with one number per pixel: mm, or an index into the names of segments.
+# Images with one number per pixel: mm, or an index into the names of segments.
 MAPS = (DEPTH, SEGMENTATION)
 MAP_TYPE = np.uint16
 MAPS_SHAPE = (*checks.CAMERA_SHAPE[:2], 2)  # base camera, wrist camera

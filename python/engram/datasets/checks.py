@@ -11,12 +11,12 @@ from typing import IO, Any
 import numpy as np
 
 MAX_EPISODES = 1_000_000
-MAX_STEPS = 20_000  # of an episode; its pictures take up 2 GB then
+MAX_STEPS = 20_000  # of an episode; its images take up 2 GB then
 MAX_SEED = 2**63 - 1
 MAX_FPS = 1000
 MAX_JOBS = 1024
 CAMERA_SHAPE = (128, 128, 3)
-PICTURE_SHAPE = (128, 128, 6)  # base camera, wrist camera
+IMAGE_SHAPE = (128, 128, 6)  # base camera, wrist camera
 _LONGEST_TEXT = 10_000
 _LONGEST_MESSAGE = 600
 _ID = re.compile(r"[A-Za-z0-9._-]+-v[0-9]+")
@@ -45,7 +45,7 @@ def printable(text: str) -> str:
 def reading(path: Path | str | IO[bytes]) -> Iterator[None]:
     """Turns exceptions of readers of external files into a DatasetError with the path.
 
-    Parsers of archives, pictures, tables and messages raise errors of all kinds over damaged input,
+    Parsers of archives, images, tables and messages raise errors of all kinds over damaged input,
     those of their own defects among them.
     """
     try:

@@ -59,7 +59,7 @@ class Writer(contextlib.ExitStack):
         The folder appears when it is complete; one that was written here before is replaced. jobs:
         threads that pack, 0 for one per core; progress is called with the episodes done and all of
         them; labels: adds those of the demonstrations, which are privileged; depth, segmentation:
-        add these pictures. Raises DatasetError, and leaves everything as it was, if an episode is
+        add these images. Raises DatasetError, and leaves everything as it was, if an episode is
         damaged.
         """
         checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)

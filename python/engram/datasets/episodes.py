@@ -125,7 +125,7 @@ def _shape(name: str, steps: int, spaces: Spaces) -> tuple[int, ...]:
     if name in ("language_instruction", "success_once", "episode_length", "episode_seed"):
         return ()
     rows: dict[str, tuple[int, ...]] = {
-        "rgb": checks.PICTURE_SHAPE,
+        "rgb": checks.IMAGE_SHAPE,
         "proprio": (len(spaces.proprio_names),),
         "action": (len(spaces.action_names),),
     }

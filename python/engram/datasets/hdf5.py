@@ -1,6 +1,6 @@
 """Writes demonstrations as one HDF5 file per task, in the layout that robomimic reads.
 
-`data/demo_<n>` is an episode. Pictures are chunks of one frame, compressed by HDF5's own gzip
+`data/demo_<n>` is an episode. Images are chunks of one frame, compressed by HDF5's own gzip
 filter, so that any frame is read by itself. Threads compress them; HDF5 only appends.
 """
 
@@ -26,7 +26,7 @@ from engram.datasets.episodes import HDF5_FILE, HDF5_FOLDER, Episode
 from engram.datasets.labels import Labels
 from engram.datasets.work import packed
 
-PICTURES = ("image", "wrist_image")
+IMAGES = ("image", "wrist_image")
 _LEVEL = 1  # of gzip: more makes files hardly smaller
 _GYM = 2  # robomimic's number for environments of Gym
 
@@ -45,18 +45,18 @@ def _new_file(path: Path) -> Iterator[h5py.Group]:
 
 
 class _Frames:
-    """Pictures (T, H, W, C), compressed one by one; equal ones, of which waiting makes many, once.
+    """Images (T, H, W, C), compressed one by one; equal ones, of which waiting makes many, once.
 
     Compressed as HDF5's gzip filter does it.
     """
 
-    def __init__(self, pictures: np.ndarray):
-        self.shape = pictures.shape
-        self.dtype = pictures.dtype
+    def __init__(self, images: np.ndarray):
+        self.shape = images.shape
+        self.dtype = images.dtype
         made: dict[bytes, bytes] = {}
         self.chunks = []
-        for picture in pictures:
-            pixels = packed(picture).tobytes()
+        for image in images:
+            pixels = packed(image).tobytes()
             if pixels not in made:
                 made[pixels] = zlib.compress(pixels, _LEVEL)
             self.chunks.append(made[pixels])
@@ -89,7 +89,7 @@ class _Demonstration:
             "obs/proprio": episode.proprio,
         }
         cameras = (episode.image, episode.wrist_image)
-        self.frames = {f"obs/{key}": _Frames(each) for key, each in zip(PICTURES, cameras)}
+        self.frames = {f"obs/{key}": _Frames(each) for key, each in zip(IMAGES, cameras)}
         for name, values in episode.maps(added).items():
             for camera, key in enumerate(additions.map_keys(name)):
                 self.frames[f"obs/{key}"] = _Frames(values[..., camera, None])

@@ -12,7 +12,7 @@ from engram.datasets import additions, checks
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.episodes import RLDS_FOLDER, DemonstrationFolder, Metadata
 from engram.datasets.spaces import Spaces
-from engram.datasets.stored import StoredEpisode, maps, pictures
+from engram.datasets.stored import StoredEpisode, images, maps
 
 
 def _from_npz(folder: DemonstrationFolder, _: Path) -> Iterator[StoredEpisode]:
@@ -52,7 +52,7 @@ def _rlds_episode(fields: dict[str, list], spaces: Spaces) -> StoredEpisode:
     cameras = [fields[f"steps/observation/{name}"] for name in ("image", "wrist_image")]
     action = _floats(fields["steps/action"], -1, len(spaces.action_names))
     if any(len(files) != len(action) for files in cameras):
-        raise DatasetError(f"pictures of {[len(c) for c in cameras]} and {len(action)} steps")
+        raise DatasetError(f"images of {[len(c) for c in cameras]} and {len(action)} steps")
     checks.whole_number("steps", len(action), 1, checks.MAX_STEPS)
     found: dict[str, Any] = {
         name: np.stack(
@@ -67,7 +67,7 @@ def _rlds_episode(fields: dict[str, list], spaces: Spaces) -> StoredEpisode:
         action,
         _floats(fields["steps/observation/proprio"], -1, len(spaces.proprio_names)),
         fields["steps/language_instruction"][0].decode(),
-        np.concatenate([pictures(files) for files in cameras], axis=-1),
+        np.concatenate([images(files) for files in cameras], axis=-1),
         _floats(fields["steps/reward"], -1),
         **found,
     )

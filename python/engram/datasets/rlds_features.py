@@ -1,4 +1,4 @@
-"""features.json of RLDS data sets: what tensorflow_datasets is told about the fields."""
+"""features.json of RLDS data sets: the fields, for tensorflow_datasets."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class StoredEpisode:
         for name, shape in (
             ("action", (steps, len(self.spaces.action_names))),
             ("proprio", (steps, len(self.spaces.proprio_names))),
-            ("rgb", (steps, *checks.PICTURE_SHAPE)),
+            ("rgb", (steps, *checks.IMAGE_SHAPE)),
             ("reward", (steps,)),
             ("success", (steps,)),
             (DEPTH, (steps, *MAPS_SHAPE)),
@@ -48,7 +48,7 @@ class StoredEpisode:
         self.spaces.check_actions("action", self.action)
 
 
-def pictures(encoded: list[bytes]) -> np.ndarray:
+def images(encoded: list[bytes]) -> np.ndarray:
     """PNG files as (T, H, W, 3); their size is checked before they are unpacked."""
     return _unpacked(encoded, checks.CAMERA_SHAPE, np.uint8, ("RGB",))
 
@@ -64,10 +64,10 @@ def _unpacked(
 ) -> np.ndarray:
     from PIL import Image
 
-    pictures: np.ndarray = np.empty((len(encoded), *shape), kind)
-    for picture, data in zip(pictures, encoded):
-        with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
-            if image.size != (shape[1], shape[0]) or image.mode not in modes:
-                raise DatasetError(f"a picture of {image.size}, {image.mode}")
-            picture[:] = image
-    return pictures
+    images: np.ndarray = np.empty((len(encoded), *shape), kind)
+    for image, data in zip(images, encoded):
+        with Image.open(io.BytesIO(data), formats=["PNG"]) as file:
+            if file.size != (shape[1], shape[0]) or file.mode not in modes:
+                raise DatasetError(f"an image of {file.size}, {file.mode}")
+            image[:] = file
+    return images

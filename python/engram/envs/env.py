@@ -37,7 +37,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         obs_mode: See ``VectorEnv``.
         **options: Those of ``VectorEnv``, except num_envs, autoreset_mode and copy.
             ``threads`` is 1, unless the environment is to be drawn by several. ``render_mode`` is
-            None, unless it is "rgb_array" (``render`` returns a picture) or "human" (a window shows
+            None, unless it is "rgb_array" (``render`` returns an image) or "human" (a window shows
             every step; needs pygame).
     """
 
@@ -117,7 +117,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         return _first(self.batch.drawn())
 
     def render(self) -> Any:
-        """A picture, uint8 (height, width, 3), in mode "rgb_array"; None otherwise."""
+        """An image, uint8 (height, width, 3), in mode "rgb_array"; None otherwise."""
         return self.batch.frame(0) if self.render_mode == "rgb_array" else None
 
     def save(self) -> bytes:
@@ -166,7 +166,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
     __str__ = __repr__
 
     def _outputs(self) -> tuple[ObsT, dict[str, Any]]:
-        """Observation and infos; shows a picture in the window, if there is one."""
+        """Observation and infos; shows an image in the window, if there is one."""
         if self._window is not None:
             self._window.show(self.batch.frame(0))
         return self._observe(), self._info()

@@ -1,4 +1,4 @@
-"""Queries of a batch beside its observations: robot, cameras, drawn values, pictures."""
+"""Queries of a batch beside its observations: robot, cameras, drawn values, images."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class QueryMixin:
         """The cameras of rgb observations as matrices, by name, as new float32 arrays.
 
         Args:
-            size: Size of the pictures in pixels: a side or (width, height); default:
+            size: Size of the images in pixels: a side or (width, height); default:
                 ``image_size`` of the constructor.
 
         Returns:
@@ -162,5 +162,5 @@ class QueryMixin:
             width, height = options.size_pair(size)
         if camera is not None:
             name = values.text("camera", camera)
-        picture: Any = self._batch.render(values.integer("index", index), name, width, height)
-        return picture
+        image: Any = self._batch.render(values.integer("index", index), name, width, height)
+        return image

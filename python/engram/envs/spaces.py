@@ -84,7 +84,7 @@ class Layout:
         self._fields = description["state_fields"]
         tasks = _tasks_of(description)
         self._segments = max(len(task["segmentation_names"]) for task in tasks)
-        self._keys = []  # of pictures and what comes with them
+        self._keys = []  # of images and what comes with them
         kinds = obs_mode.split("+")
         if kinds[0] == "rgb":
             self._keys = ["rgb", "proprio"]

@@ -116,7 +116,7 @@ class SubEnv:
         return views[name][self.index].copy()
 
     def render(self) -> np.ndarray | None:
-        """A picture of it, uint8 (height, width, 3); None without a render mode."""
+        """An image of it, uint8 (height, width, 3); None without a render mode."""
         return None if self.render_mode is None else self._batch.frame(self.index)
 
     def save(self) -> bytes:

@@ -110,9 +110,9 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         copy: False: what ``reset`` and ``step`` return are views of engram's own buffers, which
             change with the next call. For loops that are done with an observation before they step
             again; they save one copy.
-        render_mode: "rgb_array" (or None) makes ``render`` return pictures; "human" is for single
+        render_mode: "rgb_array" (or None) makes ``render`` return images; "human" is for single
             environments.
-        render_size: Side of ``render``'s pictures in pixels, or (width, height).
+        render_size: Side of ``render``'s images in pixels, or (width, height).
         render_camera: Camera of ``render``; docs/robot.md says what each of them sees.
         image_size: Side of rgb observations in pixels, or (width, height).
         cameras: Of rgb observations, in channel order. Default: base_camera, hand_camera.
@@ -217,7 +217,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             "id": self.task_id if shares is None else id,
         }
         self.render_mode: str | None = option_args.render_mode(render_mode, ["rgb_array"])
-        self._render = option_args.picture(render_camera, render_size)
+        self._render = option_args.view(render_camera, render_size)
         self.autoreset_mode = autoreset(autoreset_mode)
         self.metadata = {
             "render_modes": ["rgb_array"],
@@ -393,7 +393,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
     # --- rendering, snapshots ---
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """One picture per environment, uint8 (height, width, 3); None without a render mode."""
+        """One image per environment, uint8 (height, width, 3); None without a render mode."""
         if self.render_mode is None:
             return None
         return tuple(self.frame(i) for i in range(self.num_envs))

@@ -1,4 +1,4 @@
-"""A window that shows pictures, as Gymnasium's own environments open one."""
+"""A window that shows images, as Gymnasium's own environments open one."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Window:
     Args:
         title: Of the window.
         size: Width and height in pixels.
-        rate: Pictures per second: ``show`` waits until it is time for the next one.
+        rate: Images per second: ``show`` waits until it is time for the next one.
 
     Raises:
         UnavailableError: There is no pygame, or no display.
@@ -42,10 +42,10 @@ class Window:
         pygame.display.set_caption(title)
         self._clock = pygame.time.Clock()
 
-    def show(self, picture: np.ndarray) -> None:
+    def show(self, image: np.ndarray) -> None:
         """Shows uint8 (height, width, 3), row 0 on top."""
-        image = self._pygame.surfarray.make_surface(picture.swapaxes(0, 1))
-        self._surface.blit(image, (0, 0))
+        surface = self._pygame.surfarray.make_surface(image.swapaxes(0, 1))
+        self._surface.blit(surface, (0, 0))
         self._pygame.event.pump()
         self._pygame.display.flip()
         self._clock.tick(self._rate)

@@ -131,5 +131,5 @@ class Sb3VecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """One picture per environment."""
+        """One image per environment."""
         return self.batch.render() or [None] * self.num_envs

@@ -17,7 +17,7 @@ from engram.kit.task import Task
 _NEEDED = ("evaluate", "reward")
 # By id, in the order of registration: the definition as JSON, and what makes instances.
 definitions: dict[str, tuple[str, Callable[[str, str], Task]]] = {}
-# True while files are loaded whose tasks Gymnasium is told of together, at their end.
+# True while files are loaded whose tasks are registered with Gymnasium together, at their end.
 gymnasium_waits = False
 
 

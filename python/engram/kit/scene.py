@@ -190,7 +190,7 @@ class Scene:
         where: Mask | None = None,
         emission: float | None = None,
     ) -> None:
-        """Gives props another colour in pictures.
+        """Gives props another colour in images.
 
         Args:
             props: A prop, a group, or an index for every environment (n,).

@@ -13,8 +13,8 @@ from engram.mikasa._torch import torch
 _WITHOUT_HUMAN = ("sensors", "cameras")
 
 
-def pictures(batch: VectorEnv[Any], mode: str, chosen: Settings) -> torch.Tensor:
-    """One picture per environment, uint8 (B, height, width, 3)."""
+def images(batch: VectorEnv[Any], mode: str, chosen: Settings) -> torch.Tensor:
+    """One image per environment, uint8 (B, height, width, 3)."""
     tiles = []
     for i in range(batch.num_envs):
         human = batch.frame(i) if mode not in _WITHOUT_HUMAN else None
@@ -32,7 +32,7 @@ def _sensors(batch: VectorEnv[Any], index: int, chosen: Settings) -> list[np.nda
 
 
 def _beside(human: np.ndarray, sensors: list[np.ndarray]) -> np.ndarray:
-    """The large picture, to its right a column of the small ones, from the top."""
+    """The large image, to its right a column of the small ones, from the top."""
     if not sensors:
         return human
     column = np.concatenate(sensors, axis=0)

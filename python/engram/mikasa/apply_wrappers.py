@@ -47,7 +47,7 @@ class VLAWrapperConfig:
     """Wrappers of an id.
 
     Attributes:
-        overlays: Wrappers that draw over pictures, inner to outer.
+        overlays: Wrappers that draw over images, inner to outer.
         curriculum_wrapper: The wrapper that freezes actions while the cue is shown.
         expected_control_mode: Others bring a warning.
     """
@@ -124,7 +124,7 @@ def apply_mikasa_vla_wrappers(
 
     Args:
         env: From gym.make, with obs_mode="rgb".
-        include_overlays: True: ``render`` draws the answer over its pictures.
+        include_overlays: True: ``render`` draws the answer over its images.
         joint_proprio: True: "proprio" has the arm's seven angles and the gripper's width, and with
             pd_joint_pos the arm holds its pose while actions are frozen, instead of going to zero
             angles. For policies of joints.

@@ -70,7 +70,7 @@ WRAPPER_CHAIN = "apply_mikasa_vla_wrappers(include_overlays=False)"
 SUPPORTED_SPLITS = ("short", "medium", "long", "all")
 _ID = re.compile(r"[A-Za-z0-9._-]+-v[0-9]+")
 _LONGEST_ID = 100
-_VIDEO_RATE = 30  # pictures per second
+_VIDEO_RATE = 30  # images per second
 
 JsonDict = dict[str, Any]
 
@@ -114,7 +114,7 @@ class BenchmarkConfig:
 
     Attributes:
         sim_backend: See gym.make; engram computes on the CPU.
-        include_overlays: True: pictures for people show the answer.
+        include_overlays: True: images for people show the answer.
         save_videos: True: videos of all episodes, with overlays, beside the observations.
     """
 
@@ -249,7 +249,7 @@ def _actions(chunk: Any, shape: tuple[int, ...]) -> Iterable[torch.Tensor]:
 def run_episode(
     env: Any, policy: ChunkPolicy, episode_seed: int, *, collect_video: bool = False
 ) -> tuple[EpisodeResult, list[np.ndarray] | None]:
-    """One episode: its result and, optionally, pictures before every step and after the last."""
+    """One episode: its result and, optionally, images before every step and after the last."""
     observation, _ = env.reset(seed=episode_seed)
     steps = getattr(env, "max_episode_steps", None)
     if steps is None:
@@ -274,7 +274,7 @@ def run_episode(
 
 
 def _frame(env: Any, observation: Mapping[str, Any]) -> np.ndarray:
-    """The picture for people, beside it the images of both cameras, one above the other."""
+    """The image for people, beside it the images of both cameras, one above the other."""
     from engram.mikasa import drawing
 
     general = np.asarray(env.render())[0]
@@ -287,14 +287,14 @@ def _frame(env: Any, observation: Mapping[str, Any]) -> np.ndarray:
         camera = seen[..., 3 * i : 3 * i + 3]
         down = np.arange(rows) * camera.shape[0] // rows
         across = np.arange(width) * camera.shape[1] // width
-        picture = np.ascontiguousarray(camera[down][:, across])
-        drawing.put_text(picture, label, (8, 22), 0.65)
-        sides.append(picture)
+        image = np.ascontiguousarray(camera[down][:, across])
+        drawing.put_text(image, label, (8, 22), 0.65)
+        sides.append(image)
     return np.concatenate([general, np.concatenate(sides)], axis=1)
 
 
 def _write_video(path: str | Path, frames: Sequence[Any], fps: float) -> None:
-    """Writes an episode's pictures as an mp4; of none, nothing. Programs import it."""
+    """Writes an episode's images as an mp4; of none, nothing. Programs import it."""
     from engram.mikasa.record import write_video
 
     if len(frames) > 0:

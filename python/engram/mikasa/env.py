@@ -380,13 +380,13 @@ class BaseEnv(gym.Env[Any, Any], metaclass=TaskMeta):
     # --- rendering, states, end ---
 
     def render(self) -> torch.Tensor:  # type: ignore[override, unused-ignore]
-        """Pictures, uint8 (B, height, width, 3), as render_mode says."""
+        """Images, uint8 (B, height, width, 3), as render_mode says."""
         if self.render_mode is None:
             raise RuntimeError(
                 "render_mode is None; make the environment with one of "
                 f"{', '.join(self.metadata['render_modes'])}"
             )
-        return _rendering.pictures(self._env, self.render_mode, self._chosen)
+        return _rendering.images(self._env, self.render_mode, self._chosen)
 
     render_rgb_array = render
 

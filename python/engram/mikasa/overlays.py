@@ -1,4 +1,4 @@
-"""Overlays over the pictures of ``render``; observations are not changed."""
+"""Overlays over the images of ``render``; observations are not changed."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _CONTOURS = ("Circle", "Square", "Triangle")
 
 
 class OverlayWrapper(Wrapper):
-    """Draws values of the last step over each environment's picture."""
+    """Draws values of the last step over each environment's image."""
 
     _passes_parts = True
     _outlined = True  # letters, in black
@@ -60,28 +60,28 @@ class OverlayWrapper(Wrapper):
         return result
 
     def render(self) -> Any:
-        """The pictures as an array, uint8 (B, height, width, 3)."""
-        pictures: Any = self.env.render()
-        if isinstance(pictures, torch.Tensor):
-            pictures = pictures.numpy()
-        pictures = np.array(pictures)
-        for i, picture in enumerate(pictures):
-            self.draw(picture, i)
-        return pictures
+        """The images as an array, uint8 (B, height, width, 3)."""
+        images: Any = self.env.render()
+        if isinstance(images, torch.Tensor):
+            images = images.numpy()
+        images = np.array(images)
+        for i, image in enumerate(images):
+            self.draw(image, i)
+        return images
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
-        """Draws over one environment's picture."""
+    def draw(self, image: np.ndarray, index: int) -> None:
+        """Draws over one environment's image."""
         raise NotImplementedError
 
     def _put_text(
         self,
-        picture: np.ndarray,
+        image: np.ndarray,
         text: str,
         place: tuple[int, int],
         scale: float = 1.0,
         color: drawing.Color = _WHITE,
     ) -> None:
-        drawing.put_text(picture, text, place, scale, color, outlined=self._outlined)
+        drawing.put_text(image, text, place, scale, color, outlined=self._outlined)
 
     def _info_value(self, name: str, index: int) -> Any:
         """A value of the info as a plain number or list; None where there is none."""
@@ -99,44 +99,44 @@ class OverlayWrapper(Wrapper):
 class RenderStepInfoWrapper(OverlayWrapper):
     """The number of steps."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
-        self._put_text(picture, f"Step: {self._info_value('elapsed_steps', index) or 0}", (10, 30))
+        self._put_text(image, f"Step: {self._info_value('elapsed_steps', index) or 0}", (10, 30))
 
 
 class RenderRewardInfoWrapper(OverlayWrapper):
     """The reward; not if MIKASA_DISABLE_REWARD_OVERLAY is 1, true, yes, y or on."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         if os.environ.get("MIKASA_DISABLE_REWARD_OVERLAY", "").strip().lower() in _YES:
             return
         reward = 0.0 if self.reward is None else float(self.reward[index])
-        self._put_text(picture, f"Reward: {reward:.3f}", (10, 90))
+        self._put_text(image, f"Reward: {reward:.3f}", (10, 90))
 
 
 class DebugRewardWrapper(OverlayWrapper):
     """The reward's terms, a line each; not if MIKASA_DISABLE_REWARD_OVERLAY is 1."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         if os.environ.get("MIKASA_DISABLE_REWARD_OVERLAY") == "1":
             return
         terms = self.info.get("reward_dict") or {}
         for i, (name, values) in enumerate(terms.items()):
             text = f"{name}: {float(values[index]):.3f}"
-            self._put_text(picture, text, (10, 170 + 20 * i), 0.5)
+            self._put_text(image, text, (10, 170 + 20 * i), 0.5)
 
 
 class ShellGameRenderCupInfoWrapper(OverlayWrapper):
     """The correct cup."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         cup = self._info_value("oracle_info", index)
         known = isinstance(cup, int) and 0 <= cup < len(_CUPS)
         text = f"Target: {_CUPS[cup]}" if known else f"Oracle: {cup}"
-        self._put_text(picture, text, (10, 60))
+        self._put_text(image, text, (10, 60))
 
 
 class ColorWrapper(OverlayWrapper):
@@ -163,88 +163,88 @@ class ColorWrapper(OverlayWrapper):
 class RememberColorInfoWrapper(ColorWrapper):
     """The colour to touch."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
-        self._put_text(picture, "Target:", (10, 60))
+        self._put_text(image, "Target:", (10, 60))
         number = self._info_value("oracle_info", index)
         if number is not None:
-            drawing.swatch(picture, 130, 38, 22, self._color(number), _WHITE)
+            drawing.swatch(image, 130, 38, 22, self._color(number), _WHITE)
 
 
 class RememberShapeInfoWrapper(OverlayWrapper):
     """The shape to touch."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         number = self._info_value("oracle_info", index)
         mapping = getattr(self.unwrapped, "SHAPE_MAPPING", dict(enumerate(_SHAPES)))
-        self._put_text(picture, f"Target: {named(mapping, number)}", (10, 60))
+        self._put_text(image, f"Target: {named(mapping, number)}", (10, 60))
 
 
 class RememberShapeAndColorInfoWrapper(ColorWrapper):
     """Shape and colour to touch."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
-        self._put_text(picture, "Target:", (10, 60))
+        self._put_text(image, "Target:", (10, 60))
         answer = self._info_value("oracle_info", index)
         if answer is None:
             return
         shape, color = answer
-        drawing.swatch(picture, 130, 38, 22, self._color(color), _WHITE)
+        drawing.swatch(image, 130, 38, 22, self._color(color), _WHITE)
         base: Any = self.unwrapped
-        self._put_text(picture, named(base.BASE_SHAPES, shape), (165, 60))
+        self._put_text(image, named(base.BASE_SHAPES, shape), (165, 60))
 
 
 class MemoryCapacityInfoWrapper(ColorWrapper):
     """The colours to touch; touched ones have a white border, if infos have them."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
-        self._put_text(picture, "Target: ", (10, 60))
+        self._put_text(image, "Target: ", (10, 60))
         touched = self._attribute("touched_cubes", index)
         for i, number in enumerate(self._info_value("oracle_info", index) or ()):
             border = _WHITE if touched is not None and touched[number] else _BLACK
-            drawing.swatch(picture, 130 + 25 * i, 45, 15, self._color(number), border)
+            drawing.swatch(image, 130 + 25 * i, 45, 15, self._color(number), border)
 
 
 class RotateRenderAngleInfoWrapper(OverlayWrapper):
     """Target and present angle in degrees."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         lines = (("Target :", "task_cue", 60), ("Current:", "relative_angle", 120))
         for text, name, height in lines:
             angle = self._info_value(name, index)
             if angle is not None:
                 degrees = round(math.degrees(angle), 2)
-                self._put_text(picture, f"{text} {degrees} deg", (10, height))
+                self._put_text(image, f"{text} {degrees} deg", (10, height))
 
 
 class RenderPressProgressInfoWrapper(OverlayWrapper):
     """Presses: all, those that count, the required ones."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         names = ("raw_press_count", "press_count", "target_blinks")
         counts = "/".join(str(self._info_value(name, index)) for name in names)
-        self._put_text(picture, f"Press raw/conf: {counts}", (10, 120), 0.8)
+        self._put_text(image, f"Press raw/conf: {counts}", (10, 120), 0.8)
 
 
 class RenderWorkingBatteriesInfoWrapper(OverlayWrapper):
     """Working batteries: found, and all of them."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         names = ("found_working_count", "target_working_count")
         counts = "/".join(str(self._info_value(name, index)) for name in names)
-        self._put_text(picture, f"Working found: {counts}", (10, 150), 0.8)
+        self._put_text(image, f"Working found: {counts}", (10, 150), 0.8)
 
 
 class RenderTimedTransferInfoWrapper(OverlayWrapper):
     """Time until the cube has to be on the red disc."""
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         signal = self._attribute("signal_step", index)
         if signal is None:
@@ -260,14 +260,14 @@ class RenderTimedTransferInfoWrapper(OverlayWrapper):
             phase, color = "WINDOW", _GREEN
         else:
             phase, color = "LATE", _RED
-        x = picture.shape[1] - 260
+        x = image.shape[1] - 260
         delay = base.DELAY_STEPS
         on_red = bool(self._info_value("cube_on_red", index))
-        self._put_text(picture, f"T-{max(0, signal + delay - elapsed)}", (x, 30), 1.0, color)
-        self._put_text(picture, phase, (x, 60), 0.8, color)
-        self._put_text(picture, f"[{begin},{end}] d={delay}", (x, 90), 0.6)
+        self._put_text(image, f"T-{max(0, signal + delay - elapsed)}", (x, 30), 1.0, color)
+        self._put_text(image, phase, (x, 60), 0.8, color)
+        self._put_text(image, f"[{begin},{end}] d={delay}", (x, 90), 0.6)
         text, color = ("ON RED", _GREEN) if on_red else ("not on red", _WHITE)
-        self._put_text(picture, text, (x, 120), 0.6, color)
+        self._put_text(image, text, (x, 120), 0.6, color)
 
 
 class RenderTraceShapeDebugWrapper(OverlayWrapper):
@@ -286,10 +286,10 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
         self.minimap_size = minimap_size
         self.minimap_top = minimap_top
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         left, top, size = 10, self.minimap_top, self.minimap_size
-        drawing.fill(picture, left, top, size, size, _BLACK, 0.7)
+        drawing.fill(image, left, top, size, size, _BLACK, 0.7)
         active, number, length = self._active(index)
         visited = self._part("checkpoint_visited", index, active)
         waypoints = self._part("waypoints", index, active)
@@ -305,12 +305,12 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
                     [left + size / 2 - scaled[:, 1], top + size / 2 - scaled[:, 0]], axis=1
                 )
 
-            drawing.line(picture, pixels([*waypoints, waypoints[0]]), _WHITE)
+            drawing.line(image, pixels([*waypoints, waypoints[0]]), _WHITE)
             points = pixels(self._part("checkpoints", index, active))
             # Sequences have only the number of visited ones.
             colors = [_GREEN if seen else _YELLOW for seen in visited or ()]
             for (x, y), color in zip(points, colors or [_WHITE] * len(points)):
-                drawing.dot(picture, x, y, 3, color)
+                drawing.dot(image, x, y, 3, color)
         name = _CONTOURS[number] if number is not None and 0 <= number < 3 else f"Shape {number}"
         below = top + size + 18
         if visited is not None:
@@ -319,18 +319,18 @@ class RenderTraceShapeDebugWrapper(OverlayWrapper):
             checkpoints = self.unwrapped.NUM_CHECKPOINTS  # type: ignore[attr-defined]
             seen = round((self._info_value("active_visit_fraction", index) or 0) * checkpoints)
             name = f"{name} [{seen}/{checkpoints}]"
-        self._put_text(picture, name, (left, below), 0.5)
+        self._put_text(image, name, (left, below), 0.5)
         masks = (("pre_demo_mask", "PRE-DEMO"), ("demo_mask", "DEMO"), ("action_mask", "ACTION"))
         phase = next((text for mask, text in masks if self._info_value(mask, index)), "")
-        self._put_text(picture, phase, (left, below + 18), 0.5)
+        self._put_text(image, phase, (left, below + 18), 0.5)
         closed = self._info_value("is_contour_closed", index) or self._info_value(
             "is_active_contour_closed", index
         )
-        self._put_text(picture, f"Closed: {'YES' if closed else 'NO'}", (left, below + 36), 0.5)
+        self._put_text(image, f"Closed: {'YES' if closed else 'NO'}", (left, below + 36), 0.5)
         if length is not None:
             done = round((self._info_value("sequence_progress", index) or 0) * length)
             text = f"Seq {active + 1}/{length} Done {done}/{length}"
-            self._put_text(picture, text, (left, below + 54), 0.5)
+            self._put_text(image, text, (left, below + 54), 0.5)
 
     def _active(self, index: int) -> tuple[int, int | None, int | None]:
         """Index of the contour in the sequence, its shape, and the length of the sequence."""

@@ -33,7 +33,7 @@ nn = torch.nn
 Normal = torch.distributions.Normal
 
 _PRIVATE = ("oracle_info", "task_cue")
-# Features of observations that are no pictures.
+# Features of observations that are no images.
 _WIDTHS = {"oracle_info": 64, "task_cue": 64, "joints": 128, "proprio": 128}
 
 
@@ -42,11 +42,11 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
 
     Args:
         env: Within StateOnlyTensorToDictWrapper.
-        rgb: Pictures of all cameras, channels one after the other.
+        rgb: Images of all cameras, channels one after the other.
         depth: Depth, as further channels.
-        state: All that is no picture; without pictures, the row of obs_mode "state".
+        state: All that is no image; without images, the row of obs_mode "state".
         oracle: The answer, too.
-        joints: With pictures: tool pose 7, joint positions 9, velocities 9.
+        joints: With images: tool pose 7, joint positions 9, velocities 9.
         joints_name: Name of these; None: "joints" in the RL half, as in its data and first release,
             and "proprio" in the VLA half.
     """
@@ -97,10 +97,8 @@ class FlattenRGBDObservationWrapper(ObservationWrapper):
         if self.include_state:
             result["state"] = flatten_state_dict(state, use_torch=True)
         kinds = [k for k, on in (("rgb", self.include_rgb), ("depth", self.include_depth)) if on]
-        pictures = [
-            camera[kind] for camera in observation["sensor_data"].values() for kind in kinds
-        ]
-        result["rgbd" if len(kinds) == 2 else kinds[0]] = joined(pictures)
+        images = [camera[kind] for camera in observation["sensor_data"].values() for kind in kinds]
+        result["rgbd" if len(kinds) == 2 else kinds[0]] = joined(images)
         return result
 
 
@@ -116,7 +114,7 @@ def layer_init(layer: Any, std: float = np.sqrt(2), bias_const: float = 0.0) -> 
 
 
 class NatureCNN(nn.Module):
-    """Features of flat observations: pictures through convolutions, the rest through a layer each.
+    """Features of flat observations: images through convolutions, the rest through a layer each.
 
     Args:
         sample_obs: An observation.
@@ -127,9 +125,9 @@ class NatureCNN(nn.Module):
         parts: dict[str, Any] = {}
         self.out_features = 0
         if "rgb" in sample_obs:
-            picture = sample_obs["rgb"]
+            image = sample_obs["rgb"]
             cnn = nn.Sequential(
-                nn.Conv2d(picture.shape[-1], 32, kernel_size=8, stride=4),
+                nn.Conv2d(image.shape[-1], 32, kernel_size=8, stride=4),
                 nn.ReLU(),
                 nn.Conv2d(32, 64, kernel_size=4, stride=2),
                 nn.ReLU(),
@@ -138,7 +136,7 @@ class NatureCNN(nn.Module):
                 nn.Flatten(),
             )
             with torch.no_grad():
-                width = cnn(picture[:1].float().permute(0, 3, 1, 2).cpu()).shape[1]
+                width = cnn(image[:1].float().permute(0, 3, 1, 2).cpu()).shape[1]
             parts["rgb"] = nn.Sequential(cnn, nn.Sequential(nn.Linear(width, 256), nn.ReLU()))
             self.out_features += 256
         for key, features in _WIDTHS.items():
@@ -210,7 +208,7 @@ def _log_std(actions: int) -> Any:
 
 
 class Agent(_ActorCritic):
-    """Policy of observations with pictures.
+    """Policy of observations with images.
 
     Args:
         envs: Whose actions it gives.

@@ -22,21 +22,21 @@ _PYAV = 12  # the oldest version that writes them
 
 
 def write_video(path: Path, frames: Sequence[Any], rate: float) -> None:
-    """Writes pictures as an mp4; odd sides lose a pixel.
+    """Writes images as an mp4; odd sides lose a pixel.
 
     Args:
         path: The file; its folder is made.
         frames: Of one shape (height, width, 3), uint8, or numbers from 0 to 1 or from 0 to 255.
-        rate: Pictures per second.
+        rate: Images per second.
 
     Raises:
-        InvalidArgumentError: No pictures, or pictures of several sizes.
+        InvalidArgumentError: No images, or images of several sizes.
         UnavailableError: There is no PyAV, or an old one.
     """
     sizes = sorted({np.shape(frame) for frame in frames})
     if len(sizes) != 1 or len(sizes[0]) != 3 or sizes[0][2] != 3:
         raise InvalidArgumentError(
-            f"frames: {sizes or 'none'} given; pictures of one shape (height, width, 3) needed"
+            f"frames: {sizes or 'none'} given; images of one shape (height, width, 3) needed"
         )
     _need_pyav(path.name)
     from engram._io.video import Stream
@@ -50,8 +50,8 @@ def write_video(path: Path, frames: Sequence[Any], rate: float) -> None:
         stream.finish()
 
 
-def _as_bytes(picture: Any) -> np.ndarray:
-    array = np.asarray(picture)
+def _as_bytes(image: Any) -> np.ndarray:
+    array = np.asarray(image)
     if array.dtype == np.uint8:
         return array
     scale = 255 if np.nanmax(array, initial=0) <= 1 else 1
@@ -70,15 +70,15 @@ def _need_pyav(name: str) -> None:
         )
 
 
-def tiled(pictures: np.ndarray) -> np.ndarray:
-    """A batch's pictures as one, in int(sqrt(B)) rows."""
-    rows = int(math.sqrt(len(pictures)))
-    columns = math.ceil(len(pictures) / rows)
-    height, width = pictures.shape[1:3]
+def tiled(images: np.ndarray) -> np.ndarray:
+    """A batch's images as one, in int(sqrt(B)) rows."""
+    rows = int(math.sqrt(len(images)))
+    columns = math.ceil(len(images) / rows)
+    height, width = images.shape[1:3]
     sheet = np.zeros((rows * height, columns * width, 3), np.uint8)
-    for i, picture in enumerate(pictures):
+    for i, image in enumerate(images):
         row, column = divmod(i, columns)
-        sheet[row * height : (row + 1) * height, column * width : (column + 1) * width] = picture
+        sheet[row * height : (row + 1) * height, column * width : (column + 1) * width] = image
     return sheet
 
 
@@ -91,11 +91,11 @@ class RecordEpisode(Wrapper):
         save_trajectory: False only: states of the original's simulator do not exist.
         trajectory_name: Has no effect.
         save_video: True: videos are recorded.
-        info_on_video: False only: wrappers of this package write over pictures.
+        info_on_video: False only: wrappers of this package write over images.
         save_video_trigger: Called with the number of steps so far; True records the step. None:
             always.
         max_steps_per_video: Steps of a video; None: until all environments are reset.
-        video_fps: Pictures per second.
+        video_fps: Images per second.
         source_type: Has no effect.
         source_desc: Has no effect.
         **_: Others of the original's that concern trajectories have no effect.
@@ -124,7 +124,7 @@ class RecordEpisode(Wrapper):
         if info_on_video:
             raise InvalidArgumentError(
                 "info_on_video: True given; allowed: False (RenderStepInfoWrapper and "
-                "similar wrappers write over pictures)"
+                "similar wrappers write over images)"
             )
         if save_video and env.render_mode is None:
             raise InvalidArgumentError(
@@ -148,18 +148,18 @@ class RecordEpisode(Wrapper):
             self.flush_video()
         result = self.env.reset(**kwargs)
         if everything and self._records() and not self._frames:
-            self._frames.append(self._picture())
+            self._frames.append(self._image())
         return result
 
     def step(self, action: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """See the wrapped environment."""
         records = self._records()
         if records and not self._frames:
-            self._frames.append(self._picture())
+            self._frames.append(self._image())
         result = self.env.step(action)
         self._steps += 1
         if records:
-            self._frames.append(self._picture())
+            self._frames.append(self._image())
             if self.max_steps_per_video and len(self._frames) > self.max_steps_per_video:
                 self.flush_video()
         elif self._frames:
@@ -170,13 +170,13 @@ class RecordEpisode(Wrapper):
         trigger = self.save_video_trigger
         return self.save_video and (trigger is None or bool(trigger(self._steps)))
 
-    def _picture(self) -> np.ndarray:
-        pictures: Any = self.env.render()
-        array = pictures.numpy() if isinstance(pictures, torch.Tensor) else np.asarray(pictures)
+    def _image(self) -> np.ndarray:
+        images: Any = self.env.render()
+        array = images.numpy() if isinstance(images, torch.Tensor) else np.asarray(images)
         return tiled(array)
 
     def flush_video(self, name: str | None = None, **_: Any) -> None:
-        """Writes the current video, if it has more than its first picture."""
+        """Writes the current video, if it has more than its first image."""
         frames, self._frames = self._frames, []
         if len(frames) > 1:
             stem = name or str(self.video_nums)

@@ -11,11 +11,11 @@ from engram.mikasa._torch import torch
 
 
 class Sensor:
-    """A camera that observations with pictures have.
+    """A camera that observations with images have.
 
     Attributes:
         uid: Its name.
-        width, height: Of its pictures.
+        width, height: Of its images.
     """
 
     def __init__(self, env: CameraSource, uid: str) -> None:

@@ -148,7 +148,7 @@ class ManiSkillVectorEnv(gym.vector.VectorEnv):  # type: ignore[type-arg, unused
         return metrics
 
     def render(self) -> Any:
-        """Pictures of the environment itself, without what wrappers draw."""
+        """Images of the environment itself, without what wrappers draw."""
         return self.base_env.render()
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> Any:

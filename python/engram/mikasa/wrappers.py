@@ -320,7 +320,7 @@ class CameraShutdownWrapper(Wrapper):
         """See the wrapped environment."""
         result = self.env.step(action)
         if bool((result[4]["elapsed_steps"] > self.n_initial_steps).any()):
-            for pictures in result[0]["sensor_data"].values():
-                for picture in pictures.values():
-                    picture.zero_()
+            for images in result[0]["sensor_data"].values():
+                for image in images.values():
+                    image.zero_()
         return result

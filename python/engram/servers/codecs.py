@@ -75,18 +75,18 @@ def _unpack(value: dict[Any, Any]) -> Any:
 
 
 def _image(value: dict[Any, Any]) -> npt.NDArray[Any]:
-    """A picture of vla-eval's."""
+    """An image of vla-eval's."""
     data = value.get("data")
     if value.get("format") == "raw":
         return _array(data, value.get("dtype"), value.get("shape"))
     from PIL import Image
 
     if not isinstance(data, bytes):
-        raise CodecError("a picture without bytes")
+        raise CodecError("an image without bytes")
     try:
         return np.array(Image.open(io.BytesIO(data), formats=("PNG", "JPEG")))
     except (OSError, ValueError, Image.DecompressionBombError) as error:
-        raise CodecError(f"a picture that cannot be read: {error}") from None
+        raise CodecError(f"an image that cannot be read: {error}") from None
 
 
 def pack_openpi(value: Any) -> bytes:

@@ -1,4 +1,4 @@
-"""Frames of an episode: history, and pictures in the size that a server wants."""
+"""Frames of an episode: history, and images in the size that a server wants."""
 
 from __future__ import annotations
 
@@ -48,20 +48,20 @@ class FrameHistory:
         return [frames[max(0, last - i * stride)] for i in steps]
 
 
-def resize(picture: Array, size: tuple[int, int] | None) -> Array:
-    """A picture (..., H, W, 3) with its proportions in a size, black at two sides; bilinear."""
-    if size is None or picture.shape[-3:-1] == size:
-        return np.ascontiguousarray(picture)
-    if picture.ndim > 3:
-        return np.stack([resize(one, size) for one in picture])
+def resize(image: Array, size: tuple[int, int] | None) -> Array:
+    """An image (..., H, W, 3) with its proportions in a size, black at two sides; bilinear."""
+    if size is None or image.shape[-3:-1] == size:
+        return np.ascontiguousarray(image)
+    if image.ndim > 3:
+        return np.stack([resize(one, size) for one in image])
     from PIL import Image
 
-    image = Image.fromarray(np.ascontiguousarray(picture))
-    ratio = max(image.width / size[1], image.height / size[0])
-    height, width = int(image.height / ratio), int(image.width / ratio)
+    given = Image.fromarray(np.ascontiguousarray(image))
+    ratio = max(given.width / size[1], given.height / size[0])
+    height, width = int(given.height / ratio), int(given.width / ratio)
     result = np.zeros((*size, 3), np.uint8)
     top, left = (size[0] - height) // 2, (size[1] - width) // 2
     result[top : top + height, left : left + width] = np.asarray(
-        image.resize((width, height), Image.Resampling.BILINEAR)
+        given.resize((width, height), Image.Resampling.BILINEAR)
     )
     return result

@@ -1,4 +1,4 @@
-"""Presets of keys: under which names a server gets pictures, state and instruction."""
+"""Presets of keys: under which names a server gets images, state and instruction."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from engram.servers.conventions import ACTIONS, LAYOUTS, known
 class Keys:
     """Names of what is sent; None: not sent.
 
-    base, wrist: pictures of the two cameras.
+    base, wrist: images of the two cameras.
     state: parts of the state, [start, stop) of its numbers by name.
     row: the numbers of ``obs="objects"`` or ``"state"``, if those are observed.
     prompt: the instruction.
     actions: parts of the answer, in the order of an action's numbers.
     layout, convention: names in conventions.py.
-    size: height and width of pictures; None as they are.
+    size: height and width of images; None as they are.
     extra: sent as it is, such as {"unnorm_key": "bridge_orig"}.
     """
 

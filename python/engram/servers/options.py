@@ -55,7 +55,7 @@ OPTIONS = {
         "keys' own",
     ),
     "actions": ("NAME", "what actions mean: mikasa, libero or oxe; default: the keys' own"),
-    "image": ("N|HxW|native", "size of pictures; default: the server's or the keys' own"),
+    "image": ("N|HxW|native", "size of images; default: the server's or the keys' own"),
     "replan": ("N", "actions of a chunk that are used; default: all"),
     "history": ("last|since-last|N,STRIDE", "frames that the server gets; default: last"),
     "reset": ("reconnect|message|none", "how the server learns of a new episode"),

@@ -225,7 +225,7 @@ class ServerPolicy:
 
 @dataclasses.dataclass
 class _Draft:
-    """A question, whose pictures wait for the size that the server wants."""
+    """A question, whose images wait for the size that the server wants."""
 
     keys: Keys
     frames: list[Frame]
@@ -236,20 +236,20 @@ class _Draft:
 
     def finished(self, size: tuple[int, int] | None) -> Question:
         keys = self.keys
-        pictures, state = {}, {}
+        images, state = {}, {}
         if self.frames[0].rgb is not None:
             views = {keys.base: slice(0, 3), keys.wrist: slice(3, 6)}
             for name, channels in views.items():
                 if name is not None:
                     views_of = [resize(f.rgb[..., channels], size) for f in self.frames]  # type: ignore[index]
-                    pictures[name] = self._over_time(views_of)
+                    images[name] = self._over_time(views_of)
         if keys.row is not None and self.frames[0].row is not None:
             state[keys.row] = self._over_time([f.row for f in self.frames])
         if keys.state:
             whole = state_of(keys.layout, self._over_time([f.proprio for f in self.frames]))
             for name, (start, stop) in keys.state.items():
                 state[name] = whole[..., start:stop]
-        return Question(pictures, state, self.prompt, self.has_time, self.env_id, self.episode)
+        return Question(images, state, self.prompt, self.has_time, self.env_id, self.episode)
 
     def _over_time(self, values: list[Any]) -> Array:
         return np.stack(values) if self.has_time else values[-1]

@@ -144,7 +144,7 @@ WRONG = {
     "leak_by_position": (
         ("self.spots(), where=self.begins", "self.spots() + 0.01 * self.target[:, None, None], "
          "where=self.begins"),
-        "leaks", r"picture of base_camera.* tells draw 'target' .* is at another place",
+        "leaks", r"image of base_camera.* tells draw 'target' .* is at another place",
     ),
     "leak_by_emission": (
         after("advance", "self.paint(self.cubes[self.target], None, emission=0.5, "

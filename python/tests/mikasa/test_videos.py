@@ -54,7 +54,7 @@ def test_no_pictures(tmp_path):
     "pictures", [[], [*PICTURES, PICTURES[0][1:]], [PICTURES[0][..., 0]], [PICTURES[0][..., :2]]]
 )
 def test_pictures_that_are_no_film(tmp_path, pictures):
-    with pytest.raises(engram.InvalidArgumentError, match="pictures of one shape"):
+    with pytest.raises(engram.InvalidArgumentError, match="images of one shape"):
         record.write_video(tmp_path / "film.mp4", pictures, 30)
     assert not list(tmp_path.iterdir())
 

@@ -28,7 +28,7 @@ STATE = "observation.state"
 ACTION = "action"
 COUNTERS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 FILES_PER_CHUNK = 1000
-_DICTIONARY_BYTES = 64 << 20  # of different pictures in a column of an episode
+_DICTIONARY_BYTES = 64 << 20  # of different images in a column of an episode
 
 
 def features(spaces: Spaces, video_infos: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -54,7 +54,7 @@ def scalar_type(column: str) -> str:
 
 
 def table(columns: dict[str, np.ndarray], images: dict[str, np.ndarray]) -> pa.Table:
-    """The rows of an episode. Its schema says, in the words of `datasets`, which are pictures."""
+    """The rows of an episode. Its schema says, in the words of `datasets`, which are images."""
     arrays: dict[str, pa.Array] = {}
     meanings: dict[str, Any] = {}
     for key, values in columns.items():
@@ -77,7 +77,7 @@ def table(columns: dict[str, np.ndarray], images: dict[str, np.ndarray]) -> pa.T
 
 
 def parquet_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
-    """Equal values of a column are stored once, pictures among them."""
+    """Equal values of a column are stored once, images among them."""
     return pq.ParquetWriter(file, schema, dictionary_pagesize_limit=_DICTIONARY_BYTES)
 
 

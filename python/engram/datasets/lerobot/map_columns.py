@@ -21,7 +21,7 @@ def key(camera: str, name: str) -> str:
 
 
 def columns(maps: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Pictures (T, H, W) by feature, of those (T, H, W, 2)."""
+    """Images (T, H, W) by feature, of those (T, H, W, 2)."""
     return {
         key(camera, name): values[..., index]
         for name, values in maps.items()

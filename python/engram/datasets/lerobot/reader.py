@@ -16,7 +16,7 @@ from engram.datasets.checks import DatasetError, reading
 from engram.datasets.episodes import Metadata
 from engram.datasets.lerobot import layout, map_columns, v21, v30
 from engram.datasets.spaces import ANGLES, Spaces
-from engram.datasets.stored import StoredEpisode, maps, pictures
+from engram.datasets.stored import StoredEpisode, images, maps
 
 _MOST_ROWS = 10_000_000  # of a file
 _LARGEST_SOURCE = 1 << 20  # bytes
@@ -126,7 +126,7 @@ def _episode(table: Any, row: dict[str, Any], spaces: Spaces, angles: str) -> St
     rgb = None
     if layout.TOP in columns:  # stored as images, not as lossy videos
         cameras = [[one["bytes"] for one in columns[key]] for key in layout.CAMERAS]
-        rgb = np.concatenate([pictures(files) for files in cameras], axis=-1)
+        rgb = np.concatenate([images(files) for files in cameras], axis=-1)
     names = [name for name in MAPS if map_columns.key(layout.TOP, name) in columns]
     found = {
         name: np.stack(

@@ -42,7 +42,7 @@ class VideoFile:
             # A key frame at every other frame, so that any frame is found quickly.
             options = {"g": "2", **_QUALITY.get(codec, {"crf": "30"})}
             self.stream: Any = self.container.add_stream(codec, rate=fps, options=options)
-            self.stream.codec_context.thread_count = 1  # pictures are small; cameras have theirs
+            self.stream.codec_context.thread_count = 1  # images are small; cameras have theirs
             self.stream.pix_fmt = "yuv420p"
             self.stream.height, self.stream.width = size
 
@@ -86,7 +86,7 @@ def video_info(path: Path, fps: int, codec: str) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _encoding(codec: str) -> Iterator[None]:
-    """Tells what FFmpeg refuses: an encoder that it lacks, or that takes no such pictures.
+    """Tells what FFmpeg refuses: an encoder that it lacks, or that takes no such images.
 
     A full disk is an OSError.
     """

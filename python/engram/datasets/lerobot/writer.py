@@ -122,7 +122,7 @@ class _Writer:
         row |= self.files.add(row | {"first_frame": self.frames}, table, filmed)
         self.rows.append(row)
         stats = _stats(columns, images)
-        if self.options.version != "2.1":  # whose readers refuse those of pictures in one channel
+        if self.options.version != "2.1":  # whose readers refuse those of images in one channel
             stats |= {key: frame_stats.of_maps(values) for key, values in maps.items()}
         self.stats.append(stats)
         self.frames += len(episode)

@@ -28,7 +28,7 @@ class EngramEnvConfig(EnvConfig):  # type: ignore[misc]
     Attributes:
         task: An id, or several with commas between them.
         fps: Control steps per second, for videos and recordings.
-        image_size: Side of the pictures in pixels.
+        image_size: Side of the images in pixels.
         threads: Threads of a batch; 0: one per core.
         control_mode: Meaning of actions.
         joint_proprio: The state has joint angles instead of the TCP's pose.

@@ -74,16 +74,16 @@ def _check_use(subject: Subject, name: str, pinned: list[Any]) -> None:
     distinct = [one for one in pinned if (one != pinned[0]).any()]
     if not distinct:
         return
-    policy, pictures = subject.policy, sorted({1, subject.horizon // 2, subject.horizon})
-    first = play(subject, _SEEDS, policy=policy, pins={name: pinned[0].tolist()}, pictures=pictures)
+    policy, images = subject.policy, sorted({1, subject.horizon // 2, subject.horizon})
+    first = play(subject, _SEEDS, policy=policy, pins={name: pinned[0].tolist()}, images=images)
     for value in (distinct[0], distinct[-1]):
         other = play(
-            subject, _SEEDS, policy=policy, pins={name: value.tolist()}, pictures=pictures,
+            subject, _SEEDS, policy=policy, pins={name: value.tolist()}, images=images,
             actions=actions_of(first, policy),
         )  # fmt: skip
         if difference(first, other) is not None:
             return
-    subject.add("draws", "note", f"draw {name!r} changes nothing: neither pictures, state, infos "
+    subject.add("draws", "note", f"draw {name!r} changes nothing: neither images, state, infos "
                 "and rewards nor what scripts do; is it used?")  # fmt: skip
 
 

@@ -33,11 +33,11 @@ _PROGRAM = (  # imports nothing from the current folder
 
 def check(subject: Subject) -> None:
     policy = subject.policy
-    pictures = sorted({1, subject.horizon // 2, subject.horizon})
-    whole = play(subject, _SEEDS, policy=policy, pictures=pictures, threads=1)
+    images = sorted({1, subject.horizon // 2, subject.horizon})
+    whole = play(subject, _SEEDS, policy=policy, images=images, threads=1)
     actions = actions_of(whole, policy)
 
-    again = play(subject, _SEEDS, policy=policy, pictures=pictures, threads=1)
+    again = play(subject, _SEEDS, policy=policy, images=images, threads=1)
     found = difference(whole, again)
     if found is not None:
         subject.add(
@@ -93,14 +93,14 @@ def _in_other_batches(
         seeds = [_SEEDS[row] for row in rows]
         chosen = [step[rows] for step in actions]
         part = play(subject, seeds, policy=policy, actions=chosen, **options)
-        found = difference(rows_of(_without_pictures(whole), rows), part)
+        found = difference(rows_of(_without_images(whole), rows), part)
         if found is not None:
             return how, _what(found, seeds)
     return _after_partial_resets(subject, whole, actions)
 
 
-def _without_pictures(steps: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [{name: value for name, value in one.items() if name != "picture"} for one in steps]
+def _without_images(steps: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{name: value for name, value in one.items() if name != "image"} for one in steps]
 
 
 def _after_partial_resets(

@@ -38,7 +38,7 @@ def check(subject: Subject) -> None:
                 return
     subject.add(
         "leaks", "ok",
-        f"episodes that differ in draw {name!r} alone have the same pictures, objects, proprio, "
+        f"episodes that differ in draw {name!r} alone have the same images, objects, proprio, "
         "infos and sparse rewards once the cue is over",
     )  # fmt: skip
 
@@ -123,7 +123,7 @@ def _report(
     if output == "rgb":
         unlike = (outputs[0]["rgb"][row] != outputs[1]["rgb"][row]).any(axis=(0, 1))
         cameras = [camera for i, camera in enumerate(_CAMERAS) if unlike[3 * i : 3 * i + 3].any()]
-        what = "picture of " + " and ".join(cameras)
+        what = "image of " + " and ".join(cameras)
     elif output == "reward":
         advice = "; before the last phase reward() may not depend on it"
     elif output.startswith("info "):

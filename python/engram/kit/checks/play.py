@@ -12,7 +12,7 @@ import numpy as np
 from engram.errors import BadStateError, InvalidArgumentError, UnknownIdError
 from engram.kit.checks.subject import Subject
 
-PICTURE = 48  # pixels
+IMAGE = 48  # pixels
 _PACKAGE = str(Path(__file__).parents[2])
 
 
@@ -79,7 +79,7 @@ class Player:
         self.seeds = seeds
         self.steps = [self.outputs(observation, info)]
 
-    def step(self, actions: Any = None, picture: bool = False) -> dict[str, Any]:
+    def step(self, actions: Any = None, image: bool = False) -> dict[str, Any]:
         """A step with the policy's actions, or with others while the policy is asked as well."""
         number = len(self.steps)
         try:
@@ -93,9 +93,9 @@ class Player:
         outputs.update(reward=reward, terminated=terminated, truncated=truncated)
         if chosen is not None:
             outputs["actions of " + str(self.policy)] = chosen
-        if picture:
+        if image:
             count = self.env.num_envs
-            outputs["picture"] = np.stack([self.env.frame(i, size=PICTURE) for i in range(count)])
+            outputs["image"] = np.stack([self.env.frame(i, size=IMAGE) for i in range(count)])
         self.steps.append(outputs)
         return outputs
 
@@ -123,7 +123,7 @@ def play(
     steps: int | None = None,
     actions: Sequence[Any] | None = None,
     pins: Mapping[str, Any] | None = None,
-    pictures: Sequence[int] = (),
+    images: Sequence[int] = (),
     **options: Any,
 ) -> list[dict[str, Any]]:
     """Outputs of episodes, step by step; actions: those to take instead of the policy's."""
@@ -131,7 +131,7 @@ def play(
         player = Player(subject, env, policy)
         player.begin(seeds, pins)
         for i in range(subject.horizon if steps is None else steps):
-            player.step(None if actions is None else actions[i], picture=i + 1 in pictures)
+            player.step(None if actions is None else actions[i], image=i + 1 in images)
         return player.steps
 
 
@@ -159,7 +159,7 @@ def difference(
 
 def causes_first(name: str) -> tuple[int, str]:
     """An order in which what follows from other outputs comes behind them."""
-    if name in ("info episode_return", "info success_once", "picture"):
+    if name in ("info episode_return", "info success_once", "image"):
         return 3, name
     if name == "reward":
         return 1, name

@@ -46,10 +46,10 @@ class RenderRewardInfoWrapper(overlays.OverlayWrapper):
 
     _outlined = False
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         reward = 0.0 if self.reward is None else float(self.reward[index])
-        self._put_text(picture, f"Reward: {reward:.3f}", (10, 120))
+        self._put_text(image, f"Reward: {reward:.3f}", (10, 120))
 
 
 class DebugRewardWrapper(overlays.OverlayWrapper):
@@ -57,11 +57,11 @@ class DebugRewardWrapper(overlays.OverlayWrapper):
 
     _outlined = False
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         for i, (name, values) in enumerate((self.info.get("reward_dict") or {}).items()):
             text = f"{name}: {float(values[index]):.3f}"
-            self._put_text(picture, text, (10, 170 + 20 * i), 0.5)
+            self._put_text(image, text, (10, 170 + 20 * i), 0.5)
 
 
 class ShellGameRenderCupInfoWrapper(overlays.ShellGameRenderCupInfoWrapper):
@@ -75,11 +75,11 @@ class RememberColorInfoWrapper(overlays.ColorWrapper):
 
     _outlined = False
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         number = self._info_value("oracle_info", index)
         if number is not None:
-            self._put_text(picture, f"Target: {self._color_name(number)}", _PLACE)
+            self._put_text(image, f"Target: {self._color_name(number)}", _PLACE)
 
 
 class RememberShapeInfoWrapper(overlays.RememberShapeInfoWrapper):
@@ -93,19 +93,19 @@ class RememberShapeAndColorInfoWrapper(overlays.ColorWrapper):
 
     _outlined = False
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         answer = self._info_value("oracle_info", index)
-        self._put_text(picture, "Target:", _PLACE)
+        self._put_text(image, "Target:", _PLACE)
         if answer is None:
             return
         base: Any = self.unwrapped
         shape, color = answer
         name = self._color_name(color)
         red, green, blue = (round(float(part)) for part in self._color(color)[:3])
-        self._put_text(picture, name, (130, 60), color=(red, green, blue))
+        self._put_text(image, name, (130, 60), color=(red, green, blue))
         x = 130 + drawing.text_width(f"{name} ")
-        self._put_text(picture, overlays.named(base.BASE_SHAPES, shape), (x, 60))
+        self._put_text(image, overlays.named(base.BASE_SHAPES, shape), (x, 60))
 
 
 class MemoryCapacityInfoWrapper(overlays.MemoryCapacityInfoWrapper):
@@ -119,11 +119,11 @@ class RotateRenderAngleInfoWrapper(overlays.OverlayWrapper):
 
     _outlined = False
 
-    def draw(self, picture: np.ndarray, index: int) -> None:
+    def draw(self, image: np.ndarray, index: int) -> None:
         """See the class."""
         lines = (("Target :", "task_cue", 60), ("Current:", "relative_angle", 90))
         for text, name, height in lines:
             angle = self._info_value(name, index)
             if angle is not None:
                 degrees = round(math.degrees(angle), 2)
-                self._put_text(picture, f"{text} {degrees} deg", (10, height))
+                self._put_text(image, f"{text} {degrees} deg", (10, height))

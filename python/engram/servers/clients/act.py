@@ -39,7 +39,7 @@ class ActConnection(Connection):
 
     async def ask(self, question: Question) -> Any:
         body = {
-            **question.pictures,
+            **question.images,
             **question.state,
             self.keys.prompt: question.prompt,
             **self.keys.extra,

@@ -36,12 +36,12 @@ def api_key() -> str | None:
 
 @dataclasses.dataclass(frozen=True)
 class Question:
-    """What a server is asked: pictures and state by name, with a time axis if there is a history.
+    """What a server is asked: images and state by name, with a time axis if there is a history.
 
     episode: env_id, seed, step and proprio of the episode, for servers that may know it.
     """
 
-    pictures: Mapping[str, Array]
+    images: Mapping[str, Array]
     state: Mapping[str, Array]
     prompt: str
     has_time: bool
@@ -60,7 +60,7 @@ class Connection(abc.ABC):
         self.options = options
         self.keys = keys
         self.session = session
-        self.size: tuple[int, int] | None = None  # of pictures, if the server asks for one
+        self.size: tuple[int, int] | None = None  # of images, if the server asks for one
 
     async def open(self) -> None:
         """Connects. A server that does not listen yet is waited for."""

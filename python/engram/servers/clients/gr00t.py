@@ -53,7 +53,7 @@ class Gr00tConnection(Connection):
             return {name: np.expand_dims(value, axes) for name, value in values.items()}
 
         observation = {
-            "video": rows(question.pictures),
+            "video": rows(question.images),
             "state": rows(question.state),
             "language": {self.keys.prompt: [[question.prompt]]},
         }

@@ -106,7 +106,7 @@ class OpenpiConnection(_Socket):
         size = metadata.get("image_resolution")
         if isinstance(size, (list, tuple)) and len(size) == 2:
             if not all(type(side) is int and 8 <= side <= 4096 for side in size):
-                raise self.fail(f"asks for pictures of {size!r:.60}, [height, width] needed")
+                raise self.fail(f"asks for images of {size!r:.60}, [height, width] needed")
             self.size = (size[0], size[1])
         space = metadata.get("action_space")
         if isinstance(space, str) and "joint" in space and not self.keys.needs_joints:
@@ -123,7 +123,7 @@ class OpenpiConnection(_Socket):
 
     async def ask(self, question: Question) -> Any:
         message = {
-            **question.pictures,
+            **question.images,
             **question.state,
             self.keys.prompt: question.prompt,
             **self.keys.extra,
@@ -163,7 +163,7 @@ class VlaEvalConnection(_Socket):
 
     async def ask(self, question: Question) -> Any:
         observation = {
-            "images": dict(question.pictures),
+            "images": dict(question.images),
             **question.state,
             self.keys.prompt: question.prompt,
             **self.keys.extra,

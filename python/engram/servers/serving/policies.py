@@ -172,7 +172,7 @@ class CallablePolicy(ServedPolicy):
         sent = [part for part in (request.rgb, request.proprio, request.row) if part is not None]
         frames = max((len(part) for part in sent), default=0)
         if not frames:
-            raise RequestError("no pictures and no state given; keys of the preset needed")
+            raise RequestError("no images and no state given; keys of the preset needed")
         for frame in range(frames):  # those before the last one are for its memory
             begins = request.first and frame == 0
             step = 0 if begins else self._steps.get(request.session, -1) + 1

@@ -25,7 +25,7 @@ _LARGEST = 256 << 20  # bytes of a request
 
 
 def _sentence(error: Exception) -> str:
-    """What a client is told of its request's failure."""
+    """Failure of a request, in words for its client."""
     if isinstance(error, (Error, CodecError)):
         return str(error)
     return f"{type(error).__name__}: {error}"

@@ -72,18 +72,18 @@ class Reader:
     def answer(
         self,
         session: int,
-        pictures: Mapping[str, Any],
+        images: Mapping[str, Any],
         state: Mapping[str, Any],
         prompt: Any,
         episode: Any,
     ) -> Array:
         """Actions (K, 7) in the convention of the keys."""
         keys = self.keys
-        base, wrist = _frames(pictures, keys.base, 3), _frames(pictures, keys.wrist, 3)
+        base, wrist = _frames(images, keys.base, 3), _frames(images, keys.wrist, 3)
         rgb: Array | None = None
         if base is not None and wrist is not None:
             if base.shape != wrist.shape or base.dtype != np.uint8 or wrist.dtype != np.uint8:
-                raise RequestError("pictures of one size, uint8, needed from both cameras")
+                raise RequestError("images of one size, uint8, needed from both cameras")
             rgb = np.concatenate([base, wrist], -1)
         proprio: Array | None = None
         parts = [_frames(state, name, 1) for name in keys.state]

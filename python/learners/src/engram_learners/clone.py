@@ -47,7 +47,7 @@ def arguments():
 
 
 class Student(nn.Module):
-    """Eye, memory and hand: keypoints of the image, a GRU, attention that chooses a keypoint.
+    """Keypoints of the image, a GRU, and attention that chooses a keypoint.
 
     Sequences are (T, N, ...) and begin where an episode begins.
     """
