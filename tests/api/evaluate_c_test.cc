@@ -44,6 +44,15 @@ int still(void* user, const engram_policy_request* request, engram_policy_reply*
   return 0;
 }
 
+ParsedJson evaluated(const engram_evaluation_options& options, engram_policy_callback policy,
+                     void* user) {
+  char* text = nullptr;
+  REQUIRE(engram_evaluate(&options, policy, user, &text) == ENGRAM_OK);
+  ParsedJson document = ParsedJson::parse(text);
+  engram_free_text(text);
+  return document;
+}
+
 }  // namespace
 
 TEST_CASE("C API: an empty text is no name and no folder", "[evaluation]") {
@@ -74,17 +83,14 @@ TEST_CASE("C API: an evaluation has a control mode and a proprio", "[evaluation]
   };
   engram_evaluation_options options = options_of(1);
   std::pair<int, int> seen;
-  char* text = nullptr;
-  REQUIRE(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_OK);
-  engram_free_text(text);
+  evaluated(options, dims, &seen);
   CHECK(seen == std::pair(7, 7));
   options.control_mode = "pd_joint_delta_pos";
   options.joint_proprio = 1;
-  REQUIRE(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_OK);
-  CHECK(ParsedJson::parse(text)["tasks"][0]["control_mode"] == "pd_joint_delta_pos");
-  engram_free_text(text);
+  CHECK(evaluated(options, dims, &seen)["tasks"][0]["control_mode"] == "pd_joint_delta_pos");
   CHECK(seen == std::pair(8, 8));
   options.control_mode = "pd";
+  char* text = nullptr;
   CHECK(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_UNKNOWN_ID);
   options.control_mode = nullptr;
   options.joint_proprio = 2;
@@ -102,10 +108,7 @@ TEST_CASE("C API: suites are named lists of tasks", "[evaluation]") {
 TEST_CASE("C API: a callback is evaluated", "[evaluation]") {
   const engram_evaluation_options options = options_of(3);
   Call call;
-  char* text = nullptr;
-  REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
-  const ParsedJson document = ParsedJson::parse(text);
-  engram_free_text(text);
+  const ParsedJson document = evaluated(options, still, &call);
   const ParsedJson& task = document["tasks"][0];
   CHECK(task["env_id"] == kIds[0]);
   CHECK(task["obs_mode"] == "state");
@@ -131,14 +134,12 @@ TEST_CASE("C API: a policy may observe objects", "[evaluation][objects]") {
     return still(user, request, reply);
   };
   Call call;
-  char* text = nullptr;
-  REQUIRE(engram_evaluate(&options, policy, &call, &text) == ENGRAM_OK);
-  const ParsedJson document = ParsedJson::parse(text);
-  engram_free_text(text);
+  const ParsedJson document = evaluated(options, policy, &call);
   CHECK(document["tasks"][0]["obs_mode"] == "objects");
   CHECK(call.requests >= 7);
 
   options.obs_mode = ENGRAM_OBS_OBJECTS_DICT;
+  char* text = nullptr;
   CHECK(engram_evaluate(&options, policy, &call, &text) == ENGRAM_INVALID_ARGUMENT);
   CHECK_THAT(engram_last_error(), Catch::Contains("ENGRAM_OBS_OBJECTS allowed"));
 }
@@ -148,10 +149,7 @@ TEST_CASE("C API: results name the rule set", "[evaluation][rules]") {
     engram_evaluation_options options = options_of(1);
     if (original) options.rules = ENGRAM_RULES_ORIGINAL;
     Call call;
-    char* text = nullptr;
-    REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
-    const ParsedJson document = ParsedJson::parse(text);
-    engram_free_text(text);
+    const ParsedJson document = evaluated(options, still, &call);
     CHECK(document["tasks"][0]["rules"] == (original ? "original" : "reference"));
   }
 }
@@ -160,10 +158,7 @@ TEST_CASE("C API: a policy's name may be any bytes", "[evaluation]") {
   engram_evaluation_options options = options_of(1);
   options.name = "caf\xe9";
   Call call;
-  char* text = nullptr;
-  REQUIRE(engram_evaluate(&options, &still, &call, &text) == ENGRAM_OK);
-  const ParsedJson document = ParsedJson::parse(text);
-  engram_free_text(text);
+  const ParsedJson document = evaluated(options, still, &call);
   CHECK(document["tasks"][0]["model"]["name"] == "caf\xef\xbf\xbd");
 }
 
@@ -235,10 +230,7 @@ TEST_CASE("C API: rounds with policy seeds, and latency", "[evaluation][latency]
     return 0;
   };
   std::vector<uint64_t> seeds;
-  char* text = nullptr;
-  REQUIRE(engram_evaluate(&options, policy, &seeds, &text) == ENGRAM_OK);
-  const ParsedJson task = ParsedJson::parse(text)["tasks"][0];
-  engram_free_text(text);
+  const ParsedJson task = evaluated(options, policy, &seeds)["tasks"][0];
   CHECK(std::ranges::count(seeds, 0U) + std::ranges::count(seeds, UINT64_MAX) ==
         static_cast<std::ptrdiff_t>(seeds.size()));
   CHECK(task["n_episodes"] == 4);
@@ -247,6 +239,7 @@ TEST_CASE("C API: rounds with policy seeds, and latency", "[evaluation][latency]
   CHECK(task["returns"][0] != task["returns"][2]);
   CHECK(task["episode_seeds"][0] == task["episode_seeds"][2]);
   options.latency = "soon";
+  char* text = nullptr;
   CHECK(engram_evaluate(&options, policy, &seeds, &text) == ENGRAM_INVALID_ARGUMENT);
   CHECK_THAT(engram_last_error(), Catch::Contains("latency: 'soon' given"));
   options.latency = nullptr;
