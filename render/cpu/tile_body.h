@@ -232,7 +232,7 @@ void copy_tiles(const Scan& s, const Backdrop& backdrop, TileRow& row) {
 }
 
 // Draws a primitive into its tiles, run by run.
-ENGRAM_INLINE void draw_sieved(const Scan& s, const TileRow& row, const TileCandidate& candidates,
+ENGRAM_INLINE void draw_candidate(const Scan& s, const TileRow& row, const TileCandidate& candidates,
                                Tiles& shaded) {
   const ScreenPrimitive& p = *candidates.primitive;
   const Rect& rect = p.rect;
@@ -313,7 +313,7 @@ void draw_tiles(const FrameData& frame, const Backdrop* backdrop, TileRow& row) 
   } else {
     prepare_tiles(s, row, shaded);
   }
-  for (int i = 0; i < row.candidate_count; ++i) draw_sieved(s, row, row.candidates[i], shaded);
+  for (int i = 0; i < row.candidate_count; ++i) draw_candidate(s, row, row.candidates[i], shaded);
   for (; shaded != 0; shaded &= shaded - 1) shade_tile(s, row, first_tile(shaded));
 }
 

@@ -20,7 +20,7 @@ struct BannedWord {
 
 // docs/glossary.md has the project's own terms beside the field's.
 const BannedWord kBanned[] = {
-    {"sieves?", "broad phase"},
+    {"sieve[ds]?", "broad phase; filter"},
     {"wakers?", "sleep manager"},
     {"workbench(es)?", "workspace"},
     {"glide[rsd]?|gliders|gliding", "kinematic motion"},
@@ -49,6 +49,13 @@ const BannedWord kBanned[] = {
     {"output turns?", "output buffer"},
     {"require drained", "check for pending replies"},
     {"overlap share|anchor share", "Baumgarte factor"},
+    {"describe rows", "describe state fields"},
+    {"step by rules", "batch task"},
+    {"await choices", "answer controller"},
+    {"conclude[ds]?", "set the outcome; end"},
+    {"present of", "counterfactual"},
+    {"stand(s|ing)? around", "scenery"},
+    {"live[ds]? to see", "bootstrapped value"},
 };
 
 // Splits names: "glideStep" and "glide_step" hold "glide".
