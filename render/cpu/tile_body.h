@@ -232,8 +232,8 @@ void copy_tiles(const Scan& s, const Backdrop& backdrop, TileRow& row) {
 }
 
 // Draws a primitive into its tiles, run by run.
-ENGRAM_INLINE void draw_candidate(const Scan& s, const TileRow& row, const TileCandidate& candidates,
-                               Tiles& shaded) {
+ENGRAM_INLINE void draw_candidate(const Scan& s, const TileRow& row,
+                                  const TileCandidate& candidates, Tiles& shaded) {
   const ScreenPrimitive& p = *candidates.primitive;
   const Rect& rect = p.rect;
   Span span;
