@@ -16,6 +16,7 @@ SUITES = {
     "variants": "constants and values that were tried: constants.csv, tried_values.csv",
     "determinism": "equal bits in 19 configurations: determinism.csv (25 minutes)",
     "evaluation": "equal results of `engram eval` for threads, batches and ranks; writes nothing",
+    "standing_still": "returns of success and of waiting before it: standing_still.csv",
     "bench": "speed: speed.csv, speed_budget.csv",
     "summary": "the figures in docs/data/README.md, from the CSV files",
     "check": "agreement of docs/data with the program; writes nothing",
