@@ -3,7 +3,7 @@
 #   fuzz.sh [EXECUTIONS [TARGET...]]  builds the targets (tests/fuzz) with Clang and sanitizers, and runs
 #                                     each from the corpus of the tests, default 1,000,000 times;
 #                                     findings lie in build/fuzz/findings, and end their target
-#   fuzz.sh python [CASES [FIRST]]    plays generated data sets and arguments of the Python API, default
+#   fuzz.sh python [CASES [FIRST]]    plays generated data sets, arguments and messages, default
 #                                     10,000 cases of each, from case FIRST on. $PYTHON has engram,
 #                                     default build/python-env's; without the libraries of the extra
 #                                     `datasets`, data sets are read, not converted
@@ -14,7 +14,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [ "${1:-}" = python ]; then
   python=${PYTHON:-build/python-env/bin/python}
   failed=0
-  for search in fuzz_datasets fuzz_options; do
+  for search in fuzz_datasets fuzz_options servers/fuzz_codecs; do
     "$python" -W ignore "python/tests/$search.py" "${2:-10000}" "${3:-0}" || failed=1
   done
   exit $failed

@@ -17,7 +17,7 @@ LIBRARIES = {  # by extra of pyproject.toml
     "mikasa": ("torch",),
     "video": ("av",),
     "play": ("aiohttp", "pillow"),
-    "servers": ("websockets", "msgpack", "pyzmq", "aiohttp", "pillow"),
+    "servers": ("websockets", "msgpack", "aiohttp", "pillow"),
     "datasets": ("pyarrow", "av", "pandas", "pillow", "protobuf", "google-crc32c"),
     "hdf5": ("h5py",),
 }

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import hmac
-import ipaddress
 import secrets
-import socket
-from urllib.parse import urlsplit
 
 from aiohttp import web
 
 from engram.play.refusals import Refusals
-
-_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+from engram.servers.hosts import OwnNames
 
 
 def new_token() -> str:
@@ -29,10 +25,7 @@ class Guard:
 
     def __init__(self, host: str, token: str, refusals: Refusals) -> None:
         self._token = token.encode()
-        self._everywhere = host in ("0.0.0.0", "::", "")
-        self._names = {*_LOOPBACK, host.lower()}
-        if self._everywhere:
-            self._names.add(socket.gethostname().lower())
+        self._names = OwnNames(host)
         self._refusals = refusals
 
     def check(self, request: web.Request) -> None:
@@ -48,7 +41,7 @@ class Guard:
         if not hmac.compare_digest(request.match_info.get("token", "").encode(), self._token):
             return "token"
         hosts = request.headers.getall("Host", [])
-        if len(hosts) != 1 or not self._is_own_host(hosts[0]):
+        if len(hosts) != 1 or hosts[0] not in self._names:
             return "host"
         origins = request.headers.getall("Origin", [])
         upgrade = request.headers.get("Upgrade", "").lower() == "websocket"
@@ -59,18 +52,6 @@ class Guard:
         if site not in ("none", "same-origin") and not _opens_page(request):
             return "origin"
         return None
-
-    def _is_own_host(self, host: str) -> bool:
-        """True if a Host header names this machine. Ports may differ: there are tunnels."""
-        try:
-            parts = urlsplit(f"//{host}")
-            name = parts.hostname or ""
-            _ = parts.port
-        except ValueError:
-            return False
-        if parts.path or parts.query or parts.username is not None:
-            return False
-        return name in self._names or (self._everywhere and _is_address(name))
 
 
 def _opens_page(request: web.Request) -> bool:
@@ -85,11 +66,3 @@ _MESSAGES = {
     "host": "the server does not have that name",
     "origin": "sent by another page",
 }
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True

@@ -2,39 +2,43 @@
 
 from __future__ import annotations
 
-import ast
 import base64
 import io
 import json
 import math
+import re
 from typing import Any
 
 import msgpack
 import numpy as np
 import numpy.typing as npt
 
-LARGEST = 64 << 20  # bytes of an answer
-_KINDS = "biuf"  # of arrays
+from engram.servers import limits
+from engram.servers.limits import CodecError
 
-
-class CodecError(Exception):
-    """What was received is not what the protocol allows."""
+_NUMBERS = ("b1", "i1", "u1", "i2", "u2", "f2", "i4", "u4", "f4", "i8", "u8", "f8")
+_TYPES = {order + kind: np.dtype(order + kind) for order in "<>|" for kind in _NUMBERS} | {
+    np.dtype(kind).name: np.dtype("<" + kind) for kind in _NUMBERS
+}  # of arrays, by the names that packages write
 
 
 def _array(data: Any, dtype: Any, shape: Any) -> npt.NDArray[Any]:
     """An array from its parts, of which none is trusted."""
     if not isinstance(data, bytes) or not isinstance(dtype, str):
         raise CodecError("an array without bytes or type")
-    try:
-        kind = np.dtype(dtype)
-    except (TypeError, ValueError, SyntaxError):
-        raise CodecError(f"an array of type {dtype!r:.40}") from None
+    kind = _TYPES.get(dtype)
+    if kind is None:
+        raise CodecError(f"an array of type {_start(dtype)}")
     sides = list(shape) if isinstance(shape, (list, tuple)) else [-1]
-    if kind.kind not in _KINDS or not all(type(s) is int and s >= 0 for s in sides):
-        raise CodecError(f"an array of type {dtype!r:.40} and shape {shape!r:.60}")
+    if len(sides) > limits.AXES or not all(type(s) is int and s >= 0 for s in sides):
+        raise CodecError(f"an array of type {dtype} and shape {sides[:9]!r:.60}")
     if math.prod(sides) * kind.itemsize != len(data):
         raise CodecError(f"an array of shape {sides}, type {dtype} and {len(data)} bytes")
     return np.frombuffer(data, kind).reshape(sides)
+
+
+def _start(text: str | bytes) -> str:
+    return repr(text[:40])
 
 
 # --- msgpack: openpi and vla-eval ---
@@ -69,24 +73,7 @@ def _unpack(value: dict[Any, Any]) -> Any:
         return _array(value.get("data"), value.get("dtype"), value.get("shape"))
     if b"__npgeneric__" in value:
         return value.get(b"data")
-    if value.get("__image__"):
-        return _image(value)
     return value
-
-
-def _image(value: dict[Any, Any]) -> npt.NDArray[Any]:
-    """An image of vla-eval's."""
-    data = value.get("data")
-    if value.get("format") == "raw":
-        return _array(data, value.get("dtype"), value.get("shape"))
-    from PIL import Image
-
-    if not isinstance(data, bytes):
-        raise CodecError("an image without bytes")
-    try:
-        return np.array(Image.open(io.BytesIO(data), formats=("PNG", "JPEG")))
-    except (OSError, ValueError, Image.DecompressionBombError) as error:
-        raise CodecError(f"an image that cannot be read: {error}") from None
 
 
 def pack_openpi(value: Any) -> bytes:
@@ -110,23 +97,29 @@ def _pack_gr00t(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be sent")
 
 
+_NPY = re.compile(  # magic, version, length of the header, header
+    rb"\x93NUMPY(?:\x01\x00..|[\x02\x03]\x00....)"
+    rb"\{'descr': '([^']{1,8})', 'fortran_order': (True|False), "
+    rb"'shape': \(([0-9, ]{0,160})\), ?\} *\n",
+    re.DOTALL,
+)
+
+
 def _read_npy(data: Any) -> npt.NDArray[Any]:
     """An array of np.save; its header is not believed before the bytes are counted."""
-    if not isinstance(data, bytes) or data[:6] != b"\x93NUMPY" or len(data) < 12:
+    if not isinstance(data, bytes) or data[:6] != b"\x93NUMPY":
         raise CodecError("an array that np.save did not write")
-    wide = data[6] >= 2
-    start = 12 if wide else 10
-    end = start + int.from_bytes(data[8 : 12 if wide else 10], "little")
+    head = _NPY.match(data)
     try:
-        if end - start > 10_000:
+        if head is None:
             raise ValueError
-        header = ast.literal_eval(data[start:end].decode("latin1").strip())
-        dtype, order, shape = header["descr"], header["fortran_order"], header["shape"]
-    except (ValueError, SyntaxError, KeyError, TypeError, MemoryError, RecursionError):
+        shape = [int(side) for side in head[3].decode().split(",") if side.strip()]
+        dtype = head[1].decode()
+    except ValueError:
         raise CodecError("an array whose header cannot be read") from None
-    if order is True and isinstance(shape, tuple):
-        return _array(data[end:], dtype, shape[::-1]).T
-    return _array(data[end:], dtype, shape)
+    if head[2] == b"True":
+        return _array(data[head.end() :], dtype, shape[::-1]).T
+    return _array(data[head.end() :], dtype, shape)
 
 
 def _unpack_gr00t(value: dict[Any, Any]) -> Any:
@@ -146,12 +139,62 @@ def unpack(data: bytes) -> Any:
     return _unpacked(data, _unpack)
 
 
+# Bytes behind the head of a value whose size is fixed.
+_FIXED = {0xC0: 0, 0xC2: 0, 0xC3: 0, 0xCA: 4, 0xCB: 8} | {
+    head: 1 << (head & 3) for head in range(0xCC, 0xD4)
+}
+# Bytes of the length behind the head of a text, and of the count behind that of a list or a map.
+_TEXTS = {0xC4: 1, 0xC5: 2, 0xC6: 4, 0xD9: 1, 0xDA: 2, 0xDB: 4}
+_COUNTS = {0xDC: 2, 0xDD: 4, 0xDE: 2, 0xDF: 4}
+
+
+def _check_msgpack(data: bytes) -> None:
+    """Refuses what has too many values or is too deep, before any of them is made."""
+    left, values, at = [1], 0, 0  # left: values to come, of each map or list around
+    while left:
+        if left[-1] == 0:
+            left.pop()
+            continue
+        left[-1] -= 1
+        head = data[at]
+        at += 1
+        inside = 0
+        if head in _FIXED:
+            at += _FIXED[head]
+        elif head in _TEXTS or head in _COUNTS:
+            width = _TEXTS.get(head) or _COUNTS[head]
+            count = int.from_bytes(data[at : at + width], "big")
+            at += width
+            if head in _TEXTS:
+                at += count
+            else:
+                inside = count if head < 0xDE else 2 * count
+        elif 0x80 <= head <= 0x9F:
+            inside = (head & 15) * (2 if head < 0x90 else 1)
+        elif 0xA0 <= head <= 0xBF:
+            at += head & 31
+        elif 0xC0 < head < 0xE0:  # extensions
+            raise ValueError
+        values += inside
+        if inside:
+            left.append(inside)
+            _check_size(values, len(left) - 1)
+
+
+def _check_size(values: int, depth: int) -> None:
+    if values > limits.VALUES:
+        raise CodecError(f"a message of more than {limits.VALUES:,} values")
+    if depth > limits.DEPTH:
+        raise CodecError(f"maps and lists more than {limits.DEPTH} deep")
+
+
 def _unpacked(data: bytes, hook: Any) -> Any:
     try:
-        return msgpack.unpackb(data, object_hook=hook)
+        _check_msgpack(data)
+        return msgpack.unpackb(data, object_hook=hook, max_str_len=limits.TEXT)
     except CodecError:
         raise
-    except (ValueError, TypeError, msgpack.exceptions.UnpackException, RecursionError):
+    except (ValueError, TypeError, IndexError, msgpack.exceptions.UnpackException):
         raise CodecError(f"{len(data)} bytes that are no msgpack: {data[:20]!r}") from None
 
 
@@ -179,8 +222,22 @@ def pack_json(value: Any) -> bytes:
     return json.dumps(value, default=_encode_json).encode()
 
 
-def unpack_json(data: bytes | str) -> Any:
+def unpack_json(data: bytes) -> Any:
     try:
-        return json.loads(data, object_hook=_decode_json)
+        if len(data) > limits.TEXT and not (data.isascii() and b"\\u" not in data):
+            raise CodecError(f"JSON of {len(data)} bytes, not all of them ASCII")
+        _check_size(sum(map(data.count, (b",", b"[", b"{"))), 0)
+        value = json.loads(data.decode(), object_hook=_decode_json)
+        _check_size(0, _depth(value))
     except (ValueError, RecursionError):
-        raise CodecError(f"{len(data)} bytes that are no JSON: {data[:40]!r}") from None
+        raise CodecError(f"{len(data)} bytes that are no JSON: {_start(data)}") from None
+    return value
+
+
+def _depth(value: Any) -> int:
+    """How deep maps and lists are, counted to one more than is allowed."""
+    depth, level = 0, [value]
+    while depth <= limits.DEPTH and (level := [v for v in level if isinstance(v, (dict, list))]):
+        parts = (v.values() if isinstance(v, dict) else v for v in level)
+        depth, level = depth + 1, [one for part in parts for one in part]
+    return depth

@@ -23,6 +23,7 @@ class Keys:
     layout, convention: names in conventions.py.
     size: height and width of images; None as they are.
     extra: sent as it is, such as {"unnorm_key": "bridge_orig"}.
+    flat: GR00T N1.5's names "video.x", "state.x" and "action.x", without a batch and a reset.
     """
 
     base: str | None = "observation/image"
@@ -35,6 +36,7 @@ class Keys:
     convention: str = "mikasa"
     size: tuple[int, int] | None = None
     extra: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    flat: bool = False
 
     @property
     def needs_joints(self) -> bool:
@@ -82,6 +84,10 @@ _GR00T = {
         size=(180, 320),
     ),
 }
+for _name in ("mikasa", "libero"):
+    _GR00T["n1.5" if _name == "mikasa" else f"n1.5-{_name}"] = dataclasses.replace(
+        _GR00T[_name], prompt="annotation.human.action.task_description", flat=True
+    )
 _OFT = Keys(
     "full_image",
     "wrist_image",
@@ -171,6 +177,10 @@ def _checked(file: str, field: str, value: Any) -> Any:
         if value is not None and not (is_pair(value) and min(value) >= 8 and max(value) <= 4096):
             raise need("[height, width] or null")
         return None if value is None else tuple(value)
+    if field == "flat":
+        if type(value) is not bool:
+            raise need("true or false")
+        return value
     if field == "extra":
         if not isinstance(value, dict):
             raise need("an object")

@@ -11,12 +11,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from engram.errors import InvalidArgumentError
+from engram.servers import limits
 
 PORTS = {"openpi": 8000, "gr00t": 5555, "act": 8000, "vla-eval": 8000}
 RESETS = ("reconnect", "message", "none")
 # How servers learn of a new episode, unless the user says otherwise.
 _USUAL_RESET = {"openpi": "reconnect", "gr00t": "message", "act": "message", "vla-eval": "message"}
-_LARGEST_CHUNK = 1000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -170,7 +170,7 @@ _READ: dict[str, Any] = {
     "state": _word,
     "actions": _word,
     "image": _image,
-    "replan": lambda name, text: _number(name, text, 1, _LARGEST_CHUNK),
+    "replan": lambda name, text: _number(name, text, 1, limits.ACTIONS),
     "history": lambda _, text: History.parse(text),
     "reset": _reset,
     "wait": lambda name, text: float(_number(name, text, 0, 86400)),

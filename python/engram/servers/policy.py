@@ -15,7 +15,14 @@ import numpy.typing as npt
 
 from engram._distribution import install_command
 from engram.errors import UnavailableError
-from engram.servers.clients.connection import Connection, LostError, Question, ServerError
+from engram.servers import limits
+from engram.servers.clients.connection import (
+    Connection,
+    LostError,
+    Question,
+    ServerError,
+    UnreachableError,
+)
 from engram.servers.conventions import ACTIONS, LAYOUTS, known, state_of, to_engram
 from engram.servers.frames import Frame, FrameHistory, resize
 from engram.servers.keys import Keys, keys_of
@@ -76,6 +83,8 @@ class ServerPolicy:
         self.options = ServerOptions.parse(url, timeout, **options)
         self._class = _connection_class(self.options.protocol)
         self._keys = _completed(keys_of(self.options.protocol, self.options.keys), self.options)
+        if self._keys.flat and "reset" not in self.options.given:
+            self.options = dataclasses.replace(self.options, reset="none")
         self._dim = action_dim
         self._slots: dict[tuple[int, int], _Slot] = {}
         self._token = secrets.token_hex(8)
@@ -158,13 +167,19 @@ class ServerPolicy:
         if slot.connection is not None:
             await slot.connection.close()
             slot.connection = None
-        return await self._within(self._exchange(slot, question))
+        try:
+            return await self._within(self._exchange(slot, question))
+        except UnreachableError as error:
+            which = "a" if slot.answers else "the first"
+            raise ServerError(
+                f"{error}; it was there, and closed the connection after {which} question"
+            ) from None
 
     async def _exchange(self, slot: _Slot, question: _Draft) -> Array:
         begins = slot.answers == 0
         old = slot.connection
         if old is not None and begins and self.options.reset == "reconnect":
-            await old.close()
+            await old.finish()
             slot.connection = None
         if slot.connection is None:
             if slot.answers and self.options.reset != "none":
@@ -174,7 +189,7 @@ class ServerPolicy:
         connection = slot.connection
         if begins:
             await connection.begin(question.env_id)
-        answer = await connection.ask(question.finished(self._size(connection)))
+        answer = await connection.ask(question.finished(self._size(connection, question.frames)))
         actions = connection.chunk(answer, self._dim)
         return to_engram(self._keys.convention, actions).astype(np.float32)
 
@@ -189,12 +204,22 @@ class ServerPolicy:
 
     # --- questions ---
 
-    def _size(self, connection: Connection) -> tuple[int, int] | None:
+    def _size(self, connection: Connection, frames: list[Frame]) -> tuple[int, int] | None:
         if self.options.image == "native":
             return None
         if isinstance(self.options.image, tuple):
             return self.options.image
-        return connection.size or self._keys.size
+        if connection.size is None or frames[0].rgb is None:
+            return self._keys.size
+        height, width = connection.size
+        count = len(frames) * height * width * frames[0].rgb.shape[-1]
+        if count > limits.QUESTION:
+            raise connection.fail(
+                f"asks for images of {height} x {width}, with a history of {len(frames)} frames "
+                f"{count >> 20} MiB; {limits.QUESTION >> 20} allowed, --server-image chooses "
+                "another size"
+            )
+        return connection.size
 
     def _question(self, slot: _Slot, observation: dict[str, Any], row: int) -> _Draft:
         frames = slot.history.take()

@@ -185,6 +185,43 @@ def test_a_server_of_plain_zmq():
         client.close()
 
 
+def test_a_server_of_flat_keys():
+    """GR00T N1.5: no batch, no endpoint for a new episode."""
+    import msgpack
+
+    seen: list[Any] = []
+
+    async def respond(message: bytes) -> bytes:
+        request = msgpack.unpackb(message, object_hook=decode_npy)
+        seen.append(request)
+        answer: Any = {}
+        if request["endpoint"] == "get_action":
+            parts = ("x", "y", "z", "roll", "pitch", "yaw", "gripper")
+            answer = {f"action.{name}": np.full(16, i / 20) for i, name in enumerate(parts)}
+        return bytes(msgpack.packb(answer, default=encode_npy))
+
+    with zmq_server(respond) as url:
+        client = ServerPolicy(url, keys="n1.5-libero", actions="mikasa")
+        assert np.allclose(client(observation())[0], np.arange(7) / 20)
+        client.close()
+        client = ServerPolicy(url, keys="n1.5-libero", history="3,1")
+        client(observation())
+        client.close()
+    assert [request["endpoint"] for request in seen] == ["ping", "get_action"] * 2
+    shapes = {name: np.shape(value) for name, value in seen[1]["data"].items()}
+    axes = dict.fromkeys(
+        (f"state.{name}" for name in ("x", "y", "z", "roll", "pitch", "yaw")), (1, 1)
+    )
+    assert shapes == {
+        **axes,
+        "state.gripper": (1, 2),
+        "video.image": (1, 256, 256, 3),
+        "video.wrist_image": (1, 256, 256, 3),
+        "annotation.human.action.task_description": (1,),
+    }
+    assert seen[3]["data"]["video.image"].shape == (3, 256, 256, 3)
+
+
 def test_the_server_of_vla_eval():
     serving = pytest.importorskip("vla_eval.model_servers.serve")
     import anyio

@@ -9,7 +9,8 @@ from typing import Any
 import aiohttp
 
 from engram.servers.clients.connection import Connection, Question, api_key
-from engram.servers.codecs import LARGEST, CodecError, pack_json, unpack_json
+from engram.servers.codecs import pack_json, unpack_json
+from engram.servers.limits import ANSWER
 from engram.servers.options import bracketed
 
 _SLICE = 1 << 20
@@ -50,7 +51,7 @@ class ActConnection(Connection):
         if isinstance(answer, str):
             if answer == "error":
                 raise self.reported("error, and says no more")
-            answer = self._decoded(answer)  # encoded twice
+            answer = await self.decoded(unpack_json, answer.encode(errors="replace"))  # twice
         if isinstance(answer, dict):
             if "error" in answer:
                 raise self.reported(answer["error"])
@@ -69,12 +70,14 @@ class ActConnection(Connection):
         if key:
             headers["Authorization"] = f"Api-Key {key}"
         try:
-            async with self._http.post(url, data=body, headers=headers) as response:
+            async with self._http.post(
+                url, data=body, headers=headers, allow_redirects=False
+            ) as response:
                 answer = bytearray()
                 async for part in response.content.iter_chunked(_SLICE):
                     answer += part
-                    if len(answer) > LARGEST:
-                        raise self.fail(f"answered with more than {LARGEST >> 20} MiB")
+                    if len(answer) > ANSWER:
+                        raise self.too_large()
                 status = response.status
         except aiohttp.ClientPayloadError:
             raise self.lost("closed the connection before its answer was complete") from None
@@ -85,13 +88,7 @@ class ActConnection(Connection):
         if status != 200:
             words = bytes(answer[:2000]).decode(errors="replace")
             raise self.reported(f"status {status} {' '.join(words.split())}")
-        return self._decoded(bytes(answer))
-
-    def _decoded(self, data: bytes | str) -> Any:
-        try:
-            return unpack_json(data)
-        except CodecError as error:
-            raise self.fail(f"answered with {error}") from None
+        return await self.decoded(unpack_json, bytes(answer))
 
     async def close(self) -> None:
         if self._http is not None:

@@ -6,14 +6,16 @@ import abc
 import asyncio
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from engram.errors import UnavailableError
+from engram.servers import limits
 from engram.servers.keys import Keys
+from engram.servers.limits import CodecError
 from engram.servers.options import ServerOptions
 
 Array = npt.NDArray[Any]
@@ -27,6 +29,10 @@ class ServerError(UnavailableError):
 
 class LostError(ServerError):
     """The connection ended before an answer. Another one may get it."""
+
+
+class UnreachableError(ServerError):
+    """Nobody listens."""
 
 
 def api_key() -> str | None:
@@ -73,7 +79,7 @@ class Connection(abc.ABC):
             except OSError as error:
                 if loop.time() >= end:
                     reason = os.strerror(error.errno) if error.errno else type(error).__name__
-                    raise ServerError(
+                    raise UnreachableError(
                         f"policy server {self.options.url} cannot be reached within "
                         f"{self.options.wait:g} s: {reason}"
                     ) from None
@@ -87,6 +93,10 @@ class Connection(abc.ABC):
     async def begin(self, env_id: str) -> None:
         """A new episode begins; the connection may be used already."""
 
+    async def finish(self) -> None:
+        """Ends the connection with the episode."""
+        await self.close()
+
     @abc.abstractmethod
     async def ask(self, question: Question) -> Any:
         """The actions of an answer, unchecked."""
@@ -95,15 +105,43 @@ class Connection(abc.ABC):
     async def close(self) -> None:
         """Also after failures."""
 
+    async def require_silence(self, reading: Callable[[], Coroutine[Any, Any, Any]]) -> None:
+        """Refuses what was sent before it was asked for: it would answer the next question.
+
+        Args:
+            reading: Waits for what the server sends.
+        """
+        await asyncio.sleep(0)  # what has come is received
+        task = asyncio.ensure_future(reading())
+        await asyncio.sleep(0)
+        if not task.done():
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+        elif task.exception() is None:
+            if isinstance(task.result(), str):
+                raise self.reported(task.result())
+            raise self.fail("answered twice; one answer to a question needed")
+
+    async def decoded(self, read: Callable[[bytes], Any], data: bytes) -> Any:
+        """An answer's value."""
+        try:
+            return await limits.decoded(read, data)
+        except CodecError as error:
+            raise self.fail(f"answered with {error}") from None
+
     def fail(self, what: str) -> ServerError:
         return ServerError(f"policy server {self.options.url} {what}")
+
+    def too_large(self) -> ServerError:
+        return self.fail(f"answered with more than {limits.ANSWER >> 20} MiB")
 
     def lost(self, how: str) -> LostError:
         return LostError(f"policy server {self.options.url} {how}")
 
     def reported(self, message: Any) -> ServerError:
         """A failure in the server's words; of a traceback the last line."""
-        lines = [line for line in str(message).strip().splitlines() if line.strip()]
+        text = str(message)[-limits.WORDS :]
+        lines = [line for line in text.splitlines() if line.strip()]
         return self.fail(f"reports: {lines[-1].strip() if lines else 'a failure without words'}")
 
     def joined(self, answer: Any, names: tuple[str, ...]) -> Any:
@@ -112,7 +150,7 @@ class Connection(abc.ABC):
             raise self.fail(f"answered with {_kind(answer)}, a map with {', '.join(names)} needed")
         missing = [name for name in names if name not in answer]
         if missing:
-            given = ", ".join(map(str, list(answer)[:20])) or "nothing"
+            given = ", ".join(f"{name!s:.100}" for name in list(answer)[:20]) or "nothing"
             raise self.fail(f"answered with {given}; {missing[0]} needed")
         if len(names) == 1:
             return answer[names[0]]
@@ -136,14 +174,14 @@ class Connection(abc.ABC):
 
     def chunk(self, value: Any, dim: int) -> Array:
         """Actions (K, dim) of an answer, all finite."""
-        if isinstance(value, (list, tuple)) and value and len(value) <= _LONGEST:
+        if isinstance(value, (list, tuple)) and value and len(value) <= limits.ACTIONS:
             value = [self.numbers(part) for part in value]
         array = self.numbers(value)
         if array.ndim == 3 and array.shape[0] == 1:
             array = array[0]
         if array.ndim == 1:
             array = array[None]
-        if array.ndim != 2 or array.shape[1] != dim or not 1 <= len(array) <= _LONGEST:
+        if array.ndim != 2 or array.shape[1] != dim or not 1 <= len(array) <= limits.ACTIONS:
             shape = np.shape(value)
             raise self.fail(f"answered with actions of shape {shape}, (K, {dim}) or ({dim}) needed")
         with np.errstate(over="ignore"):
@@ -156,9 +194,6 @@ class Connection(abc.ABC):
                 "a finite number needed"
             )
         return array
-
-
-_LONGEST = 1000  # actions of a chunk
 
 
 def _kind(value: Any) -> str:

@@ -10,11 +10,18 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from engram.servers.clients.connection import Connection, Question, api_key
-from engram.servers.codecs import LARGEST, CodecError, pack_openpi, pack_vla_eval, unpack
+from engram.servers.codecs import pack_openpi, pack_vla_eval, unpack
+from engram.servers.limits import ANSWER, OPENING, SIDE
 from engram.servers.options import bracketed
 
 _TOO_BIG = 1009  # code of a close
-_HANDSHAKE_SECONDS = 10
+
+
+class _Connect(connect):
+    """Connects to the named server alone."""
+
+    def process_redirect(self, exc: Exception) -> Exception:
+        return exc
 
 
 class _Socket(Connection):
@@ -29,12 +36,12 @@ class _Socket(Connection):
         key = api_key()
         host = bracketed(self.options.host)
         try:
-            self._socket = await connect(
+            self._socket = await _Connect(
                 f"ws://{host}:{self.options.port}{self.options.path}",
                 compression=None,
-                max_size=LARGEST,
+                max_size=ANSWER,
                 ping_interval=None,
-                open_timeout=_HANDSHAKE_SECONDS,
+                open_timeout=OPENING,
                 close_timeout=1,
                 proxy=None,
                 additional_headers={"Authorization": f"Api-Key {key}"} if key else None,
@@ -66,15 +73,12 @@ class _Socket(Connection):
             if acknowledgement and answer.startswith(acknowledgement):
                 return answer
             raise self.reported(answer)
-        try:
-            return unpack(answer)
-        except CodecError as error:
-            raise self.fail(f"answered with {error}") from None
+        return await self.decoded(unpack, answer)
 
     def _closed(self, error: ConnectionClosed) -> Exception:
         sent, received = error.sent, error.rcvd
         if sent is not None and sent.code == _TOO_BIG and not error.rcvd_then_sent:
-            return self.fail(f"answered with more than {LARGEST >> 20} MiB")
+            return self.too_large()
         if received is None:
             return self.lost("closed the connection before its answer was complete")
         reason = f": {received.reason}" if received.reason else ""
@@ -97,6 +101,16 @@ class OpenpiConnection(_Socket):
     _arena = False
     _episode = 0
 
+    async def _send(self, message: bytes) -> None:
+        assert self._socket is not None
+        await self.require_silence(self._socket.recv)
+        await super()._send(message)
+
+    async def finish(self) -> None:
+        assert self._socket is not None
+        await self.require_silence(self._socket.recv)
+        await super().finish()
+
     async def _connect(self) -> None:
         await self._open_socket()
         metadata = await self._receive()
@@ -104,9 +118,12 @@ class OpenpiConnection(_Socket):
             raise self.fail("does not begin with its metadata, a map")
         self._arena = "needs_session_id" in metadata
         size = metadata.get("image_resolution")
-        if isinstance(size, (list, tuple)) and len(size) == 2:
-            if not all(type(side) is int and 8 <= side <= 4096 for side in size):
-                raise self.fail(f"asks for images of {size!r:.60}, [height, width] needed")
+        if self.options.image is None and isinstance(size, (list, tuple)) and len(size) == 2:
+            if not all(type(side) is int and 8 <= side <= SIDE for side in size):
+                raise self.fail(
+                    f"asks for images of {size!r:.60}; [height, width] from 8 to {SIDE} needed, "
+                    "--server-image chooses another size"
+                )
             self.size = (size[0], size[1])
         space = metadata.get("action_space")
         if isinstance(space, str) and "joint" in space and not self.keys.needs_joints:

@@ -99,7 +99,12 @@ async def _run(options: argparse.Namespace, policy: ServedPolicy) -> int:
     from engram.servers.serving.protocols import SERVERS
     from engram.servers.serving.reading import Reader
 
-    reader = Reader(policy, keys_of(options.protocol, options.server_keys))
+    keys = keys_of(options.protocol, options.server_keys)
+    if keys.flat:
+        raise engram.InvalidArgumentError(
+            f"--server-keys: {options.server_keys!r} given; flat keys are for clients alone"
+        )
+    reader = Reader(policy, keys)
     port = PORTS[options.protocol] if options.port is None else options.port
     host = options.host
 

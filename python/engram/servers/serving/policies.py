@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from engram.errors import Error, InvalidArgumentError
 from engram.factory import make
+from engram.servers.limits import FRAMES
 
 Array = npt.NDArray[Any]
 
@@ -170,9 +171,15 @@ class CallablePolicy(ServedPolicy):
 
     def answer(self, request: Request) -> Array:
         sent = [part for part in (request.rgb, request.proprio, request.row) if part is not None]
-        frames = max((len(part) for part in sent), default=0)
-        if not frames:
+        counts = {len(part) for part in sent}
+        if not any(counts):
             raise RequestError("no images and no state given; keys of the preset needed")
+        frames = max(counts)
+        if len(counts) > 1 or frames > FRAMES:
+            raise RequestError(
+                f"{', '.join(map(str, sorted(counts)))} frames given; the same number of images "
+                f"and states, 1 to {FRAMES}, needed"
+            )
         for frame in range(frames):  # those before the last one are for its memory
             begins = request.first and frame == 0
             step = 0 if begins else self._steps.get(request.session, -1) + 1

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import http
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from engram.errors import Error
+from engram.servers import limits
 from engram.servers.codecs import (
-    CodecError,
     pack_gr00t,
     pack_json,
     pack_openpi,
@@ -19,16 +20,30 @@ from engram.servers.codecs import (
     unpack_gr00t,
     unpack_json,
 )
+from engram.servers.hosts import OwnNames
+from engram.servers.limits import CodecError
 from engram.servers.serving.reading import Reader
+from engram.servers.zmtp import Wire, ZmtpError
 
-_LARGEST = 256 << 20  # bytes of a request
+_TOO_MANY_BYTES = "too many requests wait for their answers"
 
 
 def _sentence(error: Exception) -> str:
     """Failure of a request, in words for its client."""
+    if isinstance(error, limits.TooLargeError):
+        return f"a request of more than {limits.REQUEST >> 20} MiB"
     if isinstance(error, (Error, CodecError)):
         return str(error)
-    return f"{type(error).__name__}: {error}"
+    return f"{type(error).__name__}: {error}"[: limits.WORDS]
+
+
+def _refusal(headers: Mapping[str, str], names: OwnNames) -> str | None:
+    """Why a request may be a page's; clients that are programs send none of this."""
+    if "Origin" in headers or headers.get("Sec-Fetch-Site", "none") != "none":
+        return "refused: sent by a page of a browser\n"
+    if not names.everywhere and headers.get("Host", "") not in names:
+        return "refused: the server does not have that name\n"
+    return None
 
 
 async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None:
@@ -36,25 +51,48 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
     from websockets.asyncio.server import ServerConnection, serve
     from websockets.exceptions import ConnectionClosed
 
+    traffic, names = limits.Traffic(), OwnNames(host)
+
+    class Client(ServerConnection):
+        """A connection whose bytes are counted as they come."""
+
+        def connection_made(self, transport: asyncio.BaseTransport) -> None:
+            super().connection_made(transport)
+            if not traffic.enter(self):
+                self.transport.abort()
+
+        def data_received(self, data: bytes) -> None:
+            if traffic.receive(self, len(data)):
+                super().data_received(data)
+            else:
+                self.transport.abort()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            traffic.leave(self)
+            super().connection_lost(exc)
+
+    async def answered(session: int, message: bytes | str) -> Any:
+        data = message if isinstance(message, bytes) else message.encode()
+        request = await limits.decoded(unpack, data)
+        if not isinstance(request, dict):
+            raise CodecError("a request that is no map")
+        if request.get("endpoint") == "reset" or request.get("reset") is True:
+            reader.sessions.begin(session)
+            return {"reset_finished": True}
+        prompt, episode = request.get(reader.keys.prompt), request.get("engram")
+        return {"actions": await reader.answer(session, request, request, prompt, episode)}
+
     async def talk(socket: ServerConnection, session: int) -> None:
         await socket.send(pack_openpi({"server": "engram", "image_resolution": reader.keys.size}))
         async for message in socket:
             try:
-                request = unpack(message if isinstance(message, bytes) else message.encode())
-                if not isinstance(request, dict):
-                    raise CodecError("a request that is no map")
-                if request.get("endpoint") == "reset" or request.get("reset") is True:
-                    reader.sessions.begin(session)
-                    await socket.send(pack_openpi({"reset_finished": True}))
-                    continue
-                prompt = request.get(reader.keys.prompt)
-                episode = request.get("engram")
-                actions = reader.answer(session, request, request, prompt, episode)
+                answer = await answered(session, message)
             except Exception as error:
                 await socket.send(_sentence(error))
                 await socket.close(1011, "the last message has the reason")
                 return
-            await socket.send(pack_openpi({"actions": actions}))
+            traffic.answer(socket, len(message))
+            await socket.send(pack_openpi(answer))
 
     async def talk_until_closed(socket: ServerConnection) -> None:
         session = reader.sessions.new()
@@ -62,7 +100,10 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
             await talk(socket, session)
         reader.sessions.end(session)
 
-    def healthy(connection: ServerConnection, request: Any) -> Any:
+    def checked(connection: ServerConnection, request: Any) -> Any:
+        refusal = _refusal(request.headers, names)
+        if refusal is not None:
+            return connection.respond(http.HTTPStatus.FORBIDDEN, refusal)
         if request.path == "/healthz":
             return connection.respond(http.HTTPStatus.OK, "OK\n")
         return None
@@ -72,9 +113,12 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
         host,
         port,
         compression=None,
-        max_size=_LARGEST,
+        max_size=limits.REQUEST,
+        max_queue=1,
+        open_timeout=limits.OPENING,
         ping_interval=None,
-        process_request=healthy,
+        process_request=checked,
+        create_connection=Client,
     ) as server:
         ready(next(iter(server.sockets)).getsockname()[1])
         await server.serve_forever()
@@ -82,27 +126,48 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
 
 async def serve_gr00t(reader: Reader, host: str, port: int, ready: Any) -> None:
     """ZeroMQ; options may name the session."""
-    import zmq
-    import zmq.asyncio
+    traffic = limits.Traffic()
 
-    socket = zmq.asyncio.Context.instance().socket(zmq.REP)
-    socket.setsockopt(zmq.MAXMSGSIZE, _LARGEST)
-    where = f"tcp://{host}"
-    if port:
-        socket.bind(f"{where}:{port}")
-    else:
-        port = socket.bind_to_random_port(where)
-    ready(port)
-    while True:
-        message = await socket.recv()
-        try:
-            answer: Any = _answer_gr00t(reader, unpack_gr00t(message))
-        except Exception as error:
-            answer = {"error": _sentence(error)}
-        await socket.send(pack_gr00t(answer))
+    async def talk(ends: tuple[asyncio.StreamReader, asyncio.StreamWriter]) -> None:
+        unanswered = 0
+
+        def receive(count: int) -> None:
+            nonlocal unanswered
+            unanswered += count
+            if not traffic.receive(ends, count):
+                raise OSError(_TOO_MANY_BYTES)
+
+        wire = Wire(*ends, b"REP", limits.REQUEST, receive)
+        await asyncio.wait_for(wire.open(), limits.OPENING)
+        while True:
+            try:
+                answer = await _answer_gr00t(reader, await wire.read())
+            except (OSError, EOFError, ZmtpError):
+                return
+            except Exception as error:
+                answer = {"error": _sentence(error)}
+                if isinstance(error, limits.TooLargeError):
+                    await wire.write(pack_gr00t(answer))
+                    return
+            traffic.answer(ends, unanswered)
+            unanswered = 0
+            await wire.write(pack_gr00t(answer))
+
+    async def talk_until_closed(*ends: Any) -> None:
+        lost = (OSError, EOFError, ZmtpError, asyncio.TimeoutError)
+        if traffic.enter(ends):
+            with contextlib.suppress(*lost):
+                await talk(ends)
+        traffic.leave(ends)
+        ends[1].close()
+
+    async with await asyncio.start_server(talk_until_closed, host, port) as server:
+        ready(server.sockets[0].getsockname()[1])
+        await server.serve_forever()
 
 
-def _answer_gr00t(reader: Reader, request: Any) -> Any:
+async def _answer_gr00t(reader: Reader, message: bytes) -> Any:
+    request = await limits.decoded(unpack_gr00t, message)
     if not isinstance(request, dict):
         raise CodecError("a request that is no map")
     endpoint, data = request.get("endpoint"), request.get("data") or {}
@@ -123,7 +188,7 @@ def _answer_gr00t(reader: Reader, request: Any) -> Any:
         raise CodecError("an observation without video, state or language")
     video, state, language = maps
     words = np.ravel(language.get(reader.keys.prompt, [""]))
-    actions = reader.answer(
+    actions = await reader.answer(
         session, _first(video), _first(state), str(words[0]), options.get("engram")
     )
     names = reader.keys.actions
@@ -149,35 +214,66 @@ async def serve_act(reader: Reader, host: str, port: int, ready: Any) -> None:
     """HTTP; session_id may name the episode."""
     from aiohttp import web
 
-    async def act(request: web.Request) -> web.Response:
-        try:
-            body = unpack_json(await request.read())
-            if isinstance(body, dict) and isinstance(body.get("encoded"), str):
-                body = unpack_json(body["encoded"])
-            if not isinstance(body, dict):
-                raise CodecError("a request that is no object")
-            session = reader.sessions.of(body.get("session_id"))
-            episode = body.get("engram")
-            actions = reader.answer(session, body, body, body.get(reader.keys.prompt), episode)
-        except Exception as error:
-            return _json({"error": _sentence(error)})
-        return _json(actions[0] if len(actions) == 1 else list(actions))
+    traffic, names = limits.Traffic(), OwnNames(host)
 
-    def _json(value: Any) -> web.Response:
-        return web.Response(body=pack_json(value), content_type="application/json")
+    async def body_of(request: web.Request, client: object) -> bytes:
+        body = bytearray()
+        async for part in request.content.iter_any():
+            body += part
+            if len(body) > limits.REQUEST:
+                raise limits.TooLargeError
+            if not traffic.receive(client, len(part)):
+                raise CodecError(_TOO_MANY_BYTES)
+        return bytes(body)
+
+    async def actions_of(body: Any) -> Any:
+        if isinstance(body, dict) and isinstance(body.get("encoded"), str):
+            body = await limits.decoded(unpack_json, body["encoded"].encode(errors="replace"))
+        if not isinstance(body, dict):
+            raise CodecError("a request that is no object")
+        session = reader.sessions.of(body.get("session_id"))
+        prompt, episode = body.get(reader.keys.prompt), body.get("engram")
+        actions = await reader.answer(session, body, body, prompt, episode)
+        return actions[0] if len(actions) == 1 else list(actions)
+
+    async def act(request: web.Request) -> web.Response:
+        refusal = _refusal(request.headers, names)
+        if refusal is not None:
+            raise web.HTTPForbidden(text=refusal)
+        client = object()
+        try:
+            body = await body_of(request, client)
+            answer = await actions_of(await limits.decoded(unpack_json, body))
+        except Exception as error:
+            answer = {"error": _sentence(error)}
+        finally:
+            traffic.leave(client)
+        return web.Response(body=pack_json(answer), content_type="application/json")
 
     async def healthy(_request: web.Request) -> web.Response:
         return web.Response(text="OK\n")
 
-    app = web.Application(client_max_size=_LARGEST)
+    def client() -> asyncio.Protocol:
+        full = len(runner.server.connections) >= limits.CLIENTS
+        return _Refused() if full else runner.server()
+
+    app = web.Application()
     app.router.add_post("/act", act)
     app.router.add_get("/healthz", healthy)
-    runner = web.AppRunner(app, access_log=None, handle_signals=False)
+    runner: Any = web.AppRunner(
+        app, access_log=None, handle_signals=False, auto_decompress=False, lingering_time=0
+    )
     await runner.setup()
-    site = web.TCPSite(runner, host, port)
-    await site.start()
-    ready(runner.addresses[0][1])
-    await asyncio.Event().wait()
+    async with await asyncio.get_running_loop().create_server(client, host, port) as server:
+        ready(server.sockets[0].getsockname()[1])
+        await server.serve_forever()
+
+
+class _Refused(asyncio.Protocol):
+    """A client of too many."""
+
+    def connection_made(self, transport: Any) -> None:
+        transport.abort()
 
 
 SERVERS = {"openpi": serve_openpi, "gr00t": serve_gr00t, "act": serve_act}

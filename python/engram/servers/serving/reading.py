@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import collections
+import concurrent.futures
 import heapq
 from collections.abc import Mapping
 from typing import Any
@@ -68,8 +70,18 @@ class Reader:
         self.policy = policy
         self.keys = keys
         self.sessions = Sessions()
+        self._thread = concurrent.futures.ThreadPoolExecutor(1)
 
-    def answer(
+    async def answer(self, *request: Any) -> Array:
+        """Actions (K, 7) in the convention of the keys; the loop goes on while they are computed.
+
+        Args:
+            *request: session, images, state, prompt, episode.
+        """
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._thread, self._answer, *request)
+
+    def _answer(
         self,
         session: int,
         images: Mapping[str, Any],
@@ -77,7 +89,6 @@ class Reader:
         prompt: Any,
         episode: Any,
     ) -> Array:
-        """Actions (K, 7) in the convention of the keys."""
         keys = self.keys
         base, wrist = _frames(images, keys.base, 3), _frames(images, keys.wrist, 3)
         rgb: Array | None = None
