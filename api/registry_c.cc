@@ -7,7 +7,7 @@
 
 #include "api/c_batch.h"
 #include "api/c_error.h"
-#include "core/base/process_mutex.h"
+#include "core/threads/process_mutex.h"
 #include "engram/engram_c.h"
 #include "protocol/make/environment_files.h"
 #include "protocol/make/task_description.h"

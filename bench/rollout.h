@@ -8,8 +8,8 @@
 
 #include "bench/interleave.h"
 #include "bench/measurement.h"
-#include "core/base/processors.h"
 #include "core/batch/scripted_policy.h"
+#include "core/threads/processors.h"
 #include "protocol/make/make.h"
 
 namespace engram::bench {

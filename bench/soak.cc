@@ -12,10 +12,10 @@
 #include "bench/rollout.h"
 #include "bench/spin.h"
 #include "core/base/checksum.h"
-#include "core/base/thread_pool.h"
 #include "core/batch/queries.h"
 #include "core/batch/scripted_policy.h"
 #include "core/batch/snapshot.h"
+#include "core/threads/thread_pool.h"
 #include "protocol/make/make.h"
 #include "protocol/make/rows.h"
 

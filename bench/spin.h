@@ -1,7 +1,7 @@
 // Work of a fixed size that touches no memory: the best that threads can scale on this machine.
 #pragma once
 
-#include "core/base/thread_pool.h"
+#include "core/threads/thread_pool.h"
 
 namespace engram::bench {
 

@@ -9,8 +9,8 @@
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
 #include "core/base/nearest.h"
-#include "core/base/process_mutex.h"
 #include "core/task/task.h"
+#include "core/threads/process_mutex.h"
 
 // The families, in the benchmark's order. A new one is one line here and its own files.
 #define ENGRAM_FAMILIES(FAMILY)           \

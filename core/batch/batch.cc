@@ -6,8 +6,8 @@
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
 #include "core/base/join.h"
-#include "core/base/processors.h"
 #include "core/batch/step_loop.h"
+#include "core/threads/processors.h"
 
 namespace engram {
 namespace {

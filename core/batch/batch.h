@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/thread_pool.h"
 #include "core/batch/batch_data.h"
 #include "core/batch/batch_outputs.h"
 #include "core/batch/options.h"
 #include "core/batch/reset_request.h"
 #include "core/task/task.h"
+#include "core/threads/thread_pool.h"
 
 namespace engram {
 

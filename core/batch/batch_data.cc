@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "core/base/processors.h"
 #include "core/contact/contact_step.h"
 #include "core/observe/proprio.h"
 #include "core/robot/kernel_selection.h"
 #include "core/scene/model_cache.h"
+#include "core/threads/processors.h"
 
 namespace engram {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/base/aligned_array.h"
+#include "core/collision/contact_pair.h"
+#include "core/collision/contact_point.h"
 #include "core/contact/contact_lanes.h"
-#include "core/contact/contact_pair.h"
-#include "core/contact/contact_point.h"
 #include "core/scene/free_body.h"
 
 namespace engram {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
+#include "core/collision/pair_search.h"
 #include "core/contact/contact_block.h"
-#include "core/contact/pair_search.h"
 
 namespace engram {
 

@@ -2,9 +2,9 @@
 // stick to one another, carried over from substep to substep as in PhysX.
 #pragma once
 
+#include "core/collision/contact_pair.h"
+#include "core/collision/contact_point.h"
 #include "core/contact/contact_block.h"
-#include "core/contact/contact_pair.h"
-#include "core/contact/contact_point.h"
 #include "core/math/frame.h"
 
 namespace engram {

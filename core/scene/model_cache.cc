@@ -4,7 +4,7 @@
 #include <numeric>
 #include <string>
 
-#include "core/base/process_mutex.h"
+#include "core/threads/process_mutex.h"
 
 namespace engram {
 namespace {

@@ -13,7 +13,7 @@
 #include <type_traits>
 
 #include "core/base/error.h"
-#include "core/base/process_mutex.h"
+#include "core/threads/process_mutex.h"
 
 namespace engram {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/base/index.h"
-#include "core/robot/robot_model_loader.h"
+#include "core/scene/robot_model_loader.h"
 
 namespace engram {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/contact/contact_pair.h"
+#include "core/collision/contact_pair.h"
 #include "core/math/real_functions.h"
 
 namespace engram {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/processors.h"
+#include "core/threads/processors.h"
 #include "render/make_renderer.h"
 
 namespace engram {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/processors.h"
-#include "core/base/thread_pool.h"
+#include "core/threads/processors.h"
+#include "core/threads/thread_pool.h"
 #include "protocol/parallel/worker_pool.h"
 
 namespace engram {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/base/process_mutex.h"
+#include "core/threads/process_mutex.h"
 
 namespace engram::cpu {
 namespace {

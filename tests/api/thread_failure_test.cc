@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "core/base/processors.h"
+#include "core/threads/processors.h"
 #include "tests/api/c_api_fixture.h"
 
 namespace engram {

@@ -12,7 +12,7 @@
 #include <catch2/catch.hpp>
 #include <functional>
 
-#include "core/base/thread_pool.h"
+#include "core/threads/thread_pool.h"
 #include "protocol/make/make.h"
 #include "tests/env_helpers.h"
 

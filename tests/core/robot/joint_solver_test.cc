@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/contact/pair_search.h"
+#include "core/collision/pair_search.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/controller.h"
 #include "core/sim/simulator.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/contact/pair_search.h"
+#include "core/collision/pair_search.h"
 #include "core/math/random.h"
 #include "core/scene/physics_model.h"
 #include "core/sim/simulator.h"

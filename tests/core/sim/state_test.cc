@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "core/contact/contact_pair.h"
+#include "core/collision/contact_pair.h"
 #include "tests/core/sim/columns_fixture.h"
 
 namespace engram {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/contact/contact_pair.h"
+#include "core/collision/contact_pair.h"
 #include "tests/tasks/remember/recall_env.h"
 
 namespace engram {

@@ -1,0 +1,43 @@
+// Contact points of pairs of shapes: box_box with persistent manifolds for boxes, cylinder_box,
+// hull_hull for meshes with one another and with boxes, MuJoCo's collision functions for all
+// others.
+#pragma once
+
+#include <vector>
+
+#include "core/collision/manifold.h"
+#include "core/scene/collision_scene.h"
+#include "core/scene/mujoco_handle.h"
+
+namespace engram {
+
+// Contacts exist where the gap is below this.
+inline constexpr double kContactReach = 0.04;  // m
+
+class NarrowPhase {
+ public:
+  // Working memory of one thread. Both must outlive this object.
+  NarrowPhase(const mjModel& model, const CollisionScene& scene);
+
+  // Contact points of a pair at these poses of its shapes (world), with all those whose gap is
+  // below `reach`. `pair` holds what was found before. Call it within a MujocoScope.
+  ContactPoints find(int shape_pair, const Frame& a, const Frame& b, double reach,
+                     ContactPair& pair);
+  // Lower bound of the distance of shapes at which these points were found, m.
+  double min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
+                      const ContactPoints& points) const;
+
+ private:
+  ContactPoints find_boxes(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair);
+  // MuJoCo's points.
+  ContactPoints collide(const ShapePair& pair, const Frame& a, const Frame& b, double reach);
+  void pose(int shape, const Frame& frame);
+
+  const mjModel& model_;
+  const CollisionScene& scene_;
+  DataPtr data_;
+  std::vector<ManifoldLimits> limits_;  // of each shape pair
+  std::vector<mjContact> found_;
+};
+
+}  // namespace engram
