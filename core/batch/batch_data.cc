@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/contact/contact_step.h"
 #include "core/observe/proprio.h"
-#include "core/robot/kernel_selection.h"
+#include "core/robot/lane_kernel.h"
 #include "core/scene/model_cache.h"
 #include "core/threads/processors.h"
 

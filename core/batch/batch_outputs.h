@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,10 +13,21 @@
 
 #include "core/base/aligned_array.h"
 #include "core/batch/batch_data.h"
-#include "core/batch/output_array.h"
 #include "core/batch/output_copies.h"
 
 namespace engram {
+
+// One output of all environments: a column, the observation, or images.
+struct OutputArray {
+  Field field;                      // its width: elements of one environment
+  std::vector<std::int64_t> shape;  // num_envs first; without a second one where the width is 1
+  std::byte* data = nullptr;
+
+  std::size_t row_bytes() const { return at(field.width) * size_of(field.dtype); }
+};
+
+// The array of that name; null if there is none.
+const OutputArray* find_array(const std::vector<OutputArray>& arrays, std::string_view name);
 
 // A caller's array that an output is written to.
 struct OutputTarget {

@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/index.h"
 #include "core/base/join.h"
-#include "core/robot/robot_params.h"
+#include "core/robot/robot_model.h"
 
 namespace engram {
 namespace {

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "core/math/simd.h"
-#include "core/robot/robot_params.h"
+#include "core/robot/robot_model.h"
 
 // After a lambda's parameters.
 #define ENGRAM_INLINE_LAMBDA __attribute__((always_inline))

@@ -4,7 +4,6 @@
 
 #include "core/math/instruction_set.h"
 #include "core/robot/robot_model.h"
-#include "core/robot/robot_params.h"
 
 namespace engram {
 
@@ -53,12 +52,16 @@ inline constexpr int kMaxLanes = 8;
 
 // The kernel of N lanes (1, 2, 4, 8), or null if this processor or build has none.
 const LaneKernel* lane_kernel(int lanes);
-// The widest that the processor has.
+// The widest that the processor has, and the widest of which N robots fill at least half.
 const LaneKernel& widest_lane_kernel();
+const LaneKernel& lane_kernel_for(int robots);
 
-// Kernels of wide instruction sets, whether the processor has them or not; null where this library
-// was built without them.
+// Kernels of wide instruction sets, and of one lane for each set, whether the processor has them or
+// not; null where this library was built without them.
 const LaneKernel* avx2_lane_kernel();
 const LaneKernel* avx512_lane_kernel();
+const LaneKernel& baseline_single_kernel();
+const LaneKernel* avx2_single_kernel();
+const LaneKernel* avx512_single_kernel();
 
 }  // namespace engram

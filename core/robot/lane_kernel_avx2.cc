@@ -1,5 +1,4 @@
 // Four lanes and one, for processors with AVX2.
-#include "core/robot/kernel_selection.h"
 #include "core/robot/lane_kernel.h"
 
 #if defined(__AVX2__)

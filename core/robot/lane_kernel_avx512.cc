@@ -1,5 +1,4 @@
 // Eight lanes and one, for processors with AVX-512.
-#include "core/robot/kernel_selection.h"
 #include "core/robot/lane_kernel.h"
 
 #if defined(__AVX512F__)

@@ -1,5 +1,4 @@
 // Kernels for every processor: one lane and two; and the choice of a kernel.
-#include "core/robot/kernel_selection.h"
 #include "core/robot/lane_kernel.h"
 #include "core/robot/lane_kernel_body.h"
 

@@ -1,10 +1,39 @@
-// Kinematic and inertial constants of the robot: seven hinges in a row, each about its own z axis,
-// and two fingers that slide along lines of the last link. Plain numbers.
+// The robot: seven hinges in a row, each about its own z axis, and two fingers that slide along
+// lines of the last link; what their drives follow, and the constants of all. Plain numbers.
 #pragma once
 
-#include "core/robot/robot_params.h"
+#include <array>
 
 namespace engram {
+
+inline constexpr int kArmJoints = 7;
+inline constexpr int kFingers = 2;
+inline constexpr int kRobotJoints = kArmJoints + kFingers;  // qpos order: arm, left, right finger
+
+using JointArray = std::array<double, kRobotJoints>;
+
+// Targets of the nine drives during one control step.
+struct DriveTarget {
+  JointArray qpos{};                      // rad, m
+  std::array<double, kArmJoints> qvel{};  // rad/s, added through the damping
+  bool velocity_mode = false;             // arm: no stiffness, velocity target only
+};
+
+// force = stiffness (target - q) + damping (target velocity - qvel), within the limit. Taken
+// implicitly.
+struct DriveParams {
+  double stiffness = 0;  // N m/rad, N/m
+  double damping = 0;    // N m s/rad, N s/m
+  double limit = 0;      // N m, N
+};
+
+// Constants of all substeps.
+struct RobotParams {
+  DriveParams drive;
+  double lower[kRobotJoints] = {};  // joint limits, rad, m
+  double upper[kRobotJoints] = {};  // rad, m
+  double timestep = 0;              // of a substep, s
+};
 
 // Rigid bodies of the robot, each with a centre of mass of its own: the arm's links, then these.
 inline constexpr int kLeftFingerLink = kArmJoints;

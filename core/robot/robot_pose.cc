@@ -1,7 +1,8 @@
 #include "core/robot/robot_pose.h"
 
+#include <algorithm>
+
 #include "core/robot/lane_kernel.h"
-#include "core/robot/robot_dynamics.h"
 
 namespace engram {
 namespace {
@@ -36,20 +37,10 @@ RobotPose pose_in_lane(const RobotModel& robot, const double* vectors, int lanes
 }
 
 RobotPose pose_at(const RobotModel& robot, const double* qpos) {
-  RobotPose pose;
-  std::copy_n(qpos, kRobotJoints, pose.qpos.begin());
-  JointsOf<double> q;
-  std::copy_n(qpos, kRobotJoints, q.at);
-  LinkPoses<double> links;
-  link_poses(robot, q, links);
-  for (std::size_t i = 0; i < kArmJoints; ++i) {
-    const LinkPose<double> link = links[static_cast<int>(i)];
-    pose.links[i].pos = Vec3(link.pos.x(), link.pos.y(), link.pos.z()) +
-                        Eigen::Map<const Vec3>(robot.base_position);
-    pose.links[i].axes = Eigen::Map<const RowMat3>(link.axes.at);
-  }
-  place_fingers(robot, pose);
-  return pose;
+  std::array<double, LaneVectors::kCount> vectors{};
+  std::copy_n(qpos, kRobotJoints, vectors.data() + LaneVectors::kQ);
+  lane_kernel(1)->pose_links(robot, vectors.data());
+  return pose_in_lane(robot, vectors.data(), 1, 0);
 }
 
 Attachment attachment_of(const mjModel& model, int body) {

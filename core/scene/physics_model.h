@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/robot/arm.h"
-#include "core/robot/robot_params.h"
+#include "core/robot/robot_model.h"
 #include "core/scene/collision_scene.h"
 #include "core/scene/free_body.h"
 #include "core/scene/mujoco_handle.h"

@@ -6,7 +6,7 @@
 
 #include "core/robot/arm.h"
 #include "core/robot/lane_block.h"
-#include "core/robot/robot_params.h"
+#include "core/robot/robot_model.h"
 #include "core/sim/control_mode.h"
 #include "core/sim/state.h"
 

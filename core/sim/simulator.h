@@ -21,7 +21,7 @@
 
 #include "core/base/step_clock.h"
 #include "core/robot/lane_kernel.h"
-#include "core/robot/robot_params.h"
+#include "core/robot/robot_model.h"
 #include "core/scene/robot_bounds.h"
 #include "core/sim/state.h"
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/math/eigen_types.h"
-#include "core/robot/robot_params.h"
+#include "core/robot/robot_model.h"
 #include "mjcf/ball.h"
 #include "mjcf/battery.h"
 #include "mjcf/peg.h"

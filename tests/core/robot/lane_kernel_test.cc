@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "core/robot/kernel_selection.h"
 #include "core/robot/lane_block.h"
 #include "tests/core/robot/robot_fixture.h"
 
