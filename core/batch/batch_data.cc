@@ -233,7 +233,7 @@ void BatchData::require_started(const char* what) const {
 }
 
 CheckedReset BatchData::checked_reset(const ResetRequest& request) const {
-  const auto count = static_cast<std::size_t>(num_envs());
+  const auto count = at(num_envs());
   if (!request.mask.empty()) require_length("reset mask", request.mask.size(), count);
   if (!request.seeds.empty()) require_length("reset seeds", request.seeds.size(), count);
   if (request.pins != nullptr) pins.check(*request.pins);

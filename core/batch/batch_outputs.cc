@@ -268,7 +268,7 @@ void BatchOutputs::fill_constants(const Part& part, int index) const {
   std::fill_n(indices, part.data->num_envs(), static_cast<std::int32_t>(index));
   const OutputArray* const mask = find_array(now_, kObjectMask);
   if (mask == nullptr) return;
-  const auto tokens = static_cast<std::size_t>(count_tokens(part.row));
+  const auto tokens = at(count_tokens(part.row));
   for (int env = 0; env < part.data->num_envs(); ++env) {
     std::memset(mask->data + at(part.first + env) * mask->row_bytes(), 1, tokens);
   }

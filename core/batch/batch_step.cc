@@ -99,7 +99,7 @@ void BatchData::drive_by_queue(int worker, Range envs, std::span<DriveTarget> dr
 
 // The action that an environment follows, and the one before. Without actions it is the same again.
 void BatchData::take_action(int env, const float* actions) {
-  const auto dim = static_cast<std::size_t>(action_dim());
+  const auto dim = at(action_dim());
   float* current = bindings.action.row(env);
   std::copy_n(current, dim, bindings.previous_action.row(env));
   const float* given =
@@ -173,7 +173,7 @@ bool BatchData::outputs_finite(int env) const {
     return finite;
   };
   const auto row = [env](const Column<float>& column) {
-    return std::span<const float>(column.row(env), static_cast<std::size_t>(column.width()));
+    return std::span<const float>(column.row(env), at(column.width()));
   };
   return std::isfinite(reward[env]) && all_finite(row(proprio)) &&
          all_finite(objects ? objects->robot_part(env) : row(observation));

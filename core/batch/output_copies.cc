@@ -6,8 +6,8 @@ namespace engram {
 namespace {
 
 void copy_rows(const RowCopy& copy, Range envs) noexcept {
-  const auto first = static_cast<std::size_t>(envs.begin);
-  const auto count = static_cast<std::size_t>(envs.end - envs.begin);
+  const auto first = at(envs.begin);
+  const auto count = at(envs.end - envs.begin);
   const std::byte* from = copy.from + first * copy.from_row;
   std::byte* to = copy.to + first * copy.to_row;
   if (copy.int_to_float) {

@@ -12,7 +12,7 @@ constexpr std::size_t kPose = 7;
 
 // Empty, or one row of `width` floats for each environment.
 void require_rows(const char* what, std::span<const float> out, int rows, std::size_t width) {
-  if (!out.empty()) require_length(what, out.size(), static_cast<std::size_t>(rows) * width);
+  if (!out.empty()) require_length(what, out.size(), at(rows) * width);
 }
 
 void copy_row(const double* values, int count, std::span<float> out, std::size_t at) {
@@ -54,7 +54,7 @@ std::uint64_t Queries::unstable_count() const {
 void Queries::robot_state(std::span<float> qpos, std::span<float> qvel,
                           std::span<float> tcp_pose) const {
   require_started("robot state");
-  constexpr auto kJoints = static_cast<std::size_t>(kRobotJoints);
+  constexpr auto kJoints = at(kRobotJoints);
   const int num_envs = batch_.num_envs();
   require_rows("qpos", qpos, num_envs, kJoints);
   require_rows("qvel", qvel, num_envs, kJoints);

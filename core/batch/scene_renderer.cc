@@ -16,8 +16,7 @@ void SceneRenderer::render(int env, std::string_view camera, int width, int heig
   const auto [part, own_env] = batch_.locate(env);
   const BatchData& data = BatchAccess::data(batch_.part(part));
   check_image_size(width, height);
-  require_length("image", rgb.size(),
-                 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  require_length("image", rgb.size(), 3 * at(width) * at(height));
   data.require_started("render");
   Views& views = views_[at(part)];
   ImageSource& source = source_for(data, views, camera == kRenderCamera);

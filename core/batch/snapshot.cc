@@ -102,8 +102,7 @@ std::size_t row_bytes_of(const BatchData& data) {
 
 std::size_t size_of(const BatchData& data, int count) {
   data.require_started("save");
-  return sizeof(Header) + label_of(data).size() +
-         static_cast<std::size_t>(count) * row_bytes_of(data);
+  return sizeof(Header) + label_of(data).size() + at(count) * row_bytes_of(data);
 }
 
 std::vector<std::byte> save_range(const BatchData& data, Range envs) {
@@ -159,29 +158,27 @@ void check(const BatchData& data, std::span<const std::byte> bytes, int count) {
            " needed");
   }
   const std::size_t content = behind.size() - own.size();
-  const std::size_t needed = static_cast<std::size_t>(count) * row_bytes_of(data);
+  const std::size_t needed = at(count) * row_bytes_of(data);
   if (content != needed) {
     refuse(std::to_string(content) + " bytes of content given, " + std::to_string(needed) +
            " needed");
   }
   for (int i = 0; i < count; ++i) {
     check_content(data,
-                  behind.subspan(own.size() + static_cast<std::size_t>(i) * row_bytes_of(data),
-                                 row_bytes_of(data)));
+                  behind.subspan(own.size() + at(i) * row_bytes_of(data), row_bytes_of(data)));
   }
 }
 
 void restore_range(BatchData& data, Range envs, std::span<const std::byte> bytes) {
   const int count = envs.end - envs.begin;
-  std::span<const std::byte> rest =
-      bytes.last(static_cast<std::size_t>(count) * row_bytes_of(data));
+  std::span<const std::byte> rest = bytes.last(at(count) * row_bytes_of(data));
   const Column<float>& observation = data.observation;
   for (int env = envs.begin; env < envs.end; ++env) {
     for (ColumnStore* store : {&data.memory, &data.pin_memory, &data.outputs}) {
       store->load_row(env, rest);
       rest = rest.subspan(store->row_bytes());
     }
-    data.final_mask[static_cast<std::size_t>(env)] = 0;
+    data.final_mask[at(env)] = 0;
     // The snapshot may be of a batch with other observations; this batch makes its own.
     std::fill_n(observation.row(env), observation.width(), 0.0F);
   }

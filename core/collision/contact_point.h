@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "core/base/index.h"
 #include "core/math/eigen_types.h"
 
 namespace engram {
@@ -20,7 +21,7 @@ class ContactPoints {
   static constexpr int kCapacity = 8;
 
   void push(const ContactPoint& point) {
-    if (size_ < kCapacity) points_[static_cast<std::size_t>(size_++)] = point;
+    if (size_ < kCapacity) points_[at(size_++)] = point;
   }
   void clear() { size_ = 0; }
   // Drops points with this gap or more.
@@ -33,8 +34,8 @@ class ContactPoints {
   }
   int size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  ContactPoint& operator[](int i) { return points_[static_cast<std::size_t>(i)]; }
-  const ContactPoint& operator[](int i) const { return points_[static_cast<std::size_t>(i)]; }
+  ContactPoint& operator[](int i) { return points_[at(i)]; }
+  const ContactPoint& operator[](int i) const { return points_[at(i)]; }
   const ContactPoint* begin() const { return points_.data(); }
   const ContactPoint* end() const { return points_.data() + size_; }
 

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/base/index.h"
 #include "core/collision/pair_search.h"
 #include "core/contact/contact_block.h"
 
@@ -31,7 +32,7 @@ class ContactStep {
   template <class Add>
   void for_finger_impulses(int lane, const ContactBlock& block, const Add& add) const {
     for (const Ref& ref : refs_) {
-      const ShapePair& shapes = scene_.shape_pairs()[static_cast<std::size_t>(ref.shape_pair)];
+      const ShapePair& shapes = scene_.shape_pairs()[at(ref.shape_pair)];
       const CollisionBody& a = body_of(shapes.a);
       const CollisionBody& b = body_of(shapes.b);
       if (b.prop >= 0 && finger_of(a.link) >= 0) {
@@ -49,8 +50,7 @@ class ContactStep {
   };
 
   const CollisionBody& body_of(int shape) const {
-    return scene_
-        .bodies()[static_cast<std::size_t>(scene_.shapes()[static_cast<std::size_t>(shape)].body)];
+    return scene_.bodies()[at(scene_.shapes()[at(shape)].body)];
   }
   void add_patches(const NearPair& near, const BodyStates& bodies, ContactMemory& memory, int lane,
                    ContactBlock& block);

@@ -93,7 +93,7 @@ struct ImageSource::Workspace {
   // Visibility and colours of one environment.
   void set_appearance(const ModelScene& scene) {
     for (std::size_t geom = 0; geom < scene.geom_body.size(); ++geom) {
-      const BodyView* view = view_of_body[static_cast<std::size_t>(scene.geom_body[geom])];
+      const BodyView* view = view_of_body[at(scene.geom_body[geom])];
       if (view == nullptr) continue;
       visible[geom] = view->visible ? 1 : 0;
       const bool painted = view->rgba[3] > 0;

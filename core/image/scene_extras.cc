@@ -102,11 +102,11 @@ void SceneExtras::place(const ImageChanges& changes, float* geom_pose, float* ge
     const Distractor& distractor = changes.distractors[at(i)];
     const DistractorShape& shape = kShapes[at(i)];
     const double side = i % 2 == 0 ? 1 : -1;
-    const double middle = kMiddleY[static_cast<std::size_t>(i / 2)];
+    const double middle = kMiddleY[at(i / 2)];
     const Vec3 position(kMiddleX + kReachX * distractor.shift[0],
                         side * middle + kReachY * distractor.shift[1], shape.height);
     write_pose(distractor.turn, shape.lies, position, geom_pose + 12 * geom);
-    std::ranges::copy(kColors[static_cast<std::size_t>(distractor.color)], geom_rgba + 4 * geom);
+    std::ranges::copy(kColors[at(distractor.color)], geom_rgba + 4 * geom);
     geom_rgba[4 * geom + 3] = 1;
   }
   const auto width = static_cast<int>(std::ceil(kPosts * changes.post_width));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/index.h"
 #include "core/image/image_changes.h"
 #include "core/math/real_functions.h"
 
@@ -13,8 +14,6 @@ constexpr int kChannels = 3;
 constexpr double kReferenceHeight = 128;
 constexpr double kKernelReach = 3;  // standard deviations to either side
 constexpr std::uint32_t kOne = 1 << 16;
-
-std::size_t size(int count) { return static_cast<std::size_t>(count); }
 
 int reach_of(double sigma) { return static_cast<int>(std::ceil(kKernelReach * sigma)); }
 
@@ -33,24 +32,24 @@ std::uint32_t mixed(std::uint32_t bits) {
 
 void SensorFaults::reserve(int width, int height) {
   const int reach = reach_of(kWidestBlur * height / kReferenceHeight);
-  weights_.reserve(size(reach + 1));
-  sums_.reserve(size(kChannels * width));
-  row_.reserve(size(kChannels * (width + 2 * reach)));
-  blurred_.reserve(size(kChannels * width) * size(height));
+  weights_.reserve(at(reach + 1));
+  sums_.reserve(at(kChannels * width));
+  row_.reserve(at(kChannels * (width + 2 * reach)));
+  blurred_.reserve(at(kChannels * width) * at(height));
 }
 
 void SensorFaults::blur(const RenderImage& image, double sigma) {
   if (!(sigma > 0) || image.rgb == nullptr) return;
   set_weights(sigma * image.height / kReferenceHeight);
-  sums_.resize(size(kChannels * image.width));
-  blurred_.resize(sums_.size() * size(image.height));
+  sums_.resize(at(kChannels * image.width));
+  blurred_.resize(sums_.size() * at(image.height));
   blur_rows(image);
   blur_columns(image);
 }
 
 // Rounded, with what is missing to one in the middle.
 void SensorFaults::set_weights(double pixels) {
-  weights_.assign(size(reach_of(pixels) + 1), 0);
+  weights_.assign(at(reach_of(pixels) + 1), 0);
   const auto bell = [&](std::size_t i) {
     const double at = static_cast<double>(i) / pixels;
     return real::exp(-0.5 * at * at);
@@ -68,7 +67,7 @@ void SensorFaults::set_weights(double pixels) {
 void SensorFaults::blur_rows(const RenderImage& image) {
   const auto reach = static_cast<int>(weights_.size()) - 1;
   const std::size_t count = sums_.size();
-  row_.resize(count + size(2 * kChannels * reach));
+  row_.resize(count + at(2 * kChannels * reach));
   for (int y = 0; y < image.height; ++y) {
     for (int x = -reach; x < image.width + reach; ++x) {
       const std::uint8_t* from = pixel(image, std::clamp(x, 0, image.width - 1), y);
@@ -84,7 +83,7 @@ void SensorFaults::blur_rows(const RenderImage& image) {
         sums_[i] += weight * (std::uint32_t{left[i]} + right[i]);
       }
     }
-    std::uint8_t* out = blurred_.data() + size(y) * count;
+    std::uint8_t* out = blurred_.data() + at(y) * count;
     for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>(sums_[i] / kOne);
   }
 }
@@ -92,7 +91,7 @@ void SensorFaults::blur_rows(const RenderImage& image) {
 void SensorFaults::blur_columns(const RenderImage& image) {
   const std::size_t count = sums_.size();
   const auto row = [&](int y) {
-    return blurred_.data() + size(std::clamp(y, 0, image.height - 1)) * count;
+    return blurred_.data() + at(std::clamp(y, 0, image.height - 1)) * count;
   };
   for (int y = 0; y < image.height; ++y) {
     const std::uint8_t* middle = row(y);
@@ -108,7 +107,7 @@ void SensorFaults::blur_columns(const RenderImage& image) {
     for (int x = 0; x < image.width; ++x) {
       std::uint8_t* out = pixel(image, x, y);
       for (int c = 0; c < kChannels; ++c) {
-        out[c] = static_cast<std::uint8_t>(sums_[size(kChannels * x + c)] / kOne);
+        out[c] = static_cast<std::uint8_t>(sums_[at(kChannels * x + c)] / kOne);
       }
     }
   }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/index.h"
 #include "core/math/eigen_types.h"
 
 namespace engram {
@@ -34,8 +35,7 @@ struct ConvexHull {
   std::vector<Edge> edges;
 
   std::span<const int> loop(const Face& face) const {
-    return std::span(loops).subspan(static_cast<std::size_t>(face.first),
-                                    static_cast<std::size_t>(face.count));
+    return std::span(loops).subspan(at(face.first), at(face.count));
   }
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/base/index.h"
+
 namespace engram {
 namespace {
 
@@ -40,8 +42,7 @@ ObjectView::ObjectView(const TaskInfo& info, const ObjectTokens& tokens,
     fields_.push_back(part.field);
     row_.width += part.field.width;
   }
-  const auto size =
-      static_cast<std::size_t>(options_.num_envs) * static_cast<std::size_t>(row_.width);
+  const auto size = at(options_.num_envs) * at(row_.width);
   rows_ = AlignedArray<float>(size);
   if (options_.keeps_final) final_rows_ = AlignedArray<float>(size);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/aligned_array.h"
+#include "core/base/index.h"
 #include "core/observe/object_tokens.h"
 #include "core/task/task.h"
 
@@ -30,16 +31,15 @@ class ObjectView {
   // Bytes that every further environment adds.
   std::size_t bytes() const {
     const std::size_t rows = options_.keeps_final ? 2 : 1;
-    return rows * sizeof(float) * static_cast<std::size_t>(row_.width);
+    return rows * sizeof(float) * at(row_.width);
   }
   ColumnView rows() { return {&row_, reinterpret_cast<std::byte*>(rows_.data())}; }
   ColumnView final_rows() { return {&row_, reinterpret_cast<std::byte*>(final_rows_.data())}; }
   std::span<const float> all() const { return rows_.span(); }
   // The part before the tokens. Those are numbers, because physics ends episodes with other poses.
   std::span<const float> robot_part(int env) const {
-    const auto width = static_cast<std::size_t>(row_.width);
-    return rows_.span().subspan(static_cast<std::size_t>(env) * width,
-                                width - static_cast<std::size_t>(tokens_.width()));
+    const auto width = at(row_.width);
+    return rows_.span().subspan(at(env) * width, width - at(tokens_.width()));
   }
 
   // key: of the episode's random streams. task_cue: of the environment, where there is one.

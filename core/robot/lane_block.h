@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/base/aligned_array.h"
+#include "core/base/index.h"
 #include "core/robot/lane_kernel.h"
 
 namespace engram {
@@ -11,7 +12,7 @@ namespace engram {
 class LaneBlock {
  public:
   explicit LaneBlock(const LaneKernel& kernel)
-      : kernel_(&kernel), vectors_(static_cast<std::size_t>(LaneVectors::kCount * kernel.lanes)) {}
+      : kernel_(&kernel), vectors_(at(LaneVectors::kCount * kernel.lanes)) {}
 
   const LaneKernel& kernel() const { return *kernel_; }
   int lanes() const { return kernel_->lanes; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/index.h"
 #include "core/robot/lane_kernel.h"
 
 namespace engram {
@@ -28,7 +29,7 @@ RobotPose pose_in_lane(const RobotModel& robot, const double* vectors, int lanes
   }
   for (int i = 0; i < kArmJoints; ++i) {
     const int first = LaneVectors::kLinkPoses + 12 * i;
-    Frame& link = pose.links[static_cast<std::size_t>(i)];
+    Frame& link = pose.links[at(i)];
     for (int k = 0; k < 3; ++k) link.pos[k] = value(first + k) + robot.base_position[k];
     for (int k = 0; k < 9; ++k) link.axes(k / 3, k % 3) = value(first + 3 + k);
   }
@@ -59,7 +60,7 @@ Attachment attachment_of(const mjModel& model, int body) {
 
 Frame carried(const RobotPose& pose, const Attachment& attachment) {
   if (attachment.link < 0) return attachment.frame;
-  const Frame& link = pose.links[static_cast<std::size_t>(attachment.link)];
+  const Frame& link = pose.links[at(attachment.link)];
   return {link.pos + link.axes * attachment.frame.pos, link.axes * attachment.frame.axes};
 }
 

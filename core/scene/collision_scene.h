@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/index.h"
 #include "core/math/convex_hull.h"
 #include "core/robot/robot_pose.h"
 
@@ -72,13 +73,11 @@ class CollisionScene {
   const std::vector<ShapePair>& shape_pairs() const { return shape_pairs_; }
   // Pairs of two moving bodies come first, then those of a moving and a static or kinematic one.
   const std::vector<BodyPair>& body_pairs() const { return body_pairs_; }
-  const ConvexHull& hull(const CollisionShape& shape) const {
-    return hulls_[static_cast<std::size_t>(shape.hull)];
-  }
+  const ConvexHull& hull(const CollisionShape& shape) const { return hulls_[at(shape.hull)]; }
   // Shapes of free props.
   int num_free_shapes() const;
   // Body of a prop, or -1 if nothing of it collides.
-  int body_of_prop(int prop) const { return body_of_prop_[static_cast<std::size_t>(prop)]; }
+  int body_of_prop(int prop) const { return body_of_prop_[at(prop)]; }
 
  private:
   void add_shapes(const mjModel& model, int body, CollisionBody& to);

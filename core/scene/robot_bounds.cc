@@ -163,7 +163,7 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
     if (first >= 0 && second >= 0) {
       pairs_.push_back(pair_of(first, second));
     } else if (first >= 0 || second >= 0) {
-      Capsule& capsule = capsules_[static_cast<std::size_t>(std::max(first, second))];
+      Capsule& capsule = capsules_[at(std::max(first, second))];
       const int other = first >= 0 ? body2 : body1;
       (other == 0 ? capsule.meets_table : capsule.meets_props) = true;
     }
@@ -175,15 +175,14 @@ RobotBounds::RobotBounds(const mjModel& robot, const mjModel& whole) {
 // Bodies of a chain: joints up to the first body move both. A finger's joint moves no other body,
 // so that both fingers' joints count for pairs with one.
 RobotBounds::Pair RobotBounds::pair_of(int capsule, int other) const {
-  const int link = std::min(capsules_[static_cast<std::size_t>(capsule)].link,
-                            capsules_[static_cast<std::size_t>(other)].link);
+  const int link = std::min(capsules_[at(capsule)].link, capsules_[at(other)].link);
   return {std::min(capsule, other), std::max(capsule, other), std::min(link + 1, kArmJoints)};
 }
 
 // A joint's lever arm is the largest distance of a point of its body, or of what the body carries,
 // from the body's origin.
 void RobotBounds::find_lever_arms(const mjModel& robot) {
-  std::vector<double> extent(static_cast<std::size_t>(robot.nbody), 0.0);
+  std::vector<double> extent(at(robot.nbody), 0.0);
   for (const Capsule& capsule : capsules_) {
     const int link = capsule.link < 0 ? 0 : robot.jnt_bodyid[capsule.link];
     double& reach = extent[at(link)];
@@ -197,14 +196,13 @@ void RobotBounds::find_lever_arms(const mjModel& robot) {
       const double* range = robot.jnt_range + 2 * joint;
       offset += std::max(std::abs(range[0]), std::abs(range[1]));
     }
-    double& parent = extent[static_cast<std::size_t>(robot.body_parentid[body])];
+    double& parent = extent[at(robot.body_parentid[body])];
     parent = std::max(parent, offset + extent[at(body)]);
   }
   for (int joint = 0; joint < kRobotJoints; ++joint) {
     const double anchor = Eigen::Map<const Vec3>(robot.jnt_pos + 3 * joint).norm();
     const bool slides = robot.jnt_type[joint] == mjJNT_SLIDE;
-    lever_arms_[static_cast<std::size_t>(joint)] =
-        slides ? 1.0 : anchor + extent[static_cast<std::size_t>(robot.jnt_bodyid[joint])];
+    lever_arms_[at(joint)] = slides ? 1.0 : anchor + extent[at(robot.jnt_bodyid[joint])];
   }
 }
 
@@ -219,7 +217,7 @@ RobotBounds::Clearance RobotBounds::clearance(const RobotPose& pose,
     positions.a[i] = capsule.a;
     positions.b[i] = capsule.b;
     if (capsule.link >= 0) {
-      const Frame& link = pose.links[static_cast<std::size_t>(capsule.link)];
+      const Frame& link = pose.links[at(capsule.link)];
       positions.a[i] = link.pos + link.axes * capsule.a;
       positions.b[i] = link.pos + link.axes * capsule.b;
     }
@@ -243,9 +241,9 @@ JointArray RobotBounds::self_clearance(const CapsulePositions& positions) const 
   JointArray result;
   result.fill(kMaxSelfClearance);
   for (const Pair& pair : pairs_) {
-    const auto i = static_cast<std::size_t>(pair.first);
-    const auto j = static_cast<std::size_t>(pair.second);
-    double& least = result[static_cast<std::size_t>(pair.joint)];
+    const auto i = at(pair.first);
+    const auto j = at(pair.second);
+    double& least = result[at(pair.joint)];
     // Most pairs are so far apart that the spheres around the capsules show it.
     const double apart =
         capsules_[i].bounding_radius + capsules_[j].bounding_radius + least + kSelfMargin;

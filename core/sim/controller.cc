@@ -71,7 +71,7 @@ int arm_dim(ControlMode mode) {
 
 ActionSpace make_action_space(ControlMode mode, const double* joint_ranges) {
   ActionSpace space;
-  const auto dim = static_cast<std::size_t>(action_dim(mode));
+  const auto dim = at(action_dim(mode));
   space.low.assign(dim, -1.0F);
   space.high.assign(dim, 1.0F);
   const bool joints = mode == ControlMode::kPdJointPos || mode == ControlMode::kPdJointPosVel;
@@ -279,7 +279,7 @@ DriveTarget Controller::drive(const State& state, int env, const float* action) 
 void Controller::drive(const State& state, int first, const Column<float>& actions,
                        LaneBlock& block, std::span<DriveTarget> drives) const {
   if (mode_ == ControlMode::kPdEeDeltaPose) {
-    const auto lanes = static_cast<std::size_t>(block.lanes());
+    const auto lanes = at(block.lanes());
     for (std::size_t i = 0; i < drives.size(); i += lanes) {
       delta_pose_targets(state, first + static_cast<int>(i), actions, block,
                          drives.subspan(i, std::min(lanes, drives.size() - i)));

@@ -27,21 +27,21 @@ void ChoiceForm::check(std::span<const int> keys, int count) const {
 }
 
 void AnswerController::await_answers(int env) const {
-  if (index(env) >= episodes_.size()) episodes_.resize(index(env) + 1);
-  episodes_[index(env)].emplace();
+  if (at(env) >= episodes_.size()) episodes_.resize(at(env) + 1);
+  episodes_[at(env)].emplace();
 }
 
 void AnswerController::discard_answers(int env) const {
-  if (is_asked(env)) episodes_[index(env)].reset();
+  if (is_asked(env)) episodes_[at(env)].reset();
 }
 
 void AnswerController::choose(int env, std::span<const int> keys) const {
-  episodes_.at(index(env)).value().emplace_back(keys.begin(), keys.end());
+  episodes_.at(at(env)).value().emplace_back(keys.begin(), keys.end());
 }
 
 std::span<const int> AnswerController::choice(int env, int number) const {
   if (number < 0 || number >= choices_made(env)) return {};
-  return (*episodes_[index(env)])[at(number)];
+  return (*episodes_[at(env)])[at(number)];
 }
 
 const AnswerController* answer_controller_of(Task& task) {

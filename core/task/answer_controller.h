@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/index.h"
 #include "core/task/task.h"
 
 namespace engram {
@@ -49,14 +50,14 @@ class AnswerController {
   void choose(int env, std::span<const int> keys) const;
   // Questions of an environment's episode that have been answered.
   int choices_made(int env) const {
-    return is_asked(env) ? static_cast<int>(episodes_[index(env)]->size()) : 0;
+    return is_asked(env) ? static_cast<int>(episodes_[at(env)]->size()) : 0;
   }
 
  protected:
   // True if the controller is to wait for the first answer.
-  bool awaits_choice(int env) const { return is_asked(env) && episodes_[index(env)]->empty(); }
+  bool awaits_choice(int env) const { return is_asked(env) && episodes_[at(env)]->empty(); }
   bool is_asked(int env) const {
-    return index(env) < episodes_.size() && episodes_[index(env)].has_value();
+    return at(env) < episodes_.size() && episodes_[at(env)].has_value();
   }
   // Keys of an answer; empty if there is none.
   std::span<const int> choice(int env, int number = 0) const;
@@ -68,8 +69,6 @@ class AnswerController {
   }
 
  private:
-  static std::size_t index(int env) { return static_cast<std::size_t>(env); }
-
   // Answers of each environment's episode, in order; unset where none are awaited. As with columns,
   // tasks are not const inside.
   mutable std::vector<std::optional<std::vector<std::vector<int>>>> episodes_;

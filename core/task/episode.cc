@@ -114,7 +114,7 @@ void PinTable::check(const std::vector<Pin>& pins) const {
     }
     seen |= std::uint64_t{1} << index;
     const RandomVariable& variable = variables_[at(index)];
-    if (pin.values.size() != static_cast<std::size_t>(variable.width)) {
+    if (pin.values.size() != at(variable.width)) {
       throw Error(Error::kInvalidArgument,
                   "pin '" + pin.name + "': " + std::to_string(pin.values.size()) +
                       " values given, " + std::to_string(variable.width) + " needed");
@@ -133,16 +133,13 @@ void PinTable::check_saved(std::span<const std::byte> row) const {
   std::vector<Pin> pins;
   for (std::size_t variable = 0; variable < variables_.size(); ++variable) {
     if ((pinned >> variable & 1) == 0) continue;
-    std::vector<double> values(static_cast<std::size_t>(variables_[variable].width));
-    std::memcpy(
-        values.data(),
-        row.data() + sizeof pinned + static_cast<std::size_t>(offsets_[variable]) * sizeof(double),
-        values.size() * sizeof(double));
+    std::vector<double> values(at(variables_[variable].width));
+    std::memcpy(values.data(), row.data() + sizeof pinned + at(offsets_[variable]) * sizeof(double),
+                values.size() * sizeof(double));
     pins.push_back({variables_[variable].name, std::move(values)});
   }
   check(pins);
-  check_saved_ranges(
-      row.subspan(sizeof pinned + static_cast<std::size_t>(values_.width()) * sizeof(double)));
+  check_saved_ranges(row.subspan(sizeof pinned + at(values_.width()) * sizeof(double)));
 }
 
 void PinTable::check_saved_ranges(std::span<const std::byte> row) const {
@@ -209,7 +206,7 @@ void PinTable::set(int env, const std::vector<Pin>& pins) const {
 
 const double* PinTable::values(int env, int variable) const {
   if ((pinned_[env] >> variable & 1) == 0) return nullptr;
-  return values_.row(env) + offsets_[static_cast<std::size_t>(variable)];
+  return values_.row(env) + offsets_[at(variable)];
 }
 
 int Episode::integer(int variable, int low, int high) const {
