@@ -1,7 +1,7 @@
 #include "protocol/make/baseline_scores.h"
 
 #include <algorithm>
-#include <span>
+#include <iterator>
 
 namespace engram {
 namespace {
@@ -106,9 +106,6 @@ constexpr BaselineScores kBaselineScores[] = {
     {"BlinkCountButtonPressHard-VLA-v0", 0.115, 0.88, 1, 0.115, 0.88, 1},
     {"BlinkCountButtonPressHard-Long-VLA-v0", 0.095, 0.18, 1, 0.095, 0.18, 1},
     // end vla
-};
-
-constexpr BaselineScores kRlBaselineScores[] = {
     // begin rl: written by tools/measure.py memory
     {"ShellGameTouch-v0", 0.29, 1, 1, 0.29, 0.295, 1},
     {"ShellGamePush-v0", 0.325, 1, 1, 0.325, 0.295, 1},
@@ -148,12 +145,8 @@ constexpr BaselineScores kRlBaselineScores[] = {
 }  // namespace
 
 const BaselineScores* find_baseline_scores(std::string_view id) noexcept {
-  for (const std::span<const BaselineScores> half :
-       {std::span<const BaselineScores>(kBaselineScores), {kRlBaselineScores}}) {
-    const auto found = std::ranges::find(half, id, &BaselineScores::id);
-    if (found != half.end()) return &*found;
-  }
-  return nullptr;
+  const auto* const found = std::ranges::find(kBaselineScores, id, &BaselineScores::id);
+  return found != std::end(kBaselineScores) ? found : nullptr;
 }
 
 std::optional<double> memory_score(const BaselineScores& baseline, double success_rate) noexcept {

@@ -19,7 +19,7 @@ struct BaselineScores {
   double oracle_answer = -1;
 };
 
-// The ceiling of a task of the benchmark; null for users' variants.
+// Scores of a task of the benchmark; null for users' variants.
 const BaselineScores* find_baseline_scores(std::string_view id) noexcept;
 
 // Position of a success rate between that of the best policy without memory, 0, and the
