@@ -25,13 +25,14 @@ class Digest {
     const std::size_t count = hashes_.size();
     for (std::size_t i = 0; i < count; ++i) {
       std::uint64_t& hash = hashes_[i];
-      hash = bench::chain_row(hash, batch.observation(), count, i);
+      hash = bench::chain_row(hash, batch.outputs().observation, count, i);
       hash = bench::chain_row(hash, batch.images().rgb, count, i);
-      if (!batch.images().rgb.empty()) hash = bench::chain_row(hash, batch.proprio(), count, i);
+      if (!batch.images().rgb.empty())
+        hash = bench::chain_row(hash, batch.outputs().proprio, count, i);
       std::array<unsigned char, sizeof(float) + 2> rest{};
-      std::memcpy(rest.data(), &batch.reward()[i], sizeof(float));
-      rest[sizeof(float)] = batch.terminated()[i];
-      rest[sizeof(float) + 1] = batch.truncated()[i];
+      std::memcpy(rest.data(), &batch.outputs().reward[i], sizeof(float));
+      rest[sizeof(float)] = batch.outputs().terminated[i];
+      rest[sizeof(float) + 1] = batch.outputs().truncated[i];
       hash = bench::chain_row(hash, std::span<const unsigned char>(rest), 1, 0);
     }
   }

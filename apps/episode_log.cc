@@ -26,7 +26,7 @@ void EpisodeLog::update(const Batch& batch) {
       continue;
     }
     ++env_steps_;
-    if ((batch.terminated()[at] | batch.truncated()[at]) == 0) continue;
+    if ((batch.outputs().terminated[at] | batch.outputs().truncated[at]) == 0) continue;
     finish_episode(batch, i);
     finished_[at] = mode == AutoReset::kSameStep ? 0 : 1;
     if (mode == AutoReset::kOff) --moving_;

@@ -59,7 +59,8 @@ RecordedEpisode::RecordedEpisode(const EpisodeOptions& options, const Interrupti
 }
 
 bool RecordedEpisode::over() const {
-  return steps() >= max_steps_ || (batch_->terminated()[0] | batch_->truncated()[0]) != 0;
+  return steps() >= max_steps_ ||
+         (batch_->outputs().terminated[0] | batch_->outputs().truncated[0]) != 0;
 }
 
 void RecordedEpisode::step() {

@@ -37,7 +37,7 @@ void RecordView::draw_overlays(int width, int height, Canvas& canvas) const {
   Overlay overlay = make_overlay(width, height);
   renderer_.overlay(0, overlay);
   add_step(overlay, batch_.state().elapsed[0]);
-  add_reward(overlay, batch_.reward()[0]);
+  add_reward(overlay, batch_.outputs().reward[0]);
   draw_overlay(overlay, {0, 0}, std::min(width, height), canvas);
 }
 

@@ -213,21 +213,22 @@ class Checker {
   }
 
   void update_traces(const Batch& batch, std::vector<SegmentTrace>& traces) {
-    row_.resize(std::max(batch.outputs().row_bytes(), batch.memory().row_bytes()));
+    const BatchData& data = BatchAccess::data(batch);
+    row_.resize(std::max(data.outputs.row_bytes(), data.memory.row_bytes()));
     const auto chain = [&](std::uint64_t hash, const ColumnStore& store, std::size_t slot) {
       store.save_row(static_cast<int>(slot), row_);
       return chain_row(hash, std::span<const std::byte>(row_).first(store.row_bytes()), 1, 0);
     };
     for (std::size_t i = 0; i < traces.size(); ++i) {
       SegmentTrace& trace = traces[i];
-      trace.outputs = chain(trace.outputs, batch.outputs(), i);
+      trace.outputs = chain(trace.outputs, data.outputs, i);
       trace.outputs = chain_row(trace.outputs, batch.images().rgb, traces.size(), i);
       trace.outputs = chain_row(trace.outputs, batch.images().depth, traces.size(), i);
       trace.outputs = chain_row(trace.outputs, batch.images().segmentation, traces.size(), i);
       if (observes_objects(options_.obs_mode)) {
-        trace.outputs = chain_row(trace.outputs, batch.observation(), traces.size(), i);
+        trace.outputs = chain_row(trace.outputs, batch.outputs().observation, traces.size(), i);
       }
-      trace.memory = chain(trace.memory, batch.memory(), i);
+      trace.memory = chain(trace.memory, data.memory, i);
     }
   }
 

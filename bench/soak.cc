@@ -120,8 +120,8 @@ ProbeResult probe(Rollout& rollout, ThreadPool& reference, std::uint64_t seed) {
     const double spent = rollout.step_seconds();
     const double after = seconds([&] { spin(reference, kReferenceTurns); });
     result.costs.push_back(2 * spent / (before + after));
-    result.digest = checksum(std::as_bytes(batch.observation()), result.digest);
-    result.digest = checksum(std::as_bytes(batch.reward()), result.digest);
+    result.digest = checksum(std::as_bytes(batch.outputs().observation), result.digest);
+    result.digest = checksum(std::as_bytes(batch.outputs().reward), result.digest);
   }
   return result;
 }
@@ -195,7 +195,7 @@ class TaskVisits {
   static void count_episodes(const Batch& batch, SoakVisit& visit) {
     const ColumnView succeeded = batch.final_output("success_once");
     for (int i = 0; i < kEnvs; ++i) {
-      if (batch.final_mask()[static_cast<std::size_t>(i)] == 0) continue;
+      if (batch.outputs().final_mask[static_cast<std::size_t>(i)] == 0) continue;
       const std::size_t turn = turn_of(i, batch.state().episode[i] - 1);
       ++visit.episodes[turn];
       visit.successes[turn] += value_of<std::uint8_t>(succeeded, i);
@@ -206,7 +206,7 @@ class TaskVisits {
   void note_unstable(const Batch& batch, std::vector<UnstableEpisode>& unstable) const {
     const ColumnView elapsed = batch.final_output("elapsed_steps");
     for (int i = 0; i < kEnvs; ++i) {
-      if (batch.unstable()[static_cast<std::size_t>(i)] == 0) continue;
+      if (batch.outputs().unstable[static_cast<std::size_t>(i)] == 0) continue;
       const std::uint64_t episode = batch.state().episode[i] - 1;
       unstable.push_back({task_.id, batch.state().seed[i], episode,
                           kSoakPolicies[turn_of(i, episode)], value_of<std::int32_t>(elapsed, i)});

@@ -50,6 +50,19 @@ inline std::vector<std::string> rl_ids(std::string_view family) {
   return ids;
 }
 
+// Columns of all that environments remember, and of all that they show.
+inline const ColumnStore& memory_of(const Batch& batch) { return BatchAccess::data(batch).memory; }
+inline const ColumnStore& columns_of(const Batch& batch) {
+  return BatchAccess::data(batch).outputs;
+}
+
+// Images at the end of the last episodes.
+inline ObservedImages final_images(const Batch& batch) {
+  const ImageBatch* const images = BatchAccess::data(batch).images.get();
+  if (images == nullptr) return {};
+  return {images->rgb().finals(), images->depth().finals(), images->segmentation().finals(), {}};
+}
+
 using Bytes = std::vector<std::byte>;
 
 inline void append_row(const ColumnStore& store, int env, Bytes& bytes) {
@@ -61,8 +74,8 @@ inline void append_row(const ColumnStore& store, int env, Bytes& bytes) {
 // Everything that one environment remembers and shows.
 inline Bytes env_bytes(const Batch& batch, int index) {
   Bytes bytes;
-  append_row(batch.memory(), index, bytes);
-  append_row(batch.outputs(), index, bytes);
+  append_row(memory_of(batch), index, bytes);
+  append_row(columns_of(batch), index, bytes);
   return bytes;
 }
 
@@ -70,8 +83,8 @@ inline Bytes env_bytes(const Batch& batch, int index) {
 inline Bytes batch_bytes(const Batch& batch) {
   Bytes bytes;
   for (int i = 0; i < batch.num_envs(); ++i) {
-    append_row(batch.memory(), i, bytes);
-    append_row(batch.outputs(), i, bytes);
+    append_row(memory_of(batch), i, bytes);
+    append_row(columns_of(batch), i, bytes);
   }
   return bytes;
 }

@@ -49,10 +49,10 @@ void require_finite(std::span<const float> actions, std::size_t dim) {
                                            std::to_string(*bad) + " given, a finite number needed");
 }
 
-// Values of `count` environments from `first` on; null and empty stay so.
+// Values of a part's environments; null and empty stay so.
 template <class T>
-std::span<T> rows_of(std::span<T> all, int first, int count) {
-  return all.empty() ? all : all.subspan(at(first), at(count));
+std::span<T> rows_of(std::span<T> all, const BatchData& part) {
+  return all.empty() ? all : all.subspan(at(part.first_env), at(part.num_envs()));
 }
 
 template <class T>
@@ -73,16 +73,6 @@ ColumnView named(const ColumnStore& store, std::string_view name) {
               "no output named '" + std::string(name) + "'; this task has: " + join(names));
 }
 
-// of(images): those of now, or of the last episodes' ends.
-template <class Of>
-ObservedImages images_of(const BatchData& data, Of&& of) {
-  if (!data.images) return {};
-  ObservedImages images = {
-      of(data.images->rgb()), of(data.images->depth()), of(data.images->segmentation()), {}};
-  if (!images.segmentation.empty()) images.segmentation_names = data.images->segments();
-  return images;
-}
-
 }  // namespace
 
 Batch::Batch(std::unique_ptr<Task> task, const BatchOptions& options, RendererFactory renderers) {
@@ -92,8 +82,8 @@ Batch::Batch(std::unique_ptr<Task> task, const BatchOptions& options, RendererFa
   parts_.emplace_back().batch = this;
   pool_.emplace(data_->options.threads, data_->range_unit());
   BatchData* const data = data_.get();
-  outputs_.emplace(std::span(&data, 1), false);
-  add_views();
+  arrays_.emplace(std::span(&data, 1), false);
+  find_outputs();
 }
 
 Batch::Batch(std::vector<std::unique_ptr<Batch>> parts, int threads) {
@@ -104,7 +94,7 @@ Batch::Batch(std::vector<std::unique_ptr<Batch>> parts, int threads) {
     if (!parts_.empty()) require_alike(part(0), *given);
     Part& added = parts_.emplace_back();
     added.batch = given.get();
-    added.first = num_envs_;
+    added.data().first_env = num_envs_;
     added.owned = std::move(given);
     added.busy = std::make_unique<std::atomic<bool>[]>(at(added.batch->threads()));
     num_envs_ += added.batch->num_envs();
@@ -119,22 +109,22 @@ Batch::Batch(std::vector<std::unique_ptr<Batch>> parts, int threads) {
     }
   }
   pool_.emplace(std::clamp(static_cast<int>(segments_.size()), 1, threads));
-  outputs_.emplace(data, true);
-  add_views();
+  arrays_.emplace(data, true);
+  find_outputs();
 }
 
 Batch::~Batch() = default;
 
-void Batch::add_views() {
-  const std::vector<OutputArray>& now = outputs_->now();
-  views_ = {.observation = values<float>(now, "observation"),
-            .proprio = values<float>(now, "proprio"),
-            .reward = values<float>(now, "reward"),
-            .terminated = values<std::uint8_t>(now, "terminated"),
-            .truncated = values<std::uint8_t>(now, "truncated"),
-            .success = values<std::uint8_t>(now, "success"),
-            .unstable = values<std::uint8_t>(now, "unstable"),
-            .final_mask = values<std::uint8_t>(now, "final_mask")};
+void Batch::find_outputs() {
+  const std::vector<OutputArray>& now = arrays_->now();
+  outputs_ = {.observation = values<float>(now, "observation"),
+              .proprio = values<float>(now, "proprio"),
+              .reward = values<float>(now, "reward"),
+              .terminated = values<std::uint8_t>(now, "terminated"),
+              .truncated = values<std::uint8_t>(now, "truncated"),
+              .success = values<std::uint8_t>(now, "success"),
+              .unstable = values<std::uint8_t>(now, "unstable"),
+              .final_mask = values<std::uint8_t>(now, "final_mask")};
 }
 
 BatchData& Batch::data() const {
@@ -147,13 +137,13 @@ std::pair<int, int> Batch::locate(int env) const {
     throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
                                              std::to_string(num_envs_ - 1) + " allowed");
   }
-  const auto after = std::ranges::upper_bound(parts_, env, {}, &Part::first);
-  const int part = static_cast<int>(after - parts_.begin()) - 1;
-  return {part, env - first_env(part)};
+  const auto first_env = [](const Part& part) { return part.data().first_env; };
+  const auto after = std::ranges::upper_bound(parts_, env, {}, first_env);
+  return {static_cast<int>(after - parts_.begin()) - 1, env - first_env(after[-1])};
 }
 
 int Batch::state_dim() const {
-  if (data_ == nullptr) return find_array(outputs_->now(), "observation")->field.width;
+  if (data_ == nullptr) return find_array(arrays_->now(), "observation")->field.width;
   return data_->objects ? data_->objects->width() : data_->observation.width();
 }
 
@@ -184,8 +174,8 @@ void Batch::reset(const ResetRequest& request) {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const BatchData& data = parts_[i].data();
     ResetRequest own = request;
-    own.mask = rows_of(request.mask, parts_[i].first, data.num_envs());
-    own.seeds = rows_of(request.seeds, parts_[i].first, data.num_envs());
+    own.mask = rows_of(request.mask, data);
+    own.seeds = rows_of(request.seeds, data);
     const bool concerned = !is_common() || own.mask.empty() ||
                            std::ranges::any_of(own.mask, [](auto chosen) { return chosen != 0; });
     if (concerned) resets[i] = data.checked_reset(own);
@@ -209,7 +199,7 @@ void Batch::check_actions(std::span<const float> actions) const {
   const std::size_t dim = at(action_dim());
   require_length("actions", actions.size(), at(num_envs_) * dim);
   require_finite(actions, dim);
-  for (const Part& part : parts_) part.data().refuse_ended(part.first);
+  for (const Part& part : parts_) part.data().refuse_ended();
 }
 
 void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> commanded) {
@@ -221,17 +211,17 @@ void Batch::step(std::span<const float> actions, std::span<const std::uint8_t> c
 void Batch::step_no_action() {
   for (const Part& part : parts_) {
     part.data().require_started("step");
-    part.data().refuse_ended(part.first);
+    part.data().refuse_ended();
   }
   step_all(nullptr, {});
 }
 
 void Batch::step_all(const float* actions, std::span<const std::uint8_t> commanded) {
   const IeeeScope scope;
-  outputs_->swap_buffers();
+  arrays_->swap_buffers();
   const auto actions_of = [&](const Part& part) {
-    StepActions own = {nullptr, rows_of(commanded, part.first, part.batch->num_envs())};
-    if (actions != nullptr) own.values = actions + at(part.first) * at(action_dim());
+    StepActions own = {nullptr, rows_of(commanded, part.data())};
+    if (actions != nullptr) own.values = actions + at(part.data().first_env) * at(action_dim());
     return own;
   };
   for_ranges([&](int part, int worker, Range envs) {
@@ -250,15 +240,16 @@ void Batch::write_to(std::span<const OutputTarget> first, std::span<const Output
     throw Error(Error::kBadState,
                 "arrays for outputs given after the first reset; give them before");
   }
-  outputs_->write_to(first, second);
+  arrays_->write_to(first, second);
 }
 
 ObservedImages Batch::images() const {
-  return images_of(data(), [](const auto& images) { return images.now(); });
-}
-
-ObservedImages Batch::final_images() const {
-  return images_of(data(), [](const auto& images) { return images.finals(); });
+  const ImageBatch* const batch = data().images.get();
+  if (batch == nullptr) return {};
+  ObservedImages images = {
+      batch->rgb().now(), batch->depth().now(), batch->segmentation().now(), {}};
+  if (!images.segmentation.empty()) images.segmentation_names = batch->segments();
+  return images;
 }
 
 ColumnView Batch::output(std::string_view name) const {

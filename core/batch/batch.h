@@ -20,6 +20,18 @@
 
 namespace engram {
 
+// Outputs of the last step or reset that every task has, N = num_envs. More: Batch::output().
+struct StepOutputs {
+  std::span<const float> observation;  // (N, state_dim)
+  std::span<const float> proprio;      // (N, 7 or 8), docs/robot.md
+  std::span<const float> reward;       // (N), as all below
+  std::span<const std::uint8_t> terminated;
+  std::span<const std::uint8_t> truncated;
+  std::span<const std::uint8_t> success;
+  std::span<const std::uint8_t> unstable;    // 1: physics diverged in this step
+  std::span<const std::uint8_t> final_mask;  // 1: the final outputs are of this step
+};
+
 // Image observations of a batch, N = num_envs; empty in modes without them.
 struct ObservedImages {
   // (N, height, width, 3 * cameras): each pixel has the cameras' colours in order.
@@ -70,7 +82,6 @@ class Batch {
   int num_parts() const { return static_cast<int>(parts_.size()); }
   // A batch of one task is its own part.
   const Batch& part(int index) const { return *parts_[at(index)].batch; }
-  int first_env(int part) const { return parts_[at(part)].first; }
   // The part of an environment, and its number there. Throws Error if there is none.
   std::pair<int, int> locate(int env) const;
 
@@ -81,11 +92,6 @@ class Batch {
   // control mode.
   const BatchOptions& options() const { return data().options; }
   const PhysicsModel& physics_model() const { return *data().model; }
-  // Fields of the observation's row, in their order: of the state, or in the objects modes of the
-  // robot and the tokens.
-  const std::vector<Field>& state_fields() const {
-    return data().objects ? data().objects->fields() : data().state_fields;
-  }
 
   // Starts new episodes. Without seeds, the first reset uses options().seed, and later ones begin
   // the next episode of each environment. Pins and constants must suit every task that has an
@@ -104,29 +110,15 @@ class Batch {
   // Throws the errors of step for these actions, and does nothing else.
   void check_actions(std::span<const float> actions) const;
 
-  // Outputs of the last step or reset; N = num_envs.
-  std::span<const float> observation() const { return views_.observation; }
-  std::span<const float> proprio() const { return views_.proprio; }  // docs/robot.md
-  std::span<const float> reward() const { return views_.reward; }
-  std::span<const std::uint8_t> terminated() const { return views_.terminated; }
-  std::span<const std::uint8_t> truncated() const { return views_.truncated; }
-  std::span<const std::uint8_t> success() const { return views_.success; }
-  // 1: physics diverged in this step.
-  std::span<const std::uint8_t> unstable() const { return views_.unstable; }
-  // 1: the final outputs are of this step.
-  std::span<const std::uint8_t> final_mask() const { return views_.final_mask; }
+  const StepOutputs& outputs() const { return outputs_; }
   ObservedImages images() const;
-  // The last images of the episodes that final_mask marks (same-step mode).
-  ObservedImages final_images() const;
-
-  // All outputs by name: the above, the task's info fields, elapsed_steps, task_cue, oracle_info,
+  // Any output by name: the above, the task's info fields, elapsed_steps, task_cue, oracle_info,
   // success_once, episode_return, ... . Throws Error for an unknown name.
   ColumnView output(std::string_view name) const;
   // An output at the end of each environment's last finished episode (same-step mode).
   ColumnView final_output(std::string_view name) const;
-  const ColumnStore& outputs() const { return data().outputs; }
   // All outputs as arrays over the environments of all tasks.
-  const BatchOutputs& output_arrays() const { return *outputs_; }
+  const BatchOutputs& output_arrays() const { return *arrays_; }
   // Outputs are written to arrays of the caller's as well, images to those alone; each as large
   // as the output. They outlive the batch. second: arrays of the same outputs; steps write to the
   // first and the second alternately (double buffer), resets to those of the step before. Throws
@@ -135,14 +127,12 @@ class Batch {
 
   // The engine's columns, for tools and tests that look inside.
   const State& state() const { return data().state; }
-  const ColumnStore& memory() const { return data().memory; }
 
  private:
   friend struct BatchAccess;
 
   struct Part {
     Batch* batch = nullptr;
-    int first = 0;
     std::unique_ptr<Batch> owned;  // null: the batch itself
     // Workers of the part that are in use; its ranges are at most as many as its workers.
     std::unique_ptr<std::atomic<bool>[]> busy;
@@ -155,15 +145,9 @@ class Batch {
     Range envs;
   };
 
-  // Outputs, which stay where they are.
-  struct Views {
-    std::span<const float> observation, proprio, reward;
-    std::span<const std::uint8_t> terminated, truncated, success, unstable, final_mask;
-  };
-
   // Throws Error for several tasks.
   BatchData& data() const;
-  void add_views();
+  void find_outputs();
   void step_all(const float* actions, std::span<const std::uint8_t> commanded);
   template <class F>
   void for_ranges(F&& f);
@@ -175,11 +159,11 @@ class Batch {
   int num_envs_ = 0;
   std::vector<Segment> segments_;  // of several tasks
   std::optional<ThreadPool> pool_;
-  std::optional<BatchOutputs> outputs_;
-  Views views_;
+  std::optional<BatchOutputs> arrays_;
+  StepOutputs outputs_;
 };
 
-// Access for the modules beside Batch.
+// Access for the modules beside Batch, and for tools and tests that look inside.
 struct BatchAccess {
   // Throws Error for a batch of several tasks.
   static BatchData& data(const Batch& batch) { return batch.data(); }

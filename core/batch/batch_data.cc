@@ -212,12 +212,12 @@ void BatchData::check_env(int env) const {
 }
 
 // An episode has ended that nothing resets but the caller.
-void BatchData::refuse_ended(int first) const {
+void BatchData::refuse_ended() const {
   if (options.after_end != AfterEnd::kRefuse || options.auto_reset != AutoReset::kOff) return;
   for (int env = 0; env < num_envs(); ++env) {
     if (state.finished[env] == 0) continue;
     throw Error(Error::kBadState,
-                "the episode of environment " + std::to_string(first + env) +
+                "the episode of environment " + std::to_string(first_env + env) +
                     " has ended; reset it, or make the batch with after_end hold or continue");
   }
 }

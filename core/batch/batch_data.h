@@ -58,10 +58,10 @@ struct BatchData {
   int range_unit() const;
   int action_dim() const { return controller->action_space().dim(); }
 
-  // Throw Error. first: number of environment 0 in the message.
+  // Throw Error.
   void check_env(int env) const;
   void require_started(const char* what) const;
-  void refuse_ended(int first) const;
+  void refuse_ended() const;
   CheckedReset checked_reset(const ResetRequest& request) const;
 
   // --- stages of a step or reset, in their order ---
@@ -113,6 +113,7 @@ struct BatchData {
     return step_clock != nullptr ? &step_clock->worker(worker) : nullptr;
   }
 
+  int first_env = 0;  // number of environment 0 in the whole batch, which may have several parts
   std::unique_ptr<Task> task;
   BatchTask* batch_task = nullptr;  // the task, if it is one
   BatchOptions options;

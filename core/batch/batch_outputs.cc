@@ -196,7 +196,6 @@ BatchOutputs::BatchOutputs(std::span<BatchData* const> parts, bool common) : com
     rows.push_back(row_of(*data));
     Part& part = parts_.emplace_back();
     part.data = data;
-    part.first = num_envs_;
     part.now = output_arrays(*data);
     part.finals = final_output_arrays(*data);
     part.row = rows.back();
@@ -264,13 +263,13 @@ void BatchOutputs::add_constants() {
 
 void BatchOutputs::fill_constants(const Part& part, int index) const {
   auto* const indices =
-      reinterpret_cast<std::int32_t*>(find_array(now_, kTaskIndex)->data) + part.first;
+      reinterpret_cast<std::int32_t*>(find_array(now_, kTaskIndex)->data) + part.data->first_env;
   std::fill_n(indices, part.data->num_envs(), static_cast<std::int32_t>(index));
   const OutputArray* const mask = find_array(now_, kObjectMask);
   if (mask == nullptr) return;
   const auto tokens = at(count_tokens(part.row));
   for (int env = 0; env < part.data->num_envs(); ++env) {
-    std::memset(mask->data + at(part.first + env) * mask->row_bytes(), 1, tokens);
+    std::memset(mask->data + at(part.data->first_env + env) * mask->row_bytes(), 1, tokens);
   }
 }
 
@@ -298,7 +297,7 @@ void BatchOutputs::add_copies(const Part& part, const std::vector<OutputArray>& 
   if (from == nullptr || hides_cue(part, to.field.name)) return;
   RowCopy copy;
   copy.from = from->data;
-  copy.to = to.data + at(part.first) * to.row_bytes();
+  copy.to = to.data + at(part.data->first_env) * to.row_bytes();
   copy.from_row = from->row_bytes();
   copy.to_row = to.row_bytes();
   copy.bytes = from->row_bytes();
@@ -322,7 +321,7 @@ ImageTargets BatchOutputs::images_in(const Part& part, const std::vector<OutputA
   const auto rows_of = [&](const char* name) -> std::byte* {
     const OutputArray* const array = find_array(arrays, name);
     if (array == nullptr || array->data == nullptr) return nullptr;
-    return array->data + at(part.first) * array->row_bytes();
+    return array->data + at(part.data->first_env) * array->row_bytes();
   };
   return {reinterpret_cast<std::uint8_t*>(rows_of("rgb")),
           reinterpret_cast<std::int16_t*>(rows_of("depth")),

@@ -66,7 +66,6 @@ class BatchOutputs {
  private:
   struct Part {
     BatchData* data = nullptr;
-    int first = 0;  // environment
     std::vector<OutputArray> now;
     std::vector<OutputArray> finals;
     std::vector<RangedField> row;

@@ -53,6 +53,11 @@ class Queries {
 
   // Random variables of an episode, the engine's robot_noise first.
   const std::vector<RandomVariable>& random_variables() const { return data().pins.variables(); }
+  // Fields of the observation's row, in their order: of the state, or in the objects modes of the
+  // robot and the tokens.
+  const std::vector<Field>& state_fields() const {
+    return data().objects ? data().objects->fields() : data().state_fields;
+  }
   // Values of info().options, in their order.
   std::span<const double> option_values() const { return data().option_values; }
   // Fields of the observation's row with ranges; in the objects modes only.

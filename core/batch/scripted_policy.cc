@@ -46,16 +46,17 @@ void ScriptedPolicy::act(std::span<float> actions) const {
     data.require_started("act");
     require_mode_of(policy_, *data.options.control_mode);
   }
-  const auto rows_of = [&](int part) {
+  const auto rows_of = [&](const BatchData& data) {
     const int dim = batch_.action_dim();
-    return FloatRows{actions.data() + at(batch_.first_env(part)) * at(dim), dim};
+    return FloatRows{actions.data() + at(data.first_env) * at(dim), dim};
   };
   BatchAccess::for_ranges(batch_, [&](int part, int /*worker*/, Range envs) {
-    act_range(BatchAccess::data(batch_.part(part)), envs, rows_of(part));
+    const BatchData& data = BatchAccess::data(batch_.part(part));
+    act_range(data, envs, rows_of(data));
   });
   for (int i = 0; i < batch_.num_parts(); ++i) {
     BatchData& data = BatchAccess::data(batch_.part(i));
-    if (data.batch_task != nullptr) act_batch_task(data, rows_of(i));
+    if (data.batch_task != nullptr) act_batch_task(data, rows_of(data));
   }
 }
 

@@ -73,7 +73,7 @@ void DemonstrationRecorder::before_step(const Batch& batch, int index, std::span
     action[i] = std::clamp(action[i], space.low[i], space.high[i]);
   }
   append(rgb_, row_of(batch.images().rgb, batch, index));
-  append(proprio_, row_of(batch.proprio(), batch, index));
+  append(proprio_, row_of(batch.outputs().proprio, batch, index));
   append(actions_, std::span<const float>(action));
   // None of their values is negative.
   const auto add = [&](std::vector<std::uint16_t>& to, std::span<const std::int16_t> values) {
@@ -87,9 +87,9 @@ void DemonstrationRecorder::before_step(const Batch& batch, int index, std::span
 
 void DemonstrationRecorder::after_step(const Batch& batch, int index) {
   const auto i = static_cast<std::size_t>(index);
-  const bool success = batch.success()[i] != 0;
-  const bool ended = (batch.terminated()[i] | batch.truncated()[i]) != 0;
-  rewards_.push_back(batch.reward()[i]);
+  const bool success = batch.outputs().success[i] != 0;
+  const bool ended = (batch.outputs().terminated[i] | batch.outputs().truncated[i]) != 0;
+  rewards_.push_back(batch.outputs().reward[i]);
   successes_.push_back(success ? 1 : 0);
   dones_.push_back(success || ended ? 1 : 0);
   if (labels_) labels_->after_step(batch, index);

@@ -60,9 +60,9 @@ void RlRecorder::before_step(const Batch& batch, int index, std::span<const floa
 
 void RlRecorder::after_step(const Batch& batch, int index) {
   const auto i = static_cast<std::size_t>(index);
-  rewards_.push_back(batch.reward()[i]);
-  successes_.push_back(batch.success()[i] != 0 ? 1 : 0);
-  dones_.push_back((batch.terminated()[i] | batch.truncated()[i]) != 0 ? 1 : 0);
+  rewards_.push_back(batch.outputs().reward[i]);
+  successes_.push_back(batch.outputs().success[i] != 0 ? 1 : 0);
+  dones_.push_back((batch.outputs().terminated[i] | batch.outputs().truncated[i]) != 0 ? 1 : 0);
 }
 
 std::vector<std::byte> RlRecorder::file(const Batch& batch) const {

@@ -72,7 +72,7 @@ bool play_episodes(Batch& batch, std::uint64_t first_seed, int count, const Work
       const auto i = static_cast<std::size_t>(env);
       if (episode[i] < 0) continue;
       watcher.after_step(env);
-      if ((batch.terminated()[i] | batch.truncated()[i]) == 0) continue;
+      if ((batch.outputs().terminated[i] | batch.outputs().truncated[i]) == 0) continue;
       watcher.finish(env, episode[i]);
       episode[i] = -1;
       ++finished;

@@ -36,9 +36,11 @@ ConstantTable describe_group(const Batch& group) {
   std::vector<std::string> ids;
   Constant action_spaces;
   Constant proprio;
+  int first_env = 0;
   for (int i = 0; i < group.num_parts(); ++i) {
-    ConstantTable task = {{"first_env", group.first_env(i)},
-                          {"num_envs", group.part(i).num_envs()}};
+    const int num_envs = group.part(i).num_envs();
+    ConstantTable task = {{"first_env", first_env}, {"num_envs", num_envs}};
+    first_env += num_envs;
     ConstantTable description = describe_task(group.part(i));
     task.insert(task.end(), description.begin(), description.end());
     ids.push_back(group.part(i).info().id);

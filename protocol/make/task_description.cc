@@ -168,13 +168,14 @@ ConstantList describe_changeable(const Batch& batch) {
 
 ConstantList describe_observation(const Batch& batch) {
   const std::span<const RangedField> ranged = Queries(batch).ranged_fields();
-  return ranged.empty() ? describe_layout(batch.state_fields()) : describe_layout(ranged);
+  return ranged.empty() ? describe_layout(Queries(batch).state_fields()) : describe_layout(ranged);
 }
 
 ConstantList describe_outputs(const Batch& batch) {
   ConstantList list;
-  for (std::size_t i = 0; i < batch.outputs().size(); ++i) {
-    list.emplace_back(describe_output(*batch.output(batch.outputs()[i].field->name).field));
+  const ColumnStore& columns = BatchAccess::data(batch).outputs;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    list.emplace_back(describe_output(*batch.output(columns[i].field->name).field));
   }
   return list;
 }

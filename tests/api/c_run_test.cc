@@ -8,6 +8,7 @@
 #include "protocol/make/make.h"
 #include "tests/allocation_counter.h"
 #include "tests/api/c_api_fixture.h"
+#include "tests/env_helpers.h"
 #include "tests/sanitizers.h"
 
 namespace engram {
@@ -62,8 +63,8 @@ TEST_CASE("Outputs are the engine's bits, step by step and across resets", "[c_a
     REQUIRE(actions == actions_of(batch, ENGRAM_POLICY_ORACLE));
     engine->step(actions);
     REQUIRE(engram_step(batch.get(), actions.data(), actions.size()) == ENGRAM_OK);
-    for (std::size_t field = 0; field < engine->outputs().size(); ++field) {
-      const ColumnView column = engine->outputs()[field];
+    for (std::size_t field = 0; field < test::columns_of(*engine).size(); ++field) {
+      const ColumnView column = test::columns_of(*engine)[field];
       const ColumnView final_column = engine->final_output(column.field->name);
       const engram_array array = output(batch, column.field->name.c_str());
       engram_array final_array{};
@@ -167,12 +168,12 @@ TEST_CASE("Depth and segmentation come beside images, and their last ones are ke
   for (int i = 0; i < 26; ++i) {
     REQUIRE(equal(output(batch, "depth"), engine->images().depth));
     REQUIRE(equal(output(batch, "segmentation"), engine->images().segmentation));
-    REQUIRE(equal(final_depth, engine->final_images().depth));
-    REQUIRE(equal(final_segmentation, engine->final_images().segmentation));
+    REQUIRE(equal(final_depth, test::final_images(*engine).depth));
+    REQUIRE(equal(final_segmentation, test::final_images(*engine).segmentation));
     step_by(batch, ENGRAM_POLICY_ZERO);
     engine->step(std::vector<float>(14));
   }
-  CHECK(std::ranges::any_of(engine->final_images().depth,
+  CHECK(std::ranges::any_of(test::final_images(*engine).depth,
                             [](std::int16_t value) { return value > 0; }));
   const auto names = nlohmann::json::parse(engram_describe_json(batch.get()))["segmentation_names"];
   CHECK(std::ranges::equal(names.get<std::vector<std::string>>(),

@@ -35,9 +35,9 @@ TEST_CASE("The C API shows the engine's objects, and the last ones of an episode
   for (int i = 0; i < 30; ++i) {
     const engram_array now = output(batch, "observation");
     REQUIRE(now.shape[1] == engram_state_dim(batch.get()));
-    REQUIRE(engine->observation().size_bytes() == test::size_of(now));
-    REQUIRE(std::memcmp(now.data, engine->observation().data(), test::size_of(now)) == 0);
-    if (engine->final_mask()[0] != 0) {
+    REQUIRE(engine->outputs().observation.size_bytes() == test::size_of(now));
+    REQUIRE(std::memcmp(now.data, engine->outputs().observation.data(), test::size_of(now)) == 0);
+    if (engine->outputs().final_mask[0] != 0) {
       ++ended;
       const std::byte* kept = engine->final_output("observation").row(0);
       CHECK(std::memcmp(last.data, kept, test::size_of(last)) == 0);

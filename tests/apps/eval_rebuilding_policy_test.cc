@@ -72,14 +72,15 @@ class Rebuilt {
   }
 
   bool looks_like(std::span<const float> row) const {
-    const auto own = batch_->observation();
+    const auto own = batch_->outputs().observation;
     return std::ranges::equal(own, row);
   }
 
   std::vector<float> act() {
     std::vector<float> action(7);
     ScriptedPolicy(*batch_, Policy::kOracle).act(action);
-    if ((batch_->terminated()[0] | batch_->truncated()[0]) == 0) batch_->step(action);
+    if ((batch_->outputs().terminated[0] | batch_->outputs().truncated[0]) == 0)
+      batch_->step(action);
     return action;
   }
 

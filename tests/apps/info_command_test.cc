@@ -8,6 +8,7 @@
 #include "core/batch/queries.h"
 #include "protocol/make/make.h"
 #include "tests/apps/command.h"
+#include "tests/env_helpers.h"
 
 namespace engram::test {
 namespace {
@@ -40,7 +41,7 @@ TEST_CASE("info: agrees with the library", "[apps]") {
   CHECK(task["action_spaces"]["pd_ee_delta_pose"]["low"] == std::vector<double>(7, -1));
   CHECK(task["draws"].size() == Queries(*batch).random_variables().size());
   CHECK(task["draws"][1]["name"] == "target");
-  CHECK(task["outputs"].size() == batch->outputs().size());
+  CHECK(task["outputs"].size() == columns_of(*batch).size());
   std::set<std::string> privileged;
   for (const auto& output : task["outputs"]) {
     if (output["privileged"].get<bool>()) privileged.insert(output["name"].get<std::string>());

@@ -19,12 +19,12 @@ TEST_CASE("A rewound episode takes the same steps", "[apps]") {
   CHECK(episode.chunk_size() == 1);
   while (!episode.over()) episode.step();
   CHECK(episode.steps() == 6);
-  const auto seen = episode.batch().observation();
+  const auto seen = episode.batch().outputs().observation;
   const std::vector<float> last(seen.begin(), seen.end());
   episode.rewind();
   CHECK(episode.steps() == 0);
   while (!episode.over()) episode.step();
-  const auto again = episode.batch().observation();
+  const auto again = episode.batch().outputs().observation;
   CHECK(std::vector<float>(again.begin(), again.end()) == last);
 }
 

@@ -75,7 +75,7 @@ void fix_checksum(std::vector<std::byte>& bytes) {
 
 // Values in the place of others: anywhere, or in an element of one of the columns.
 void edit(const Batch& batch, Input& input, std::vector<std::byte>& bytes) {
-  const std::size_t outputs_at = bytes.size() - batch.outputs().row_bytes();
+  const std::size_t outputs_at = bytes.size() - BatchAccess::data(batch).outputs.row_bytes();
   std::uint64_t label_bytes = 0;
   std::memcpy(&label_bytes, bytes.data() + kLabelBytesAt, sizeof label_bytes);
   const std::size_t memory_at = kHeader + label_bytes;
@@ -86,7 +86,8 @@ void edit(const Batch& batch, Input& input, std::vector<std::byte>& bytes) {
       put(bytes, at, input.take_bytes(8));
       continue;
     }
-    const ColumnStore& store = kind == 1 ? batch.outputs() : batch.memory();
+    const ColumnStore& store =
+        kind == 1 ? BatchAccess::data(batch).outputs : BatchAccess::data(batch).memory;
     std::size_t at = kind == 1 ? outputs_at : memory_at;
     const std::size_t column = input.take<std::uint8_t>() % store.size();
     for (std::size_t i = 0; i < column; ++i) {

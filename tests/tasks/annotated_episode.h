@@ -71,12 +71,12 @@ inline AnnotatedEpisode play_annotated(std::string_view id, std::uint64_t seed,
                                 .pins = std::move(pins)});
   episode.batch->reset();
   episode.cue_end = Queries(*episode.batch).cue_end(0);
-  while ((episode.batch->terminated()[0] | episode.batch->truncated()[0]) == 0) {
+  while ((episode.batch->outputs().terminated[0] | episode.batch->outputs().truncated[0]) == 0) {
     episode.frames.push_back(annotate(*episode.batch));
     step(*episode.batch, Policy::kOracle);
   }
   episode.end = annotate(*episode.batch);
-  episode.success = episode.batch->success()[0] != 0;
+  episode.success = episode.batch->outputs().success[0] != 0;
   return episode;
 }
 

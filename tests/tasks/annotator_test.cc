@@ -109,15 +109,15 @@ TEST_CASE("Words: nothing is episode before an image shows it", "[labels]") {
     while (std::ranges::equal(first->images().rgb, second->images().rgb)) {
       INFO(alike);
       REQUIRE(test::annotate(*first) == test::annotate(*second));
-      REQUIRE((first->terminated()[0] | first->truncated()[0]) == 0);
+      REQUIRE((first->outputs().terminated[0] | first->outputs().truncated[0]) == 0);
       ++alike;
       test::step(*first, Policy::kOracle);
       test::step(*second, Policy::kOracle);
     }
     // In the end they are episode apart.
     bool differ = !(test::annotate(*first) == test::annotate(*second));
-    while (!differ && (first->terminated()[0] | first->truncated()[0] | second->terminated()[0] |
-                       second->truncated()[0]) == 0) {
+    while (!differ && (first->outputs().terminated[0] | first->outputs().truncated[0] |
+                       second->outputs().terminated[0] | second->outputs().truncated[0]) == 0) {
       test::step(*first, Policy::kOracle);
       test::step(*second, Policy::kOracle);
       differ = !(test::annotate(*first) == test::annotate(*second));

@@ -59,8 +59,8 @@ inline bool is_closed(const Batch& batch, const std::string& output) {
 // The outputs of the first environment that differ between two batches, in a bit.
 inline std::vector<std::string> differing_outputs(const Batch& one, const Batch& other) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < one.outputs().size(); ++i) {
-    const std::string& name = one.outputs()[i].field->name;
+  for (std::size_t i = 0; i < columns_of(one).size(); ++i) {
+    const std::string& name = columns_of(one)[i].field->name;
     const ColumnView a = one.output(name);
     const auto bytes = static_cast<std::size_t>(a.field->width) * size_of(a.field->dtype);
     if (!std::equal(a.row(0), a.row(0) + bytes, other.output(name).row(0))) names.push_back(name);
@@ -90,7 +90,7 @@ struct LeakCheck {
 // of the robot's choosing.
 inline bool shows(const Batch& batch) {
   for (const char* name : {"flash_active", "lit"}) {
-    for (const ColumnStore* store : {&batch.outputs(), &batch.memory()}) {
+    for (const ColumnStore* store : {&columns_of(batch), &memory_of(batch)}) {
       const ColumnView view = store->find(name);
       if (view.field != nullptr) return *row<std::uint8_t>(view, 0) != 0;
     }
@@ -99,7 +99,7 @@ inline bool shows(const Batch& batch) {
 }
 
 inline bool has_answered(const Batch& batch) {
-  const ColumnView view = batch.outputs().find("answered");
+  const ColumnView view = columns_of(batch).find("answered");
   return view.field != nullptr && *row<std::uint8_t>(view, 0) != 0;
 }
 

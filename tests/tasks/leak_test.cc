@@ -116,7 +116,7 @@ TEST_CASE("Images of TakeItBack do not reveal the start once the cube is on its 
     }
     Snapshotter(*other).restore(Snapshotter(*one).save());
     // What the robot has to remember.
-    auto* start = reinterpret_cast<double*>(other->memory().find("initial").row(0));
+    auto* start = reinterpret_cast<double*>(test::memory_of(*other).find("initial").row(0));
     start[0] = -start[0];
     start[1] = -start[1] - 0.05;
     ImagePair images(*one, *other);

@@ -77,7 +77,8 @@ void compare(const Pair& pair, Policy policy, Count& count, Change&& change) {
   Batch& other = *pair.other;
   test::play_unanswered(one, other, policy, [&](bool shown) {
     if (shown) {
-      count.shown += std::ranges::equal(one.observation(), other.observation()) ? 0 : 1;
+      count.shown +=
+          std::ranges::equal(one.outputs().observation, other.outputs().observation) ? 0 : 1;
     } else {
       change(one);
       compare_outputs(one, other, count);
@@ -144,8 +145,8 @@ TEST_CASE("Every info that is closed to policies reveals something", "[objects][
   std::set<std::string> closed;
   for (const std::string& id : test::implemented_ids()) {
     const auto batch = make_seeing(id, 0, {});
-    for (std::size_t i = 0; i < batch->outputs().size(); ++i) {
-      const Field& field = *batch->output(batch->outputs()[i].field->name).field;
+    for (std::size_t i = 0; i < test::columns_of(*batch).size(); ++i) {
+      const Field& field = *batch->output(test::columns_of(*batch)[i].field->name).field;
       if (field.privileged) closed.insert(field.name);
     }
   }
@@ -222,12 +223,12 @@ TEST_CASE("Nothing of Intercept is ever hidden", "[objects][leak]") {
     const auto batch = make_seeing(id, 1, {});
     const std::size_t objects = [&batch] {
       std::size_t count = 0;
-      for (const Field& field : batch->state_fields())
+      for (const Field& field : Queries(*batch).state_fields())
         count += field.name.ends_with("_seen") ? 1 : 0;
       return count;
     }();
     for (int t = 0; t < batch->info().horizon - 1 && batch->state().finished[0] == 0; ++t) {
-      const auto seen = *test::row<std::uint64_t>(batch->memory().find("tokens_seen"), 0);
+      const auto seen = *test::row<std::uint64_t>(test::memory_of(*batch).find("tokens_seen"), 0);
       REQUIRE(static_cast<std::size_t>(std::popcount(seen)) == objects);
       test::step(*batch, Policy::kOracle);
     }
@@ -243,12 +244,13 @@ TEST_CASE("Objects of Rotate have the angle in task_cue alone", "[objects][leak]
     const auto [one, other] = make_pair(id, 3, draw, Drawing::kExtremes);
     for (int t = 0; t < 40; ++t) {
       std::size_t at = 0;
-      for (const Field& field : one->state_fields()) {
+      for (const Field& field : Queries(*one).state_fields()) {
         const auto begin = static_cast<std::ptrdiff_t>(at);
         at += static_cast<std::size_t>(field.width);
-        const bool same = std::equal(one->observation().begin() + begin,
-                                     one->observation().begin() + static_cast<std::ptrdiff_t>(at),
-                                     other->observation().begin() + begin);
+        const bool same =
+            std::equal(one->outputs().observation.begin() + begin,
+                       one->outputs().observation.begin() + static_cast<std::ptrdiff_t>(at),
+                       other->outputs().observation.begin() + begin);
         REQUIRE(same == (field.name != "task_cue"));
       }
       const std::vector<float> actions = test::act(*one, policy);
@@ -274,12 +276,13 @@ TEST_CASE("Objects of TakeItBack do not reveal the start once the cube is on its
       test::step(*one, Policy::kOracle);
     }
     Snapshotter(*other).restore(Snapshotter(*one).save());
-    auto* start = reinterpret_cast<double*>(other->memory().find("initial").row(0));
+    auto* start = reinterpret_cast<double*>(test::memory_of(*other).find("initial").row(0));
     start[0] += 1;  // where the cube never comes
     for (int t = 0; t < 15; ++t, ++compared) {
       // An answer tells whether it was right, and success, which may come first, where the start
       // is.
-      if (test::has_answered(*one) || test::has_answered(*other) || one->success()[0] != 0) break;
+      if (test::has_answered(*one) || test::has_answered(*other) || one->outputs().success[0] != 0)
+        break;
       REQUIRE(test::leaking_outputs(*one, *other) == std::vector<std::string>{});
       const std::vector<float> actions = test::act(*one, policy);
       one->step(actions);
@@ -321,7 +324,7 @@ int check_tokens(const std::vector<std::string>& ids) {
     std::uint64_t ever_seen = 0;
     std::uint64_t in_images = 0;
     for (int t = 0; t < 90; ++t) {
-      const auto seen = *test::row<std::uint64_t>(batch->memory().find("tokens_seen"), 0);
+      const auto seen = *test::row<std::uint64_t>(test::memory_of(*batch).find("tokens_seen"), 0);
       ever_seen |= seen;
       if (t % 3 == 0) {
         INFO(id << ", step " << t << ", seen " << seen);

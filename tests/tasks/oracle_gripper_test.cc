@@ -74,7 +74,7 @@ void check_habit(const Habit& habit, const std::string& id) {
     REQUIRE(action[kGripper] == habit.waiting);
     ++waited;
     batch->step(action);
-    REQUIRE(batch->truncated()[0] == 0);
+    REQUIRE(batch->outputs().truncated[0] == 0);
     // Where the cue is frozen, zeros are played instead: half closed.
     const double* fingers = batch->state().qpos.row(0) + kArmJoints;
     if (frozen || habit.waiting != kOpen) continue;
@@ -108,14 +108,14 @@ TEST_CASE("Long Remember: the fingers stay open, but for neighbours of what is t
                     {"positions", {0, 0.2, 0, 0.2 - beside, 0, -0.2}}};
     const auto batch = make_running("RememberColor3-Long-VLA-v0", options);
     const auto away = [&batch] { return std::abs(batch->state().tcp_pos.row(0)[1] - 0.2); };
-    while (batch->success()[0] == 0) {
+    while (batch->outputs().success[0] == 0) {
       const std::vector<float> action = test::act(*batch, Policy::kOracle);
       INFO("crowded " << crowded << ", " << away() << " m away");
       REQUIRE(action[kGripper] == (crowded && away() < 0.11 ? kClosed : kOpen));
       do {
         batch->step(action);  // over the band in which it closes
-      } while (away() > 0.11 && away() < 0.125 && batch->success()[0] == 0);
-      REQUIRE(batch->truncated()[0] == 0);
+      } while (away() > 0.11 && away() < 0.125 && batch->outputs().success[0] == 0);
+      REQUIRE(batch->outputs().truncated[0] == 0);
     }
     const double finger = batch->state().qpos.row(0)[kArmJoints];
     CHECK((crowded ? finger < 0.01 : finger > 0.0395));
@@ -125,13 +125,13 @@ TEST_CASE("Long Remember: the fingers stay open, but for neighbours of what is t
 TEST_CASE("The colour tasks' oracle closes its fingers for the button alone", "[oracle][gripper]") {
   const auto batch = make_running("BunchOfColors3-VLA-v0");
   bool closed = false;
-  while (batch->success()[0] == 0) {
+  while (batch->outputs().success[0] == 0) {
     const std::vector<float> action = test::act(*batch, Policy::kOracle);
     const bool touched_all = *test::row<std::uint8_t>(batch->output("button_pressable"), 0) != 0;
     closed = closed || action[kGripper] == kClosed;
     if (action[kGripper] == kClosed) CHECK(touched_all);
     batch->step(action);
-    REQUIRE(batch->truncated()[0] == 0);
+    REQUIRE(batch->outputs().truncated[0] == 0);
   }
   CHECK(closed);
 }

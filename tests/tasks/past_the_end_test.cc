@@ -28,8 +28,8 @@ bool is_in_order(const Batch& batch, int steps) {
   for (int i = 0; i < batch.num_envs(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     good &= *test::row<std::int32_t>(batch.output("elapsed_steps"), i) == steps;
-    good &= batch.truncated()[at] == (steps >= batch.info().horizon ? 1 : 0);
-    good &= batch.unstable()[at] == 0;
+    good &= batch.outputs().truncated[at] == (steps >= batch.info().horizon ? 1 : 0);
+    good &= batch.outputs().unstable[at] == 0;
   }
   return good;
 }
@@ -76,7 +76,7 @@ TEST_CASE("Every policy goes on after the end of every task", "[past_the_end]") 
     const auto batch = make_env(id, options);
     for (const Policy policy : {Policy::kBlind, Policy::kSweep}) {
       play(*batch, policy, batch->info().horizon + 100);
-      CHECK(std::ranges::max(batch->terminated()) == 0);
+      CHECK(std::ranges::max(batch->outputs().terminated) == 0);
     }
   }
 }

@@ -151,7 +151,7 @@ RewardRange reward_range(const TaskInfo& info) {
 struct RewardWatch : Watch {
   RewardWatch(const Batch& watched) : batch(watched), range(reward_range(watched.info())) {}
   void look(const Spectator& scene) override {
-    const float reward = batch.reward()[static_cast<std::size_t>(scene.index())];
+    const float reward = batch.outputs().reward[static_cast<std::size_t>(scene.index())];
     if (scene.elapsed() > 0) sum += static_cast<double>(reward);
     const bool good = scene.elapsed() == 0 ? reward == 0
                       : scene.success()    ? reward == 1
@@ -195,7 +195,8 @@ struct OrderWatch : Watch {
   template <class Names>
   void add(const Batch& batch, const Names& names, int direction) {
     for (const char* name : names) {
-      if (batch.outputs().find(name).field != nullptr) fields.push_back({name, direction, {}});
+      if (test::columns_of(batch).find(name).field != nullptr)
+        fields.push_back({name, direction, {}});
     }
   }
   void look(const Spectator& scene) override {
@@ -352,15 +353,15 @@ void compare_modes(const std::string& id, int steps) {
     for (const auto& batch : envs) step_mixed(*batch);
     for (std::size_t i = 0; i < 2; ++i) {
       if (over[i]) continue;  // keeps its success, but earns nothing any more
-      const float success = dense->success()[i];
-      REQUIRE(none->reward()[i] == 0);
-      REQUIRE(sparse->reward()[i] == success);
-      REQUIRE(std::isfinite(dense->reward()[i]));
-      REQUIRE(normalized->reward()[i] == dense->reward()[i] / bonus);
-      if (success != 0) REQUIRE(dense->reward()[i] == bonus);
+      const float success = dense->outputs().success[i];
+      REQUIRE(none->outputs().reward[i] == 0);
+      REQUIRE(sparse->outputs().reward[i] == success);
+      REQUIRE(std::isfinite(dense->outputs().reward[i]));
+      REQUIRE(normalized->outputs().reward[i] == dense->outputs().reward[i] / bonus);
+      if (success != 0) REQUIRE(dense->outputs().reward[i] == bonus);
     }
     for (const auto& batch : envs)
-      REQUIRE(std::ranges::equal(batch->observation(), dense->observation()));
+      REQUIRE(std::ranges::equal(batch->outputs().observation, dense->outputs().observation));
   }
 }
 

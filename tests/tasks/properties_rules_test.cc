@@ -53,19 +53,19 @@ void check_horizon(const std::string& id, AutoReset mode) {
   for (int step = 1; step <= last; ++step) {
     batch->step(rest);
     for (const std::size_t i : {0U, 1U}) {
-      const bool over = batch->truncated()[i] != 0 || batch->terminated()[i] != 0;
+      const bool over = batch->outputs().truncated[i] != 0 || batch->outputs().terminated[i] != 0;
       if (over != (step == last)) FAIL("over: " << over << " in step " << step);
     }
   }
-  CHECK((batch->terminated()[0] != 0) == fails);
-  CHECK((batch->truncated()[0] != 0) != fails);
-  CHECK((batch->final_mask()[0] != 0) == (mode == AutoReset::kSameStep));
+  CHECK((batch->outputs().terminated[0] != 0) == fails);
+  CHECK((batch->outputs().truncated[0] != 0) != fails);
+  CHECK((batch->outputs().final_mask[0] != 0) == (mode == AutoReset::kSameStep));
   const int elapsed = *row<std::int32_t>(batch->output("elapsed_steps"), 0);
   CHECK(elapsed == (mode == AutoReset::kSameStep ? 0 : last));
   batch->step(rest);
   const int next = *row<std::int32_t>(batch->output("elapsed_steps"), 0);
   CHECK(next == (mode == AutoReset::kNextStep ? 0 : mode == AutoReset::kSameStep ? 1 : last));
-  CHECK((batch->truncated()[0] != 0) == (mode == AutoReset::kOff && !fails));
+  CHECK((batch->outputs().truncated[0] != 0) == (mode == AutoReset::kOff && !fails));
 }
 
 TEST_CASE("Every task is truncated exactly at its horizon in all auto-reset modes",
@@ -228,14 +228,14 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     ++index;
     CHECK(task["success_reward"] == info.success_reward);
     CHECK(checked_row(task["state_fields"]) == batch->state_dim());
-    check_fields(task["outputs"], batch->outputs());
+    check_fields(task["outputs"], test::columns_of(*batch));
     CHECK(task["draws"].size() == Queries(*batch).random_variables().size());
     CHECK(task["props"].size() == batch->physics_model().props().size());
     CHECK(task["reward_terms"].size() == info.reward_terms.size());
 
     // What policies are given has the width of its description, and the values that belong there.
     const auto width = [&](const char* name) {
-      const ColumnView view = batch->outputs().find(name);
+      const ColumnView view = test::columns_of(*batch).find(name);
       return view.field == nullptr ? 0 : view.field->width;
     };
     CHECK(width("observation") == batch->state_dim());
@@ -244,16 +244,17 @@ TEST_CASE("Descriptions of every task fit its registry entry and its values", "[
     CHECK(info.task_cue_dim == (id.starts_with("Rotate") ? 1 : 0));
     if (info.task_cue_dim > 0) CHECK(width("task_cue") == info.task_cue_dim);
     CHECK(width("reward_dict") == static_cast<int>(info.reward_terms.size()));
-    CHECK(batch->observation().size() == 8U * static_cast<std::size_t>(batch->state_dim()));
-    CHECK(std::ranges::all_of(batch->observation(),
+    CHECK(batch->outputs().observation.size() == 8U * static_cast<std::size_t>(batch->state_dim()));
+    CHECK(std::ranges::all_of(batch->outputs().observation,
                               [](float value) { return std::isfinite(value); }));
     const test::Spectator scene(*batch, 3);
     for (int i = 0; i < 3; ++i) {
       CHECK(scene.observed("tcp_pose")[i] == static_cast<float>(scene.tcp()[i]));
     }
     for (int i = 0; i < info.oracle_dim; ++i) {
-      const bool given = std::ranges::any_of(
-          batch->state_fields(), [](const Field& field) { return field.name == "oracle_info"; });
+      const bool given =
+          std::ranges::any_of(Queries(*batch).state_fields(),
+                              [](const Field& field) { return field.name == "oracle_info"; });
       REQUIRE((given || id.find("OfColors") != std::string::npos));
       CHECK(static_cast<double>(scene.observed("oracle_info")[i]) == scene.info("oracle_info", i));
     }

@@ -64,7 +64,7 @@ std::pair<int, int> play_rl(
       step(*batch, policy);
       for (int i = 0; i < options.num_envs; ++i) {
         look(*batch, i);
-        successes += batch->success()[static_cast<std::size_t>(i)];
+        successes += batch->outputs().success[static_cast<std::size_t>(i)];
         ++steps;
       }
     }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/batch/batch.h"
+#include "core/batch/queries.h"
 
 namespace engram::test {
 
@@ -27,7 +28,7 @@ class Spectator {
   int index() const { return index_; }
   int elapsed() const { return state().elapsed[index_]; }
   bool finished() const { return state().finished[index_] != 0; }
-  bool success() const { return batch_->success()[static_cast<std::size_t>(index_)] != 0; }
+  bool success() const { return batch_->outputs().success[static_cast<std::size_t>(index_)] != 0; }
 
   int num_props() const { return state().num_props; }
   const std::string& prop_name(int prop) const {
@@ -95,9 +96,9 @@ class Spectator {
   // Where a field of the state observation begins.
   const float* observed(std::string_view name) const {
     int offset = 0;
-    for (const Field& field : batch_->state_fields()) {
+    for (const Field& field : Queries(*batch_).state_fields()) {
       if (field.name == name)
-        return batch_->observation().data() + index_ * batch_->state_dim() + offset;
+        return batch_->outputs().observation.data() + index_ * batch_->state_dim() + offset;
       offset += field.width;
     }
     FAIL("no state field " << name << " in " << batch_->info().id);

@@ -22,9 +22,9 @@ PolicyView view_of(const Batch& batch, int env) {
   PolicyView view;
   view.step = batch.state().elapsed[env];
   view.instruction = Queries(batch).instruction(env);
-  view.proprio = row_of(batch.proprio(), batch, env);
+  view.proprio = row_of(batch.outputs().proprio, batch, env);
   if (batch.options().obs_mode == ObsMode::kRgb) view.rgb = row_of(batch.images().rgb, batch, env);
-  view.state = row_of(batch.observation(), batch, env);
+  view.state = row_of(batch.outputs().observation, batch, env);
   return view;
 }
 

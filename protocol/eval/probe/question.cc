@@ -87,8 +87,9 @@ std::vector<std::byte> visible_state(const Batch& batch, int env) {
   Queries(batch).robot_state(qpos, qvel, {});
   append(bytes, row_of(std::span<const float>(qpos), batch, env));
   append(bytes, row_of(std::span<const float>(qvel), batch, env));
-  for (std::size_t i = 0; i < batch.outputs().size(); ++i) {
-    const ColumnView output = batch.output(batch.outputs()[i].field->name);
+  const ColumnStore& columns = BatchAccess::data(batch).outputs;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const ColumnView output = batch.output(columns[i].field->name);
     if (output.field->privileged) continue;
     const auto width = static_cast<std::size_t>(output.field->width) * size_of(output.field->dtype);
     append(bytes, std::span<const std::byte>(output.row(env), width));

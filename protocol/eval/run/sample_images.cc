@@ -11,8 +11,8 @@ namespace engram {
 void SampleImages::sample(const Batch& batch, int index) {
   constexpr std::size_t kMax = 16;
   const int step = batch.state().elapsed[index];
-  const bool ended = (batch.terminated()[static_cast<std::size_t>(index)] |
-                      batch.truncated()[static_cast<std::size_t>(index)]) != 0;
+  const bool ended = (batch.outputs().terminated[static_cast<std::size_t>(index)] |
+                      batch.outputs().truncated[static_cast<std::size_t>(index)]) != 0;
   if (step % stride_ != 0 && !ended) return;
   capture(batch, index);
   if (images_.size() < kMax || ended) return;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/batch/batch.h"
+#include "core/batch/queries.h"
 #include "core/batch/scripted_policy.h"
 #include "core/batch/snapshot.h"
 #include "tasks/family_samples.h"
@@ -103,7 +104,8 @@ TEST_CASE("A group's outputs stand in common arrays") {
     const auto [part, own] = group.locate(env);
     const Batch& batch = group.part(part);
     CHECK(row<std::int32_t>(group, "task_index", env)[0] == part);
-    CHECK(row<float>(group, "reward", env)[0] == batch.reward()[static_cast<std::size_t>(own)]);
+    CHECK(row<float>(group, "reward", env)[0] ==
+          batch.outputs().reward[static_cast<std::size_t>(own)]);
     CHECK(row<std::int32_t>(group, "elapsed_steps", env)[0] == 10);
     const auto proprio = row<float>(group, "proprio", env);
     CHECK(std::memcmp(proprio.data(), test::row<float>(batch.output("proprio"), own),
@@ -112,15 +114,16 @@ TEST_CASE("A group's outputs stand in common arrays") {
     // Every field of the task's row is in its place; all others are zero.
     std::vector<float> expected(static_cast<std::size_t>(group.state_dim()));
     const float* from = test::row<float>(batch.output("observation"), own);
-    for (const Field& field : batch.state_fields()) {
+    for (const Field& field : Queries(batch).state_fields()) {
       std::copy_n(from, field.width, expected.begin() + offset_of(field.name, fields));
       from += field.width;
     }
     CHECK(std::ranges::equal(row<float>(group, "observation", env), expected));
 
     const auto mask = row<std::uint8_t>(group, "object_mask", env);
-    const auto objects = std::ranges::count_if(
-        batch.state_fields(), [](const Field& field) { return field.name.ends_with("_seen"); });
+    const auto objects =
+        std::ranges::count_if(Queries(batch).state_fields(),
+                              [](const Field& field) { return field.name.ends_with("_seen"); });
     CHECK(std::ranges::count(mask, 1) == objects);
     CHECK(std::ranges::is_sorted(mask, std::greater<>()));
   }
@@ -138,7 +141,7 @@ TEST_CASE("A group's outputs stand in common arrays") {
 std::string lamp() {
   for (const std::string& id : test::implemented_ids()) {
     const auto batch = test::make_env(id);
-    const ColumnView cue = batch->outputs().find("task_cue");
+    const ColumnView cue = test::columns_of(*batch).find("task_cue");
     if (cue.field != nullptr && batch->info().task_cue_dim == 0) return id;
   }
   return {};
@@ -179,7 +182,7 @@ TEST_CASE("Final outputs of a group are those of its batches") {
         find_array(group.output_arrays().finals(), "success_once")->data);
     for (int env = 0; env < group.num_envs(); ++env) {
       const auto [part, own] = group.locate(env);
-      if (group.part(part).final_mask()[static_cast<std::size_t>(own)] == 0) continue;
+      if (group.part(part).outputs().final_mask[static_cast<std::size_t>(own)] == 0) continue;
       ended = true;
       CHECK(row<std::uint8_t>(group, "final_mask", env)[0] == 1);
       CHECK(finals[env] ==
@@ -269,7 +272,7 @@ TEST_CASE("Facts and columns of one task are not those of several") {
   Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   CHECK_THROWS_WITH(group.info(), Contains("several tasks, one needed; ask its parts"));
   CHECK_THROWS_AS(group.state(), Error);
-  CHECK(group.reward().size() == 4);
+  CHECK(group.outputs().reward.size() == 4);
   CHECK_THROWS_WITH(group.locate(4), Contains("environment 4 given, 0 to 3 allowed"));
 }
 

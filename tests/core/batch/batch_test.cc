@@ -30,7 +30,7 @@ ResetRequest with_seeds(std::span<const std::uint64_t> seeds) {
 
 TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
   const auto batch = make_running(kId, {.robot_init_qpos_noise = 0});
-  const auto proprio = batch->proprio();
+  const auto proprio = batch->outputs().proprio;
   REQUIRE(proprio.size() == 7);
   CHECK(proprio[0] == Approx(-0.070696).margin(1e-6));
   CHECK(proprio[1] == Approx(0).margin(1e-6));
@@ -43,9 +43,9 @@ TEST_CASE("Proprio is the TCP pose and the gripper opening", "[batch]") {
 
 TEST_CASE("joint_proprio shows the arm's angles and the gripper's opening", "[batch]") {
   const auto batch = make_running("RememberColor3-VLA-v0", {.joint_proprio = true});
-  CHECK(batch->proprio().size() == 8);
+  CHECK(batch->outputs().proprio.size() == 8);
   for (int step = 0; step < 3; ++step) {
-    const auto proprio = batch->proprio();
+    const auto proprio = batch->outputs().proprio;
     REQUIRE(proprio.size() == 8);
     const double* qpos = batch->state().qpos.row(0);
     for (std::size_t i = 0; i < 7; ++i) CHECK(proprio[i] == static_cast<float>(qpos[i]));
@@ -59,7 +59,7 @@ TEST_CASE("A yaw action turns the hand the way of its rotation sign", "[batch]")
     const auto batch =
         make_running(kId, {.rotation_sign = sign, .freeze_cue = false, .robot_init_qpos_noise = 0});
     batch->step(std::vector<float>{0, 0, 0, 0, 0, 1, 0});
-    CHECK(sign * static_cast<double>(batch->proprio()[5]) == Approx(0.04).margin(0.006));
+    CHECK(sign * static_cast<double>(batch->outputs().proprio[5]) == Approx(0.04).margin(0.006));
   }
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("State fields name the parts of the state observation", "[batch]") {
   const auto batch = make_running(kId);
   int offset = 0;
   std::vector<std::string> names;
-  for (const Field& field : batch->state_fields()) {
+  for (const Field& field : Queries(*batch).state_fields()) {
     if (field.name == "tcp_pose") CHECK(offset == 18);
     if (field.name == "oracle_info") CHECK(offset == 25);
     if (field.name == "goal_0_pose") CHECK(offset == 26);
@@ -77,27 +77,27 @@ TEST_CASE("State fields name the parts of the state observation", "[batch]") {
   CHECK(names == std::vector<std::string>{"qpos", "qvel", "tcp_pose", "oracle_info", "goal_0_pose",
                                           "goal_1_pose", "goal_2_pose"});
   CHECK(offset == batch->state_dim());
-  CHECK(batch->observation().size() == static_cast<std::size_t>(offset));
+  CHECK(batch->outputs().observation.size() == static_cast<std::size_t>(offset));
   for (int i = 0; i < 9; ++i) {
-    CHECK(batch->observation()[static_cast<std::size_t>(i)] ==
+    CHECK(batch->outputs().observation[static_cast<std::size_t>(i)] ==
           static_cast<float>(batch->state().qpos.row(0)[i]));
   }
-  CHECK(batch->observation()[18] == static_cast<float>(batch->state().tcp_pos.row(0)[0]));
-  CHECK(batch->observation()[21] == static_cast<float>(batch->state().tcp_quat.row(0)[0]));
+  CHECK(batch->outputs().observation[18] == static_cast<float>(batch->state().tcp_pos.row(0)[0]));
+  CHECK(batch->outputs().observation[21] == static_cast<float>(batch->state().tcp_quat.row(0)[0]));
 }
 
 TEST_CASE("Target modes add the controller state after qvel", "[batch]") {
   BatchOptions options{.control_mode = ControlMode::kPdJointTargetDeltaPos};
   const auto batch = make_running(kId, options);
   CHECK(batch->state_dim() == 35 + 7);
-  CHECK(batch->state_fields()[2].name == "target_qpos");
-  CHECK(batch->observation()[18] == batch->observation()[0]);
+  CHECK(Queries(*batch).state_fields()[2].name == "target_qpos");
+  CHECK(batch->outputs().observation[18] == batch->outputs().observation[0]);
   options.control_mode = ControlMode::kPdEeTargetDeltaPose;
   const auto pose = make_running(kId, options);
-  CHECK(pose->state_fields()[2].name == "target_pose");
+  CHECK(Queries(*pose).state_fields()[2].name == "target_pose");
   // In the root frame; tcp_pose follows, in the world's.
-  CHECK(pose->observation()[18] == Approx(pose->observation()[25] + 0.615F));
-  CHECK(pose->observation()[19] == pose->observation()[26]);
+  CHECK(pose->outputs().observation[18] == Approx(pose->outputs().observation[25] + 0.615F));
+  CHECK(pose->outputs().observation[19] == pose->outputs().observation[26]);
 }
 
 TEST_CASE("Observation modes choose what is written", "[batch]") {
@@ -111,11 +111,12 @@ TEST_CASE("Observation modes choose what is written", "[batch]") {
     batch->reset();
     step(*batch, Policy::kRandom);
   }
-  CHECK(none->observation().empty());
-  CHECK(state->observation().size() == 35);
-  CHECK(std::equal(state->observation().begin(), state->observation().end(),
-                   dict->observation().begin()));
-  CHECK(std::equal(state->proprio().begin(), state->proprio().end(), none->proprio().begin()));
+  CHECK(none->outputs().observation.empty());
+  CHECK(state->outputs().observation.size() == 35);
+  CHECK(std::equal(state->outputs().observation.begin(), state->outputs().observation.end(),
+                   dict->outputs().observation.begin()));
+  CHECK(std::equal(state->outputs().proprio.begin(), state->outputs().proprio.end(),
+                   none->outputs().proprio.begin()));
 }
 
 TEST_CASE("Reset noise has the given spread and leaves the fingers alone", "[batch]") {
@@ -255,8 +256,8 @@ TEST_CASE("Oracles speak the rotation sign of the environment", "[batch]") {
     }
     upstream->step(a);
     positive->step(b);
-    REQUIRE(std::equal(upstream->proprio().begin(), upstream->proprio().end(),
-                       positive->proprio().begin()));
+    REQUIRE(std::equal(upstream->outputs().proprio.begin(), upstream->outputs().proprio.end(),
+                       positive->outputs().proprio.begin()));
   }
   CHECK(turned > 0);
 }

@@ -56,8 +56,9 @@ Place any_place(const Batch& batch, RandomStream& random, bool physical) {
   static const std::vector<std::string> columns = {"qpos", "qvel", "prop_pos", "prop_quat",
                                                    "prop_qvel"};
   while (true) {
-    const auto last = static_cast<int>(batch.memory().size()) - 1;
-    const ColumnView column = batch.memory()[static_cast<std::size_t>(random.integer(0, last))];
+    const auto last = static_cast<int>(test::memory_of(batch).size()) - 1;
+    const ColumnView column =
+        test::memory_of(batch)[static_cast<std::size_t>(random.integer(0, last))];
     const Field& field = *column.field;
     if (field.dtype != DType::kFloat64 && field.dtype != DType::kFloat32) continue;
     const bool named = std::find(columns.begin(), columns.end(), field.name) != columns.end();
@@ -102,12 +103,12 @@ void play(const Trial& trial, RandomStream& random, Batch& sound, Batch& batch) 
     for (int other = 0; other < kEnvs; ++other) {
       if (other != faulty) REQUIRE((env_bytes(batch, other) == env_bytes(sound, other)));
     }
-    REQUIRE((batch.unstable()[faulty] == 0 || batch.truncated()[faulty] != 0));
-    if (batch.unstable()[faulty] != 0) {
+    REQUIRE((batch.outputs().unstable[faulty] == 0 || batch.outputs().truncated[faulty] != 0));
+    if (batch.outputs().unstable[faulty] != 0) {
       REQUIRE_FALSE(flagged);  // once, and the next episode is sound
       flagged = true;
       was_reset = trial.auto_reset == AutoReset::kSameStep;
-      REQUIRE(std::isfinite(batch.reward()[faulty]));
+      REQUIRE(std::isfinite(batch.outputs().reward[faulty]));
       if (trial.auto_reset == AutoReset::kSameStep) REQUIRE(not_finite(batch, faulty) == "");
     } else {
       REQUIRE(not_finite(batch, faulty) == "");
@@ -172,8 +173,8 @@ TEST_CASE("Absurd actions end an episode at worst, in every control mode", "[fau
       alone->step(calm);
       INFO(name_of(*options.control_mode) << ", step " << step);
       REQUIRE((env_bytes(*batch, 0) == env_bytes(*alone, 0)));
-      REQUIRE((batch->unstable()[1] == 0 || batch->truncated()[1] != 0));
-      if (batch->unstable()[1] == 0) REQUIRE(not_finite(*batch, 1) == "");
+      REQUIRE((batch->outputs().unstable[1] == 0 || batch->outputs().truncated[1] != 0));
+      if (batch->outputs().unstable[1] == 0) REQUIRE(not_finite(*batch, 1) == "");
     }
   }
 }

@@ -110,11 +110,11 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
     CHECK(printed == 0);
     CHECK(std::filesystem::exists("MUJOCO_LOG.TXT") == log_before);
 
-    CHECK(batch->unstable()[1] == 1);
-    CHECK(batch->truncated()[1] == 1);
-    CHECK(batch->terminated()[1] == 0);
+    CHECK(batch->outputs().unstable[1] == 1);
+    CHECK(batch->outputs().truncated[1] == 1);
+    CHECK(batch->outputs().terminated[1] == 0);
     CHECK(Queries(*batch).unstable_count() == 1);
-    CHECK((batch->final_mask()[1] != 0) == (auto_reset == AutoReset::kSameStep));
+    CHECK((batch->outputs().final_mask[1] != 0) == (auto_reset == AutoReset::kSameStep));
     for (const int i : {0, 2, 3}) CHECK(env_bytes(*batch, i) == env_bytes(*sound, i));
 
     for (int i = 0; i < 20; ++i) {
@@ -122,8 +122,8 @@ TEST_CASE("Physics that diverges ends that episode alone", "[fault]") {
       batch->step(actions);
       sound->step(actions);
       for (const int k : {0, 2, 3}) REQUIRE(env_bytes(*batch, k) == env_bytes(*sound, k));
-      REQUIRE(batch->unstable()[1] == 0);
-      for (const float value : batch->observation()) REQUIRE(std::isfinite(value));
+      REQUIRE(batch->outputs().unstable[1] == 0);
+      for (const float value : batch->outputs().observation) REQUIRE(std::isfinite(value));
     }
     CHECK(Queries(*batch).unstable_count() == 1);
     CHECK(batch->state().episode[1] == 1);
@@ -162,8 +162,8 @@ TEST_CASE("Absurd targets of absolute modes end an episode at worst", "[fault]")
     std::fill(actions.begin(), actions.end(), std::numeric_limits<float>::max());
     for (int i = 0; i < 30; ++i) {
       batch->step(actions);
-      if (batch->truncated()[0] == 0) {
-        for (const float value : batch->observation()) REQUIRE(std::isfinite(value));
+      if (batch->outputs().truncated[0] == 0) {
+        for (const float value : batch->outputs().observation) REQUIRE(std::isfinite(value));
       }
     }
   }

@@ -38,7 +38,7 @@ TEST_CASE("The robot's state is known in every observation mode", "[queries]") {
   Queries(*batch).robot_state(qpos, qvel, tcp);
   for (int i = 0; i < 3; ++i) {
     // A row of the state begins with qpos, qvel and the TCP's pose.
-    const float* row = observed->observation().data() + i * observed->state_dim();
+    const float* row = observed->outputs().observation.data() + i * observed->state_dim();
     CHECK(std::equal(row, row + 9, qpos.data() + 9 * i));
     CHECK(std::equal(row + 9, row + 18, qvel.data() + 9 * i));
     CHECK(std::equal(row + 18, row + 25, tcp.data() + 7 * i));
@@ -220,7 +220,7 @@ TEST_CASE("Every task reports the lengths of its phases", "[queries]") {
           CHECK(std::trunc(values[field.name]) == values[field.name]);
       }
       if (!batch->info().frozen_cue) continue;
-      const int frozen = *test::row<std::int32_t>(batch->memory().find("freeze_steps"), i);
+      const int frozen = *test::row<std::int32_t>(test::memory_of(*batch).find("freeze_steps"), i);
       CHECK(values["cue_steps_per_env"] + values["empty_steps_per_env"] == frozen);
     }
   }

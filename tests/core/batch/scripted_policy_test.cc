@@ -95,7 +95,7 @@ Course course_of(std::string_view id, ControlMode mode, int steps) {
   Course course;
   for (int k = 0; k < steps; ++k) {
     batch->step(act(*batch, Policy::kOracle));
-    const auto now = batch->proprio();
+    const auto now = batch->outputs().proprio;
     course.proprio.insert(course.proprio.end(), now.begin(), now.end());
   }
   for (int i = 0; i < batch->num_envs(); ++i) {

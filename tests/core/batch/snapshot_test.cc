@@ -143,7 +143,7 @@ TEST_CASE("A whole batch is restored into a fresh one, pins included", "[snapsho
     press(*fresh);
     REQUIRE(test::batch_bytes(*fresh) == test::batch_bytes(*batch));
   }
-  CHECK(*test::row<std::int32_t>(fresh->memory().find("target"), 0) == 6);
+  CHECK(*test::row<std::int32_t>(test::memory_of(*fresh).find("target"), 0) == 6);
   CHECK(fresh->state().episode[0] > 0);
 }
 
@@ -237,8 +237,8 @@ std::size_t rows_of(const std::vector<std::byte>& snapshot) {
 // Where a column of the memory or, at a snapshot's end, of the outputs lies.
 std::size_t place_of(const Batch& batch, const std::vector<std::byte>& snapshot,
                      const char* column) {
-  const bool remembered = batch.memory().find(column).field != nullptr;
-  const ColumnStore& store = remembered ? batch.memory() : batch.outputs();
+  const bool remembered = test::memory_of(batch).find(column).field != nullptr;
+  const ColumnStore& store = remembered ? test::memory_of(batch) : test::columns_of(batch);
   std::size_t at = remembered ? rows_of(snapshot) : snapshot.size() - store.row_bytes();
   for (std::size_t i = 0; store[i].field->name != column; ++i) {
     const Field& field = *store[i].field;
@@ -275,11 +275,11 @@ TEST_CASE("Snapshots of what no episode can have are refused", "[snapshot]") {
   refuse(with(position("elapsed"), batch->info().horizon + 1), "'elapsed'");
   refuse(with(position("finished"), std::uint8_t{2}), "'finished'");
   refuse(with(position("prop_status"), std::uint8_t{3}), "'prop_status'");
-  const std::size_t pins = rows_of(good) + batch->memory().row_bytes();
+  const std::size_t pins = rows_of(good) + test::memory_of(*batch).row_bytes();
   refuse(with(pins, ~std::uint64_t{0}), "snapshot refused");
   Snapshotter(*batch).restore(
       with(position("target"), std::int32_t{8}));  // what one can have is taken
-  CHECK(*test::row<std::int32_t>(batch->memory().find("target"), 0) == 8);
+  CHECK(*test::row<std::int32_t>(test::memory_of(*batch).find("target"), 0) == 8);
 }
 
 // A further bit would be that of a checkpoint behind the last one.
@@ -356,7 +356,7 @@ TEST_CASE("What is observed of a snapshot is up to the batch it goes into", "[sn
 TEST_CASE("A snapshot goes on by the rules of the batch it goes into", "[snapshot]") {
   const auto batch = make_running(kId, batch_of(1));
   for (int i = 0; i < batch->info().horizon; ++i) press(*batch);
-  REQUIRE(batch->truncated()[0] == 1);
+  REQUIRE(batch->outputs().truncated[0] == 1);
   const std::vector<std::byte> ended = Snapshotter(*batch).save();
 
   const auto episode_after_step = [&](AutoReset rule) {

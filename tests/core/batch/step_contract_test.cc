@@ -48,7 +48,7 @@ TEST_CASE("A reset samples, evaluates once at elapsed 0 and observes", "[batch]"
   logged.batch->reset();
   CHECK(logged.log == std::vector<std::string>{"reset@0", "advance@0", "evaluate@0", "observe@0"});
   CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 0);
-  CHECK(logged.batch->reward()[0] == 0);
+  CHECK(logged.batch->outputs().reward[0] == 0);
 }
 
 TEST_CASE("A step counts after physics and before evaluation", "[batch]") {
@@ -70,30 +70,30 @@ TEST_CASE("Truncation comes exactly at the horizon", "[batch]") {
   logged.batch->reset();
   for (int i = 1; i <= 5; ++i) {
     step(*logged.batch, Policy::kZero);
-    CHECK(logged.batch->truncated()[0] == (i == 5 ? 1 : 0));
-    CHECK(logged.batch->terminated()[0] == 0);
+    CHECK(logged.batch->outputs().truncated[0] == (i == 5 ? 1 : 0));
+    CHECK(logged.batch->outputs().terminated[0] == 0);
   }
 }
 
 TEST_CASE("With next step resets the step after an end ignores its action", "[batch]") {
   Logged logged({}, 2);
   logged.batch->reset();
-  const std::vector<float> first(logged.batch->observation().begin(),
-                                 logged.batch->observation().end());
+  const std::vector<float> first(logged.batch->outputs().observation.begin(),
+                                 logged.batch->outputs().observation.end());
   step(*logged.batch, Policy::kZero);
   step(*logged.batch, Policy::kZero);
-  CHECK(logged.batch->truncated()[0] == 1);
-  CHECK(logged.batch->observation().back() == 2);
+  CHECK(logged.batch->outputs().truncated[0] == 1);
+  CHECK(logged.batch->outputs().observation.back() == 2);
   CHECK(*row<double>(logged.batch->output("episode_return"), 0) == 4);
   logged.log.clear();
   const std::vector<float> push(7, 1.0F);
   logged.batch->step(push);
   CHECK(logged.log == std::vector<std::string>{"reset@0", "advance@0", "evaluate@0", "observe@0"});
-  CHECK(logged.batch->truncated()[0] == 0);
-  CHECK(logged.batch->reward()[0] == 0);
-  CHECK(logged.batch->observation().back() == 0);
-  CHECK(logged.batch->observation()[0] != first[0]);  // an episode of its own
-  CHECK(logged.batch->observation()[9] == 0);         // at rest
+  CHECK(logged.batch->outputs().truncated[0] == 0);
+  CHECK(logged.batch->outputs().reward[0] == 0);
+  CHECK(logged.batch->outputs().observation.back() == 0);
+  CHECK(logged.batch->outputs().observation[0] != first[0]);  // an episode of its own
+  CHECK(logged.batch->outputs().observation[9] == 0);         // at rest
   CHECK(*row<double>(logged.batch->output("episode_return"), 0) == 0);
   CHECK(logged.batch->state().episode[0] == 1);
 }
@@ -103,21 +103,21 @@ TEST_CASE("With same step resets the last observation is kept as final", "[batch
   Logged logged(options, 2);
   logged.batch->reset();
   step(*logged.batch, Policy::kZero);
-  CHECK(logged.batch->final_mask()[0] == 0);
+  CHECK(logged.batch->outputs().final_mask[0] == 0);
   step(*logged.batch, Policy::kZero);
-  CHECK(logged.batch->final_mask()[0] == 1);
-  CHECK(logged.batch->truncated()[0] == 1);
-  CHECK(logged.batch->reward()[0] == 2);
-  CHECK(logged.batch->observation().back() == 0);
+  CHECK(logged.batch->outputs().final_mask[0] == 1);
+  CHECK(logged.batch->outputs().truncated[0] == 1);
+  CHECK(logged.batch->outputs().reward[0] == 2);
+  CHECK(logged.batch->outputs().observation.back() == 0);
   CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 0);
   const auto* final_row = row<float>(logged.batch->final_output("observation"), 0);
   CHECK(final_row[logged.batch->state_dim() - 1] == 2);
   CHECK(*row<std::int32_t>(logged.batch->final_output("elapsed_steps"), 0) == 2);
   CHECK(*row<double>(logged.batch->final_output("episode_return"), 0) == 4);
   step(*logged.batch, Policy::kZero);
-  CHECK(logged.batch->final_mask()[0] == 0);
-  CHECK(logged.batch->truncated()[0] == 0);
-  CHECK(logged.batch->observation().back() == 1);
+  CHECK(logged.batch->outputs().final_mask[0] == 0);
+  CHECK(logged.batch->outputs().truncated[0] == 0);
+  CHECK(logged.batch->outputs().observation.back() == 1);
 }
 
 TEST_CASE("Without resets an environment that has ended is left alone", "[batch]") {
@@ -126,21 +126,21 @@ TEST_CASE("Without resets an environment that has ended is left alone", "[batch]
   logged.batch->reset();
   step(*logged.batch, Policy::kZero);
   step(*logged.batch, Policy::kZero);
-  CHECK(logged.batch->reward()[0] == 2);
-  const std::vector<float> last(logged.batch->observation().begin(),
-                                logged.batch->observation().end());
+  CHECK(logged.batch->outputs().reward[0] == 2);
+  const std::vector<float> last(logged.batch->outputs().observation.begin(),
+                                logged.batch->outputs().observation.end());
   const std::vector<float> push(7, 1.0F);
   for (int i = 0; i < 3; ++i) {
     logged.log.clear();
     logged.batch->step(push);
     CHECK(logged.log.empty());
-    CHECK(logged.batch->reward()[0] == 0);
-    CHECK(logged.batch->truncated()[0] == 1);
-    CHECK(std::equal(last.begin(), last.end(), logged.batch->observation().begin()));
+    CHECK(logged.batch->outputs().reward[0] == 0);
+    CHECK(logged.batch->outputs().truncated[0] == 1);
+    CHECK(std::equal(last.begin(), last.end(), logged.batch->outputs().observation.begin()));
   }
   logged.batch->reset();
-  CHECK(logged.batch->truncated()[0] == 0);
-  CHECK(logged.batch->observation().back() == 0);
+  CHECK(logged.batch->outputs().truncated[0] == 0);
+  CHECK(logged.batch->outputs().observation.back() == 0);
 }
 
 BatchOptions going_on() {
@@ -160,13 +160,13 @@ TEST_CASE("An environment that has ended can be simulated on", "[batch]") {
     logged.log.clear();
     step(*logged.batch, Policy::kOracle);
     CHECK(logged.log.size() == 4);
-    CHECK(logged.batch->reward()[0] == 2);
-    CHECK(logged.batch->success()[0] == (i == 4 ? 1 : 0));
-    CHECK(logged.batch->terminated()[0] == (i == 4 ? 1 : 0));
-    CHECK(logged.batch->truncated()[0] == (i >= 2 ? 1 : 0));
+    CHECK(logged.batch->outputs().reward[0] == 2);
+    CHECK(logged.batch->outputs().success[0] == (i == 4 ? 1 : 0));
+    CHECK(logged.batch->outputs().terminated[0] == (i == 4 ? 1 : 0));
+    CHECK(logged.batch->outputs().truncated[0] == (i >= 2 ? 1 : 0));
     CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == i);
     CHECK(*row<double>(logged.batch->output("episode_return"), 0) == 2 * i);
-    CHECK(logged.batch->observation().back() == static_cast<float>(i));
+    CHECK(logged.batch->outputs().observation.back() == static_cast<float>(i));
   }
   // A snapshot of it goes on where the same is asked for.
   const std::vector<std::byte> saved = Snapshotter(*logged.batch).save();
@@ -176,7 +176,7 @@ TEST_CASE("An environment that has ended can be simulated on", "[batch]") {
   step(*logged.batch, Policy::kOracle);
   CHECK(*row<std::int32_t>(logged.batch->output("elapsed_steps"), 0) == 7);
   logged.batch->reset();
-  CHECK(logged.batch->truncated()[0] == 0);
+  CHECK(logged.batch->outputs().truncated[0] == 0);
 }
 
 TEST_CASE("Steps after an end can be refused", "[batch]") {
@@ -214,7 +214,7 @@ int steps_to_termination(Batch& batch) {
   batch.reset();
   for (int i = 1; i <= 6; ++i) {
     step(batch, Policy::kZero);
-    if (batch.terminated()[0] != 0) return i;
+    if (batch.outputs().terminated[0] != 0) return i;
   }
   return 0;
 }
@@ -252,7 +252,7 @@ TEST_CASE("Success is latched for the episode only", "[batch]") {
   };
   for (int i = 1; i <= 4; ++i) {
     step(*logged.batch, Policy::kZero);
-    CHECK(logged.batch->success()[0] == (i == 2 ? 1 : 0));
+    CHECK(logged.batch->outputs().success[0] == (i == 2 ? 1 : 0));
     CHECK(once() == (i >= 2 ? 1 : 0));
   }
   logged.batch->reset();
@@ -286,7 +286,7 @@ TEST_CASE("Rewards are those of the mode", "[batch]") {
     std::array<float, 2> rewards{};
     for (float& value : rewards) {
       step(batch, Policy::kZero);
-      value = batch.reward()[0];
+      value = batch.outputs().reward[0];
     }
     return rewards;
   };

@@ -129,8 +129,8 @@ TEST_CASE("Modes with depth or segmentation have the colours of rgb", "[render][
   for (int t = 0; t < 8; ++t) {
     for (Batch* batch : all) {
       CHECK(std::ranges::equal(batch->images().rgb, rgb->images().rgb));
-      CHECK(batch->observation().empty());
-      CHECK(std::ranges::equal(batch->proprio(), rgb->proprio()));
+      CHECK(batch->outputs().observation.empty());
+      CHECK(std::ranges::equal(batch->outputs().proprio, rgb->outputs().proprio));
     }
     REQUIRE(both->images().depth.size() == 2 * kCells);
     REQUIRE(both->images().segmentation.size() == 2 * kCells);
@@ -310,10 +310,10 @@ TEST_CASE("Depth and segmentation follow resets, ends and snapshots as colours d
     test::step(*batch, Policy::kOracle);
     test::step(*twin, Policy::kOracle);
   }
-  REQUIRE(batch->final_mask()[0] == 1);
-  CHECK(std::ranges::equal(batch->final_images().depth, twin->images().depth));
-  CHECK(std::ranges::equal(batch->final_images().segmentation, twin->images().segmentation));
-  CHECK(twin->final_images().depth.empty());
+  REQUIRE(batch->outputs().final_mask[0] == 1);
+  CHECK(std::ranges::equal(test::final_images(*batch).depth, twin->images().depth));
+  CHECK(std::ranges::equal(test::final_images(*batch).segmentation, twin->images().segmentation));
+  CHECK(test::final_images(*twin).depth.empty());
   CHECK(all_cells(*batch) != all_cells(*twin));
   Snapshotter(*twin).restore(snapshot);
   CHECK(all_cells(*twin) == then);

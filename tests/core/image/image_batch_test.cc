@@ -54,8 +54,8 @@ TEST_CASE("Image observations are base camera then wrist camera, beside proprio 
   const auto batch = make(kId, rgb_options(2));
   batch->reset();
   REQUIRE(batch->images().rgb.size() == 2 * kBytes);
-  CHECK(batch->observation().empty());
-  CHECK(batch->proprio()[6] == Approx(0.08));
+  CHECK(batch->outputs().observation.empty());
+  CHECK(batch->outputs().proprio[6] == Approx(0.08));
   for (int index = 0; index < 2; ++index) {
     const Image both = image_of(*batch, index);
     const Image base = image(*batch, index, "base_camera");
@@ -73,7 +73,7 @@ TEST_CASE("State observations have no images", "[render]") {
   const auto batch = make(kId, {.num_envs = 1});
   batch->reset();
   CHECK(batch->images().rgb.empty());
-  CHECK(batch->final_images().rgb.empty());
+  CHECK(test::final_images(*batch).rgb.empty());
 }
 
 TEST_CASE("Images are the same bytes for any threads, chunks, batch size and slot", "[render]") {
@@ -119,8 +119,8 @@ TEST_CASE("The last image of an episode is kept when its reset is in the same st
     test::step(*batch, Policy::kOracle);
     test::step(*twin, Policy::kOracle);
   }
-  REQUIRE(batch->final_mask()[0] == 1);
-  CHECK(std::equal(batch->final_images().rgb.begin(), batch->final_images().rgb.end(),
+  REQUIRE(batch->outputs().final_mask[0] == 1);
+  CHECK(std::equal(test::final_images(*batch).rgb.begin(), test::final_images(*batch).rgb.end(),
                    twin->images().rgb.begin()));
   CHECK(image_of(*batch, 0) != image_of(*twin, 0));
 }

@@ -27,9 +27,9 @@ std::unique_ptr<Batch> make_seeing(std::string_view id, MakeOptions options = {}
 std::vector<std::vector<float>> tokens_of(const Batch& batch, int index = 0) {
   const auto width = static_cast<std::size_t>(batch.state_dim());
   const std::span<const float> row =
-      batch.observation().subspan(static_cast<std::size_t>(index) * width, width);
+      batch.outputs().observation.subspan(static_cast<std::size_t>(index) * width, width);
   std::size_t begin = 0;
-  for (const Field& field : batch.state_fields()) {
+  for (const Field& field : Queries(batch).state_fields()) {
     if (field.name == "object_0_seen") break;
     begin += static_cast<std::size_t>(field.width);
   }
@@ -189,7 +189,7 @@ TEST_CASE("Lamps and buttons show their state", "[objects]") {
 
 // The first part of a row whose values are beyond its range; empty: none.
 std::string beyond_range(const Batch& batch) {
-  const float* value = batch.observation().data();
+  const float* value = batch.outputs().observation.data();
   for (int i = 0; i < batch.num_envs(); ++i) {
     for (const RangedField& part : Queries(batch).ranged_fields()) {
       for (int k = 0; k < part.field.width; ++k, ++value) {
@@ -209,14 +209,14 @@ TEST_CASE("Rows are described part by part, and lie in the ranges", "[objects]")
     options.observe_time = true;
     const auto batch = make_seeing(id, options);
     int width = 0;
-    for (const Field& field : batch->state_fields()) width += field.width;
+    for (const Field& field : Queries(*batch).state_fields()) width += field.width;
     INFO(id);
     CHECK(width == batch->state_dim());
-    CHECK(batch->observation().size() == 2 * static_cast<std::size_t>(width));
-    CHECK(Queries(*batch).ranged_fields().size() == batch->state_fields().size());
+    CHECK(batch->outputs().observation.size() == 2 * static_cast<std::size_t>(width));
+    CHECK(Queries(*batch).ranged_fields().size() == Queries(*batch).state_fields().size());
     CHECK(!tokens_of(*batch).empty());
     // Numbers that networks like, while nothing is thrown about.
-    for (const float value : batch->observation()) CHECK(std::abs(value) < 4);
+    for (const float value : batch->outputs().observation) CHECK(std::abs(value) < 4);
     for (int t = 0; t < 60; ++t) {
       REQUIRE(beyond_range(*batch) == "");
       test::step(*batch, policy);
@@ -233,7 +233,7 @@ TEST_CASE("What is far off or fast is cut off at the ends of the ranges", "[obje
   batch->state().qvel.row(0)[0] = 1e6;
   Snapshotter(*batch).restore(Snapshotter(*batch).save());  // observes
   CHECK(beyond_range(*batch) == "");
-  CHECK(std::ranges::max(batch->observation()) == static_cast<float>(ObjectTokens::kMax));
+  CHECK(std::ranges::max(batch->outputs().observation) == static_cast<float>(ObjectTokens::kMax));
 }
 
 TEST_CASE("Restored environments observe what they were saved with", "[objects][snapshot]") {
@@ -244,7 +244,7 @@ TEST_CASE("Restored environments observe what they were saved with", "[objects][
   const auto copy = make_seeing("FindImposterColor5-VLA-v0", options);
   Snapshotter(*copy).restore(Snapshotter(*batch).save());
   for (int t = 0; t < 5; ++t) {
-    CHECK(std::ranges::equal(batch->observation(), copy->observation()));
+    CHECK(std::ranges::equal(batch->outputs().observation, copy->outputs().observation));
     test::step(*batch, Policy::kRandom);
     test::step(*copy, Policy::kRandom);
   }

@@ -24,7 +24,7 @@ TEST_CASE("A row is the robot, the cue where there is one, the time if asked for
     const BatchOptions options{.observe_time = time};
     const auto batch = make_seeing(id, options);
     std::vector<std::string> parts;
-    for (const Field& field : batch->state_fields()) {
+    for (const Field& field : Queries(*batch).state_fields()) {
       if (field.name.starts_with("object_")) break;
       parts.push_back(field.name);
     }
@@ -40,9 +40,9 @@ TEST_CASE("Ranges are those of the fields, and other modes have none", "[objects
   const auto batch = make_seeing("RememberColor3-VLA-v0", {});
   const Queries queries(*batch);
   const std::span<const RangedField> ranged = queries.ranged_fields();
-  REQUIRE(ranged.size() == batch->state_fields().size());
+  REQUIRE(ranged.size() == Queries(*batch).state_fields().size());
   for (std::size_t i = 0; i < ranged.size(); ++i) {
-    CHECK(ranged[i].field.name == batch->state_fields()[i].name);
+    CHECK(ranged[i].field.name == Queries(*batch).state_fields()[i].name);
     CHECK(ranged[i].low < ranged[i].high);
   }
   CHECK(Queries(*test::make_env("RememberColor3-VLA-v0")).ranged_fields().empty());
@@ -53,7 +53,7 @@ TEST_CASE("The last observation of an episode is kept", "[objects]") {
       .num_envs = 3, .observe_time = true, .auto_reset = AutoReset::kSameStep};
   const auto batch = make_seeing("RememberColor3-VLA-v0", options);
   for (int t = 0; t < 25; ++t) test::step(*batch, Policy::kRandom);
-  REQUIRE(batch->final_mask()[0] == 1);
+  REQUIRE(batch->outputs().final_mask[0] == 1);
   const auto* last = test::row<float>(batch->final_output("observation"), 1);
   const auto* first = test::row<float>(batch->output("observation"), 1);
   CHECK(last[25] == 1);
@@ -65,11 +65,11 @@ TEST_CASE("A row that is no row of numbers ends the episode", "[objects]") {
   const BatchOptions options{.auto_reset = AutoReset::kOff};
   const auto batch = make_seeing("RotateLenientPos-VLA-v0", options);
   test::step(*batch, Policy::kZero);
-  CHECK(batch->unstable()[0] == 0);
-  *reinterpret_cast<double*>(batch->memory().find("target_angle").row(0)) = std::nan("");
+  CHECK(batch->outputs().unstable[0] == 0);
+  *reinterpret_cast<double*>(test::memory_of(*batch).find("target_angle").row(0)) = std::nan("");
   test::step(*batch, Policy::kZero);
-  CHECK(batch->unstable()[0] == 1);
-  CHECK(batch->truncated()[0] == 1);
+  CHECK(batch->outputs().unstable[0] == 1);
+  CHECK(batch->outputs().truncated[0] == 1);
 }
 
 }  // namespace

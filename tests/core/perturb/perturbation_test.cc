@@ -51,7 +51,7 @@ std::vector<std::uint8_t> image(const Batch& batch, int index,
 test::Bytes shown(Batch& batch, int steps = 12) {
   test::Bytes bytes;
   const auto add = [&] {
-    for (int i = 0; i < batch.num_envs(); ++i) test::append_row(batch.outputs(), i, bytes);
+    for (int i = 0; i < batch.num_envs(); ++i) test::append_row(test::columns_of(batch), i, bytes);
     const auto rgb = std::as_bytes(batch.images().rgb);
     bytes.insert(bytes.end(), rgb.begin(), rgb.end());
   };
@@ -114,7 +114,7 @@ TEST_CASE("Levels scale the same draws", "[perturbation]") {
   const auto values = [](double level) {
     const auto batch = make(kId, with({{kStartPose, level}}));
     batch->reset();
-    const ColumnView view = batch->memory().find("perturbations");
+    const ColumnView view = test::memory_of(*batch).find("perturbations");
     const double* row = test::row<double>(view, 1);
     return std::vector<double>(row, row + view.field->width);
   };
@@ -145,7 +145,7 @@ TEST_CASE("What is hidden does not show in perturbations", "[perturbation]") {
     options.pins = {{"target", {target}}};
     const auto batch = make(kId, options);
     batch->reset();
-    const ColumnView view = batch->memory().find("perturbations");
+    const ColumnView view = test::memory_of(*batch).find("perturbations");
     const double* row = test::row<double>(view, 0);
     return std::vector<double>(row, row + view.field->width);
   };
@@ -261,7 +261,7 @@ TEST_CASE("Noise of actions has its deviation and leaves the gripper alone", "[p
   const auto batch = make(kId, options);
   batch->reset();
   batch->step(test::zeros(*batch));
-  const ColumnView action = batch->memory().find("action");
+  const ColumnView action = test::memory_of(*batch).find("action");
   double square = 0;
   for (int i = 0; i < 200; ++i) {
     const float* row = test::row<float>(action, i);
@@ -346,7 +346,7 @@ TEST_CASE("Camera matrices are those of the moved cameras", "[perturbation]") {
 TEST_CASE("Values that no draw has are read as the nearest that it can have", "[perturbation]") {
   const auto batch = make(kId, with(all_axes(1), ObsMode::kRgb, 2));
   batch->reset();
-  const ColumnView view = batch->memory().find("perturbations");
+  const ColumnView view = test::memory_of(*batch).find("perturbations");
   for (const double wild : {1e300, -1e300, std::nan(""), -536870912.0}) {
     double* row = reinterpret_cast<double*>(view.row(0));
     std::fill_n(row, view.field->width, wild);
@@ -370,7 +370,7 @@ TEST_CASE("The last images of perturbed episodes are those of batches that go on
     test::step(*held, Policy::kOracle);
     test::step(*renewed, Policy::kOracle);
   }
-  CHECK(std::ranges::equal(held->images().rgb, renewed->final_images().rgb));
+  CHECK(std::ranges::equal(held->images().rgb, test::final_images(*renewed).rgb));
   const std::vector<std::uint8_t> last(held->images().rgb.begin(), held->images().rgb.end());
   held->step(test::zeros(*held));
   CHECK(std::ranges::equal(held->images().rgb, last));

@@ -32,17 +32,17 @@ bool equal(std::span<const T> a, std::span<const T> b) {
 
 void check_same(const Batch& one, const Batch& other) {
   REQUIRE(test::batch_bytes(one) == test::batch_bytes(other));
-  REQUIRE(equal(one.final_mask(), other.final_mask()));
-  REQUIRE(equal(one.observation(), other.observation()));
+  REQUIRE(equal(one.outputs().final_mask, other.outputs().final_mask));
+  REQUIRE(equal(one.outputs().observation, other.outputs().observation));
   REQUIRE(equal(one.images().rgb, other.images().rgb));
   if (one.options().auto_reset != AutoReset::kSameStep) return;
   for (int env = 0; env < one.num_envs(); ++env) {
-    if (one.final_mask()[static_cast<std::size_t>(env)] == 0) continue;
+    if (one.outputs().final_mask[static_cast<std::size_t>(env)] == 0) continue;
     const ColumnView a = one.final_output("reward");
     const ColumnView b = other.final_output("reward");
     REQUIRE(*test::row<float>(a, env) == *test::row<float>(b, env));
   }
-  REQUIRE(equal(one.final_images().rgb, other.final_images().rgb));
+  REQUIRE(equal(test::final_images(one).rgb, test::final_images(other).rgb));
 }
 
 BatchOptions small_batch() {

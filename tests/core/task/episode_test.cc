@@ -31,7 +31,7 @@ struct Drawn {
 };
 
 Drawn drawn(const Batch& batch, int index) {
-  const ColumnStore& memory = batch.memory();
+  const ColumnStore& memory = test::memory_of(batch);
   const double* qpos = row<double>(memory.find("qpos"), index);
   const double* positions = row<double>(memory.find("positions"), index);
   return {std::vector<double>(qpos, qpos + 7), *row<std::int32_t>(memory.find("target"), index),

@@ -33,7 +33,7 @@ template <class Watch>
 EpisodeLabels record(Batch& batch, Watch&& watch) {
   LabelRecorder recorder;
   recorder.start(batch, 0);
-  for (int t = 0; (batch.terminated()[0] | batch.truncated()[0]) == 0; ++t) {
+  for (int t = 0; (batch.outputs().terminated[0] | batch.outputs().truncated[0]) == 0; ++t) {
     recorder.before_step(batch, 0);
     watch(t, recorder.labels());
     test::step(batch, Policy::kOracle);
@@ -102,8 +102,8 @@ TEST_CASE("Labels: words are written once, with the frame from which they hold",
           "[labels][demonstrations]") {
   const auto batch = labelled("BlinkCountButtonPressEasy-VLA-v0", 3, {{"target_blinks", {2}}});
   const EpisodeLabels labels = record(*batch, [](int, const EpisodeLabels&) {});
-  const int* starts = test::row<std::int32_t>(batch->memory().find("blink_start"), 0);
-  const int acts = *test::row<std::int32_t>(batch->memory().find("cue_steps"), 0);
+  const int* starts = test::row<std::int32_t>(memory_of(*batch).find("blink_start"), 0);
+  const int acts = *test::row<std::int32_t>(memory_of(*batch).find("cue_steps"), 0);
   CHECK(labels.memory == std::vector<std::string>{"the lamp has blinked so far 1 time",
                                                   "the lamp has blinked so far 2 times",
                                                   "the lamp blinked 2 times"});
@@ -181,7 +181,7 @@ TEST_CASE("Labels: a file has them beside arrays that stay the same", "[labels][
       std::optional<LabelRecorder> alone;
       if (labels) alone.emplace().start(*batch, 0);
       std::vector<float> actions(7);
-      while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
+      while ((batch->outputs().terminated[0] | batch->outputs().truncated[0]) == 0) {
         ScriptedPolicy(*batch, Policy::kOracle).act(actions);
         recorder.before_step(*batch, 0, actions);
         if (alone) alone->before_step(*batch, 0);

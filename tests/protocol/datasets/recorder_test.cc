@@ -65,7 +65,7 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
     DemonstrationRecorder recorder;
     recorder.start(*batch, 1);
     std::vector<float> actions(2 * dim);
-    while ((batch->terminated()[1] | batch->truncated()[1]) == 0) {
+    while ((batch->outputs().terminated[1] | batch->outputs().truncated[1]) == 0) {
       ScriptedPolicy(*batch, Policy::kOracle).act(actions);
       recorder.before_step(*batch, 1, std::span(actions).subspan(dim));
       batch->step(actions);
@@ -110,19 +110,19 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
         const auto bytes = std::as_bytes(shown);
         return std::memcmp(bytes.data(), all.data() + t * bytes.size(), bytes.size()) == 0;
       };
-      equal = equal && same(again->images().rgb, rgb) && same(again->proprio(), proprio);
+      equal = equal && same(again->images().rgb, rgb) && same(again->outputs().proprio, proprio);
       std::memcpy(action.data(), stored.data() + t * 4 * dim, 4 * dim);
       const ActionSpace& space = again->action_space();
       for (std::size_t i = 0; i < dim; ++i) {
         CHECK((action[i] >= space.low[i] && action[i] <= space.high[i]));
       }
       again->step(action);
-      equal = equal && same(again->reward(), reward);
-      CHECK((again->success()[0] != 0) == (t + 1 == static_cast<std::size_t>(steps)));
+      equal = equal && same(again->outputs().reward, reward);
+      CHECK((again->outputs().success[0] != 0) == (t + 1 == static_cast<std::size_t>(steps)));
       std::int32_t stored_success = 0;
       std::memcpy(&stored_success, success.data() + t * 4, 4);
-      CHECK(stored_success == again->success()[0]);
-      sum += static_cast<double>(again->reward()[0]);
+      CHECK(stored_success == again->outputs().success[0]);
+      sum += static_cast<double>(again->outputs().reward[0]);
     }
     CHECK(equal);
     CHECK(sum == demonstration.reward_sum);
@@ -155,7 +155,7 @@ TEST_CASE("Demonstrations: depth and segmentation as the cameras give them", "[d
                 values.end());
     };
     std::vector<float> actions(14);
-    while ((batch->terminated()[1] | batch->truncated()[1]) == 0) {
+    while ((batch->outputs().terminated[1] | batch->outputs().truncated[1]) == 0) {
       keep(depth, batch->images().depth);
       keep(segmentation, batch->images().segmentation);
       ScriptedPolicy(*batch, Policy::kOracle).act(actions);

@@ -92,8 +92,8 @@ TEST_CASE("RL data are whole episodes of the oracle, step for step", "[datasets]
     const std::vector<float> action = test::act(*batch, Policy::kOracle);
     CHECK(std::equal(action.begin(), action.end(), actions.begin() + 8 * static_cast<int>(t)));
     batch->step(action);
-    CHECK(rewards[t] == batch->reward()[0]);
-    CHECK(successes[t] == batch->success()[0]);
+    CHECK(rewards[t] == batch->outputs().reward[0]);
+    CHECK(successes[t] == batch->outputs().success[0]);
     CHECK(dones[t] == (t == kSteps - 1 ? 1 : 0));
   }
   CHECK(std::ranges::count(successes, 1) > 1);  // an episode goes on after its success

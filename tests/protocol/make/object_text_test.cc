@@ -23,7 +23,7 @@ std::unique_ptr<Batch> observed(const std::string& id, const std::vector<Pin>& p
 }
 
 std::string text_of(const Batch& batch) {
-  return ObjectText(batch).describe(row_of(batch.observation(), batch, 0));
+  return ObjectText(batch).describe(row_of(batch.outputs().observation, batch, 0));
 }
 
 TEST_CASE("Objects have their names and places in words", "[objects]") {
@@ -51,7 +51,7 @@ TEST_CASE("What is hidden has no name", "[objects]") {
 TEST_CASE("Words follow from the row alone", "[objects]") {
   const auto batch = observed("ShellGameTouch-VLA-v0");
   const ObjectText words(*batch);
-  std::vector<float> row(batch->observation().begin(), batch->observation().end());
+  std::vector<float> row(batch->outputs().observation.begin(), batch->outputs().observation.end());
   const std::string text = words.describe(row);
   test::step(*batch, Policy::kOracle);
   test::step(*batch, Policy::kOracle);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/batch/queries.h"
 #include "core/batch/snapshot.h"
 #include "mjcf/battery.h"
 #include "tests/env_helpers.h"
@@ -42,8 +43,8 @@ void put(const Batch& batch, int battery, const Eigen::Vector3d& where,
 // The first value of a field of the state observation.
 const float* observed(const Batch& batch, const std::string& name) {
   int offset = 0;
-  for (const Field& field : batch.state_fields()) {
-    if (field.name == name) return batch.observation().data() + offset;
+  for (const Field& field : Queries(batch).state_fields()) {
+    if (field.name == name) return batch.outputs().observation.data() + offset;
     offset += field.width;
   }
   FAIL("no field " << name);
@@ -217,7 +218,7 @@ TEST_CASE("Success is that every working battery was found", "[battery]") {
     CHECK_FALSE(flag(*batch, "all_checked"));
     CHECK(flag(*batch, "success"));
     CHECK(*row<std::uint8_t>(batch->output("terminated"), 0) == 1);
-    CHECK(batch->reward()[0] == 1);
+    CHECK(batch->outputs().reward[0] == 1);
   }
 }
 
@@ -252,14 +253,14 @@ TEST_CASE("check_all: success needs every battery checked and none lost", "[batt
   idle(*batch);
   CHECK(flag(*batch, "success"));
   CHECK(*row<std::uint8_t>(batch->output("terminated"), 0) == 1);
-  CHECK(batch->reward()[0] == 1);
+  CHECK(batch->outputs().reward[0] == 1);
 }
 
 TEST_CASE("upstream_rewards pays no bonus for a find", "[battery][reward]") {
   const auto reward_of_confirm = [](double option) {
     const auto batch = start("Easy-3", {0}, {{"upstream_rewards", option}, {"check_all", 1}});
     REQUIRE(play(*batch, 200, [&] { return flag(*batch, "new_confirm_event"); }));
-    return batch->reward()[0];
+    return batch->outputs().reward[0];
   };
   // 19 against 5, both of 40.
   CHECK(reward_of_confirm(0) - reward_of_confirm(1) == Approx(14.0 / 40).margin(1e-6));

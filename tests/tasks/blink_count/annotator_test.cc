@@ -18,8 +18,8 @@ TEST_CASE("Words of BlinkCount: blinks as they come, then presses", "[labels][bl
     const AnnotatedEpisode episode =
         play_annotated("BlinkCountButtonPressEasy-VLA-v0", 3, {{"target_blinks", {1.0 * blinks}}});
     REQUIRE(episode.success);
-    const int* starts = row<std::int32_t>(episode.batch->memory().find("blink_start"), 0);
-    const int acts = *row<std::int32_t>(episode.batch->memory().find("cue_steps"), 0);
+    const int* starts = row<std::int32_t>(test::memory_of(*episode.batch).find("blink_start"), 0);
+    const int acts = *row<std::int32_t>(test::memory_of(*episode.batch).find("cue_steps"), 0);
     for (int t = 0; t < static_cast<int>(episode.frames.size()); ++t) {
       INFO("frame " << t);
       const AnnotatedFrame& frame = episode.frames[static_cast<std::size_t>(t)];

@@ -131,8 +131,8 @@ TEST_CASE("Episodes draw what the ranges allow", "[blink_count]") {
       ++blinks[value<std::int32_t>(*batch, "target_blinks", i)];
       shortest = std::min(shortest, Queries(*batch).cue_end(i));
       longest = std::max(longest, Queries(*batch).cue_end(i));
-      const double* red = row<double>(batch->memory().find("button_xy"), i);
-      const double* black = row<double>(batch->memory().find("confirm_button_xy"), i);
+      const double* red = row<double>(test::memory_of(*batch).find("button_xy"), i);
+      const double* black = row<double>(test::memory_of(*batch).find("confirm_button_xy"), i);
       CHECK((red[0] >= -0.15 && red[0] < -0.05 && red[1] >= -0.12 && red[1] < 0.12));
       CHECK(black[0] == red[0]);
       CHECK(black[1] == Approx(red[1] + 0.16));
@@ -173,16 +173,16 @@ TEST_CASE("Presses lead to the worked outcomes", "[blink_count]") {
     step_at(*batch, kFarAway);  // the first evaluation of the action phase
     for (std::size_t i = 0; i < line.presses.size(); ++i) {
       INFO("row " << &line - rows << ", press " << i);
-      CHECK(batch->terminated()[0] == 0);
+      CHECK(batch->outputs().terminated[0] == 0);
       step_at(*batch, over(line.presses[i].button, line.presses[i].height));
     }
     CHECK(count(*batch, "raw_press_count") == line.raw);
     CHECK(count(*batch, "press_count") == line.confirmed);
-    CHECK(batch->terminated()[0] == 1);
-    CHECK(batch->success()[0] == (line.success ? 1 : 0));
+    CHECK(batch->outputs().terminated[0] == 1);
+    CHECK(batch->outputs().success[0] == (line.success ? 1 : 0));
     CHECK(flag(*batch, "failed") != line.success);
     CHECK(flag(*batch, "submit_success") == line.success);
-    if (line.success) CHECK(batch->reward()[0] == 30);
+    if (line.success) CHECK(batch->outputs().reward[0] == 30);
   }
 }
 
@@ -215,7 +215,7 @@ TEST_CASE("The cap sinks ahead of the finger, and stops a hard press", "[blink_c
   for (int i = 0; i < 30; ++i) {
     // Down with full strength, but not aside; the tips slide off in the end.
     const double* tcp = batch->state().tcp_pos.row(0);
-    const double* button = row<double>(batch->memory().find("button_xy"), 0);
+    const double* button = row<double>(test::memory_of(*batch).find("button_xy"), 0);
     if (std::hypot(tcp[0] - button[0], tcp[1] - button[1]) > 0.0165) break;
     ++pressed;
     std::vector<float> action(7);
@@ -239,17 +239,17 @@ TEST_CASE("Without termination at success a later press too many fails", "[blink
   while (batch->state().elapsed[0] < Queries(*batch).cue_end(0)) step_at(*batch, kFarAway);
   for (const double height : {0.08, 0.09, 0.17}) step_at(*batch, over(kRed, height));
   step_at(*batch, over(kBlack, 0.08));
-  CHECK(batch->success()[0] == 1);
-  CHECK(batch->terminated()[0] == 0);
+  CHECK(batch->outputs().success[0] == 1);
+  CHECK(batch->outputs().terminated[0] == 0);
   step_at(*batch, over(kBlack, 0.2));
-  CHECK(batch->success()[0] == 1);  // latched
-  CHECK(batch->reward()[0] == 30);
+  CHECK(batch->outputs().success[0] == 1);  // latched
+  CHECK(batch->outputs().reward[0] == 30);
   step_at(*batch, over(kBlack, 0.08));
   CHECK_FALSE(flag(*batch, "new_confirm_press_event"));  // one submission per episode
   step_at(*batch, over(kRed, 0.08));
   CHECK(flag(*batch, "failed"));
-  CHECK(batch->terminated()[0] == 1);
-  CHECK(batch->reward()[0] == 30);
+  CHECK(batch->outputs().terminated[0] == 1);
+  CHECK(batch->outputs().reward[0] == 30);
 }
 
 // Brings the button into the state that a row of the reward table assumes, then makes its step.
@@ -259,7 +259,7 @@ TEST_CASE("Environments pay the worked rewards", "[reward][blink_count]") {
   step_at(*batch, over(kRed, 0.10));
   const auto expect_smooth_off = [&batch](double reward) {
     // The zero action and a robot at rest: no action cost.
-    CHECK(static_cast<double>(batch->reward()[0]) == Approx(reward).margin(2e-6));
+    CHECK(static_cast<double>(batch->outputs().reward[0]) == Approx(reward).margin(2e-6));
   };
   expect_smooth_off(1.0145562);
   step_at(*batch, over(kRed, 0.08));
@@ -276,15 +276,15 @@ TEST_CASE("Environments pay the worked rewards", "[reward][blink_count]") {
   CHECK(flag(*batch, "failed"));
 
   const auto other = after_cue(2);
-  CHECK(other->reward()[0] == 0);
+  CHECK(other->outputs().reward[0] == 0);
   step_at(*other, kFarAway);
   for (int i = 0; i < 2; ++i) {
     for (const double height : {0.08, 0.09, 0.17}) step_at(*other, over(kRed, height));
   }
   step_at(*other, over(kBlack, 0.10));
-  CHECK(static_cast<double>(other->reward()[0]) == Approx(2.0875055).margin(2e-6));
+  CHECK(static_cast<double>(other->outputs().reward[0]) == Approx(2.0875055).margin(2e-6));
   step_at(*other, over(kBlack, 0.08));
-  CHECK(other->reward()[0] == 30);
+  CHECK(other->outputs().reward[0] == 30);
 }
 
 TEST_CASE("The blink reward has the worked value of a step with an abrupt action",

@@ -28,12 +28,12 @@ Eigen::Vector3d cube(const Batch& batch, int color, int index = 0) {
 }
 
 Eigen::Vector2d slot(const Batch& batch, int color, int index = 0) {
-  return Eigen::Map<const Eigen::Vector2d>(row<double>(batch.memory().find("positions"), index) +
-                                           2 * color);
+  return Eigen::Map<const Eigen::Vector2d>(
+      row<double>(test::memory_of(batch).find("positions"), index) + 2 * color);
 }
 
 int target(const Batch& batch, int item, int index = 0) {
-  return row<std::int32_t>(batch.memory().find("sequence"), index)[item];
+  return row<std::int32_t>(test::memory_of(batch).find("sequence"), index)[item];
 }
 
 template <class T>
@@ -42,11 +42,12 @@ T value(const Batch& batch, const char* name) {
 }
 
 bool touched(const Batch& batch, int color) {
-  return row<std::uint8_t>(batch.memory().find("touched"), 0)[color] != 0;
+  return row<std::uint8_t>(test::memory_of(batch).find("touched"), 0)[color] != 0;
 }
 
 Eigen::Vector2d button(const Batch& batch) {
-  return Eigen::Map<const Eigen::Vector2d>(row<double>(batch.memory().find("center_button_xy"), 0));
+  return Eigen::Map<const Eigen::Vector2d>(
+      row<double>(test::memory_of(batch).find("center_button_xy"), 0));
 }
 
 // An environment without physics in the first step of its action phase.
@@ -91,7 +92,7 @@ TEST_CASE("The cue is shown as the worked examples say", "[color_recall]") {
         const bool shown = t < 6 && color == target(*batch, item);
         const bool free = t >= 8;
         CHECK((batch->state().status_of(0, color) != PropStatus::kHidden) == (shown || free));
-        const int* cue = row<std::int32_t>(batch->memory().find("sequence"), 0);
+        const int* cue = row<std::int32_t>(test::memory_of(*batch).find("sequence"), 0);
         const bool past = std::find(cue, cue + std::min(item, 3), color) != cue + std::min(item, 3);
         Eigen::Vector3d expected(slot(*batch, color).x(), slot(*batch, color).y(),
                                  free ? 0.02 : 1000);
@@ -174,7 +175,7 @@ TEST_CASE("Layouts are the jittered arc, shuffled, with the button in its middle
       deviation += offset.cwiseProduct(offset);
     }
     CHECK(taken.size() == 9);
-    const double* xy = row<double>(batch->memory().find("center_button_xy"), i);
+    const double* xy = row<double>(test::memory_of(*batch).find("center_button_xy"), i);
     CHECK(xy[0] == Approx(mean.x() - 0.04));
     CHECK(xy[1] == Approx(mean.y()).margin(1e-12));
     std::set<int> colors;
@@ -244,29 +245,29 @@ TEST_CASE("The button opens when the colours are touched, and success needs all 
         touch(*batch, order[static_cast<std::size_t>(i)]);
       }
       CHECK(flag(*batch, "button_pressable") == right);
-      CHECK_FALSE(batch->success()[0]);
+      CHECK_FALSE(batch->outputs().success[0]);
       press_button(*batch);
       CHECK(flag(*batch, "button_pressed") == right);
-      CHECK(batch->success()[0] == (right ? 1 : 0));
-      CHECK(batch->terminated()[0] == 0);
+      CHECK(batch->outputs().success[0] == (right ? 1 : 0));
+      CHECK(batch->outputs().terminated[0] == 0);
       if (!right) continue;
-      CHECK(batch->reward()[0] == 400);
+      CHECK(batch->outputs().reward[0] == 400);
       // Stillness and displacement are asked for in every step, and a wrong touch spoils it.
       test::pose_tool(*batch, kFarAway);
       batch->state().qvel.row(0)[0] = 0.3;
       test::step(*batch, Policy::kZero);
-      CHECK(batch->success()[0] == 0);
+      CHECK(batch->outputs().success[0] == 0);
       step_at(*batch, kFarAway);
-      CHECK(batch->success()[0] == 1);
+      CHECK(batch->outputs().success[0] == 1);
       batch->state().prop_pos_of(0, 8)[1] += 0.0601;
       step_at(*batch, kFarAway);
-      CHECK(batch->success()[0] == 0);
+      CHECK(batch->outputs().success[0] == 0);
       CHECK(flag(*batch, "strong_cube_displacement"));
       batch->state().prop_pos_of(0, 8)[1] -= 0.0602 - 0.06;
       step_at(*batch, kFarAway);
-      CHECK(batch->success()[0] == 1);
+      CHECK(batch->outputs().success[0] == 1);
       touch(*batch, 5);
-      CHECK(batch->success()[0] == 0);
+      CHECK(batch->outputs().success[0] == 0);
       CHECK(flag(*batch, "button_pressed"));
     }
   }
@@ -299,7 +300,7 @@ TEST_CASE("Chain refuses a cube that is touched again, unless the original's rul
       const auto batch = acting("ChainOfColors3-VLA-v0", {4, 1, 7}, options);
       for (const int color : order) touch(*batch, color);
       press_button(*batch);
-      CHECK(batch->success()[0] == (refused ? 0 : 1));
+      CHECK(batch->outputs().success[0] == (refused ? 0 : 1));
       CHECK(flag(*batch, "button_pressable") == !refused);
     }
   }
@@ -308,7 +309,7 @@ TEST_CASE("Chain refuses a cube that is touched again, unless the original's rul
     const auto batch = acting(id);
     for (const int color : {4, 4, 1, 7}) touch(*batch, color);
     press_button(*batch);
-    CHECK(batch->success()[0] == 1);
+    CHECK(batch->outputs().success[0] == 1);
   }
 }
 
@@ -354,7 +355,7 @@ TEST_CASE("The goal vector leads from colour to colour and to the button", "[col
     for (const int color : order) {
       check(cube(*batch, color) + Eigen::Vector3d(0, 0, 0.025));
       for (int i = 0; i < 9; ++i) {
-        CHECK(batch->observation()[static_cast<std::size_t>(18 + 7 + 9 + 6 * i + 5)] ==
+        CHECK(batch->outputs().observation[static_cast<std::size_t>(18 + 7 + 9 + 6 * i + 5)] ==
               (i == color ? 1 : 0));
       }
       touch(*batch, color);

@@ -107,11 +107,11 @@ TEST_CASE("RL colours: rewards are those of the formula, whatever the policy",
             Reference& reference = references[static_cast<std::size_t>(i)];
             const double expected = reference.reward(Spectator(*batch, i));
             const auto index = static_cast<std::size_t>(i);
-            if (std::abs(static_cast<double>(batch->reward()[index]) - expected) > 2e-5) {
+            if (std::abs(static_cast<double>(batch->outputs().reward[index]) - expected) > 2e-5) {
               FAIL("environment " << i << ", step " << batch->state().elapsed[i] << ": "
-                                  << batch->reward()[index] << " instead of " << expected);
+                                  << batch->outputs().reward[index] << " instead of " << expected);
             }
-            REQUIRE((batch->success()[index] != 0) == reference.success);
+            REQUIRE((batch->outputs().success[index] != 0) == reference.success);
             ++steps;
           }
         }

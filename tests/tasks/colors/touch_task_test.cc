@@ -31,14 +31,14 @@ Point cube(const Batch& batch, int color, int index = 0) {
   return Point(batch.state().prop_pos_of(index, color));
 }
 Eigen::Vector2d slot(const Batch& batch, int color, int index = 0) {
-  return Eigen::Map<const Eigen::Vector2d>(row<double>(batch.memory().find("positions"), index) +
-                                           2 * color);
+  return Eigen::Map<const Eigen::Vector2d>(
+      row<double>(test::memory_of(batch).find("positions"), index) + 2 * color);
 }
 bool shown(const Batch& batch, int color) {
   return batch.state().status_of(0, color) != PropStatus::kHidden;
 }
 bool touched(const Batch& batch, int color) {
-  return row<std::uint8_t>(batch.memory().find("touched"), 0)[color] != 0;
+  return row<std::uint8_t>(test::memory_of(batch).find("touched"), 0)[color] != 0;
 }
 
 // An environment without physics whose cue shows colours 4, 1 and 7.
@@ -189,20 +189,20 @@ TEST_CASE("RL colours: the last touch succeeds and ends the episode", "[color_re
         const BatchOptions options{.terminate_on_success = ends};
         const auto batch = acting(three(family), options);
         for (const int color : touches) {
-          CHECK(batch->success()[0] == 0);
+          CHECK(batch->outputs().success[0] == 0);
           touch(*batch, color);
         }
         const bool right = is_chain(family) ? order : set;
         CHECK(batch->state().finished[0] == (right && ends ? 1 : 0));
-        CHECK(batch->success()[0] == (right ? 1 : 0));
+        CHECK(batch->outputs().success[0] == (right ? 1 : 0));
         if (!right) continue;
-        CHECK(batch->terminated()[0] == (ends ? 1 : 0));
-        CHECK(batch->reward()[0] == 100);
+        CHECK(batch->outputs().terminated[0] == (ends ? 1 : 0));
+        CHECK(batch->outputs().reward[0] == 100);
         if (ends) continue;
         // A wrong touch spoils it.
         touch(*batch, 5);
-        CHECK(batch->success()[0] == 0);
-        CHECK(batch->reward()[0] < 100);
+        CHECK(batch->outputs().success[0] == 0);
+        CHECK(batch->outputs().reward[0] < 100);
       }
     }
   }
@@ -235,9 +235,10 @@ TEST_CASE("RL colours: goals are the lowest colour, in Chain the cue's order",
       for (int i = 0; i < 3; ++i) CHECK(goal[i] == Approx(expected[i]).margin(1e-6));
       for (int color = 0; color < 9; ++color) {
         const auto place = static_cast<std::size_t>(18 + 7 + 3 + 3 + 6 * color);
-        CHECK(batch->observation()[place + 3] == (touched(*batch, color) ? 1 : 0));
-        CHECK(batch->observation()[place + 4] == (color == 4 || color == 1 || color == 7 ? 1 : 0));
-        CHECK(batch->observation()[place + 5] == (color == next ? 1 : 0));
+        CHECK(batch->outputs().observation[place + 3] == (touched(*batch, color) ? 1 : 0));
+        CHECK(batch->outputs().observation[place + 4] ==
+              (color == 4 || color == 1 || color == 7 ? 1 : 0));
+        CHECK(batch->outputs().observation[place + 5] == (color == next ? 1 : 0));
       }
     }
   }
@@ -268,7 +269,7 @@ TEST_CASE("RL colours have the published sizes", "[color_recall][rl]") {
                         "sequence_cubes_mask", "all_seq_touched", "no_extra_touched"});
       CHECK(batch->physics_model().props().size() == 9);
       for (const char* none : {"button_pressed", "strong_cube_displacement", "xy_dist_to_button"}) {
-        CHECK(batch->outputs().find(none).field == nullptr);
+        CHECK(test::columns_of(*batch).find(none).field == nullptr);
       }
     }
   }
@@ -310,7 +311,7 @@ TEST_CASE("RL colours: the oracle waits low with open fingers, wherever the cube
     for (const double first : {4, 2}) {
       const auto batch = make_running(three(family), {.pins = {{"sequence", {first, 1, 7}}}});
       auto& actions = waiting.emplace_back();
-      while (batch->success()[0] == 0 && batch->state().elapsed[0] < 119) {
+      while (batch->outputs().success[0] == 0 && batch->state().elapsed[0] < 119) {
         const std::vector<float> action = test::act(*batch, Policy::kOracle);
         CHECK(action.back() == 1);
         const bool waits = batch->state().elapsed[0] < start_of(family, 3);
@@ -320,7 +321,7 @@ TEST_CASE("RL colours: the oracle waits low with open fingers, wherever the cube
         CHECK(batch->state().tcp_pos.row(0)[2] < (is_bunch(family) ? 0.2 : 0.11));
         CHECK(batch->state().tcp_pos.row(0)[2] > 0.07);
       }
-      CHECK(batch->success()[0] != 0);
+      CHECK(batch->outputs().success[0] != 0);
     }
     CHECK(waiting[0] == waiting[1]);
   }

@@ -40,7 +40,7 @@ std::vector<std::string> ids_with_button() {
 
 bool pending(const Batch& batch) {
   for (const char* name : {"center_button_pending", "button_pending"}) {
-    const ColumnView view = batch.memory().find(name);
+    const ColumnView view = test::memory_of(batch).find(name);
     if (view.field != nullptr) return *row<std::uint8_t>(view, 0) != 0;
   }
   FAIL("no button");
@@ -81,11 +81,11 @@ TEST_CASE("Courses of presses repeat after a reset and in a batch", "[determinis
     INFO(id);
     const auto single = make_running(id, shortened(id));
     std::vector<Bytes> expected;
-    while (single->success()[0] == 0 && single->state().finished[0] == 0) {
+    while (single->outputs().success[0] == 0 && single->state().finished[0] == 0) {
       test::step(*single, Policy::kOracle);
       expected.push_back(test::env_bytes(*single, 0));
     }
-    CHECK(single->success()[0] == 1);
+    CHECK(single->outputs().success[0] == 1);
     const int steps = static_cast<int>(expected.size());
     const std::vector<std::uint64_t> seeds = {single->options().seed};
     single->reset({.mask = {}, .seeds = seeds, .pins = nullptr});

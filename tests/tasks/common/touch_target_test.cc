@@ -91,7 +91,7 @@ double expected_reward(const Batch& batch, const std::vector<float>& action,
   in.action_delta_norm = batch.state().elapsed[0] <= 1 ? 0 : std::sqrt(change);
   in.robot_static = *row<std::uint8_t>(batch.output("is_robot_static"), 0) != 0;
   in.placed = *row<std::uint8_t>(batch.output("is_obj_placed"), 0) != 0;
-  in.success = batch.success()[0] != 0;
+  in.success = batch.outputs().success[0] != 0;
   in.smoothness = params;
   return in.compute();
 }
@@ -133,17 +133,17 @@ TEST_CASE("Steps pay the touch reward of what they show", "[reward]") {
       // Between the oracle and something restless.
       std::vector<float> action = test::act(*batch, Policy::kOracle);
       if (i % 3 == 0 && i < 12) action[4] += 0.3F;
-      const int freeze = *row<std::int32_t>(batch->memory().find("cue_steps"), 0) +
-                         *row<std::int32_t>(batch->memory().find("empty_steps"), 0);
+      const int freeze = *row<std::int32_t>(test::memory_of(*batch).find("cue_steps"), 0) +
+                         *row<std::int32_t>(test::memory_of(*batch).find("empty_steps"), 0);
       const bool frozen = options.freeze_cue && batch->state().elapsed[0] < freeze;
       batch->step(action);
       if (frozen) action.assign(7, 0.0F);  // the reward sees the frozen action
-      CHECK(batch->reward()[0] ==
+      CHECK(batch->outputs().reward[0] ==
             Approx(expected_reward(*batch, action, previous, task.params)).margin(2e-6));
       previous = action;
-      total += static_cast<double>(batch->reward()[0]);
-      successes += batch->success()[0];
-      if (batch->success()[0] != 0) CHECK(batch->reward()[0] == 3);
+      total += static_cast<double>(batch->outputs().reward[0]);
+      successes += batch->outputs().success[0];
+      if (batch->outputs().success[0] != 0) CHECK(batch->outputs().reward[0] == 3);
     }
     CHECK(successes > 0);
     CHECK(*row<double>(batch->output("episode_return"), 0) == Approx(total));
@@ -168,7 +168,7 @@ TEST_CASE("The reward terms in the info are those of the step before", "[reward]
     const double distance = std::hypot(static_cast<double>(delta[0]), static_cast<double>(delta[1]),
                                        static_cast<double>(delta[2]));
     const float offset_y = delta[1];
-    const bool success = batch->success()[0] != 0;
+    const bool success = batch->outputs().success[0] != 0;
     test::step(*batch, Policy::kOracle);
     CHECK(term("tcp_to_obj_dist") == Approx(distance).epsilon(1e-5));
     CHECK(term("obj_to_goal_pos_y") == offset_y);

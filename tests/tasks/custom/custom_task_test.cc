@@ -122,14 +122,16 @@ TEST_CASE("A task with rules outside of the library runs", "[own_tasks]") {
   CHECK(find_entry(kId)->split == Split::kExtended);
   const auto batch = test::make_running(kId, {.num_envs = 5, .reward_mode = RewardMode::kDense});
   CHECK(batch->info().horizon == 20);
-  const auto* goals = reinterpret_cast<const std::int32_t*>(batch->memory().find("draw:goal").data);
+  const auto* goals =
+      reinterpret_cast<const std::int32_t*>(test::memory_of(*batch).find("draw:goal").data);
   for (int step = 1; step <= 6; ++step) {
     test::step(*batch, Policy::kOracle);
     for (int i = 0; i < 5; ++i) {
-      CHECK(batch->reward()[static_cast<std::size_t>(i)] == static_cast<float>(step + 1));
-      CHECK((batch->success()[static_cast<std::size_t>(i)] != 0) == (step + 1 > goals[i]));
+      CHECK(batch->outputs().reward[static_cast<std::size_t>(i)] == static_cast<float>(step + 1));
+      CHECK((batch->outputs().success[static_cast<std::size_t>(i)] != 0) == (step + 1 > goals[i]));
       CHECK(*test::row<std::int32_t>(batch->output("steps_left"), i) == goals[i] - step - 1);
-      CHECK(batch->observation()[static_cast<std::size_t>((i + 1) * batch->state_dim() - 1)] ==
+      CHECK(batch->outputs()
+                .observation[static_cast<std::size_t>((i + 1) * batch->state_dim() - 1)] ==
             static_cast<float>(step + 1));
     }
   }
@@ -146,7 +148,7 @@ TEST_CASE("Rules see the environments concerned alone", "[own_tasks]") {
   batch->reset({.mask = mask, .seeds = {}});
   for (const auto& [method, rows] : log->calls) CHECK(rows == 2);
   const auto* count =
-      reinterpret_cast<const std::int32_t*>(batch->memory().find("memory:count").data);
+      reinterpret_cast<const std::int32_t*>(test::memory_of(*batch).find("memory:count").data);
   for (int i = 0; i < 6; ++i) CHECK(count[i] == (mask[static_cast<std::size_t>(i)] != 0 ? 1 : 2));
 }
 

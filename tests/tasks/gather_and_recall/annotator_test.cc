@@ -47,11 +47,12 @@ TEST_CASE("Words of GatherAndRecall: flash and cubes as they are", "[labels][gat
   };
   std::set<int> carried;
   CHECK(test::annotate(*batch).object == 0);
-  while ((batch->terminated()[0] | batch->truncated()[0] | batch->success()[0]) == 0) {
+  while ((batch->outputs().terminated[0] | batch->outputs().truncated[0] |
+          batch->outputs().success[0]) == 0) {
     const AnnotatedFrame frame = test::annotate(*batch);
     CHECK(frame.memory.empty() == !flag("flash_triggered"));
     CHECK((frame.subtask == 3) == flag("all_on_disc"));
-    const auto* on_disc = row<std::uint8_t>(batch->memory().find("cubes_on_disc"), 0);
+    const auto* on_disc = row<std::uint8_t>(test::memory_of(*batch).find("cubes_on_disc"), 0);
     for (int cube = 0; cube < 3; ++cube) {
       if (on_disc[cube] != 0 || !is_grasping(batch->state(), 0, cube)) continue;
       CHECK(frame.object == cube);

@@ -156,7 +156,7 @@ TEST_CASE("The right button solves it, a wrong one fails and ends the episode", 
     CHECK(number(*batch, "first_answer") == 1);
     CHECK(flag(*batch, "first_answer_correct") == (color == 1));
     CHECK(*row<std::uint8_t>(batch->output("terminated"), 0) == 1);
-    CHECK(batch->reward()[0] == (color == 1 ? 1.0F : -0.5F));
+    CHECK(batch->outputs().reward[0] == (color == 1 ? 1.0F : -0.5F));
   }
 }
 

@@ -36,7 +36,7 @@ TEST_CASE("Words of InterceptGrab: a grasped ball is to be held still", "[labels
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
     const auto batch = test::make_running(
         "InterceptGrabSlow-VLA-v0", {.seed = seed, .threads = 1, .auto_reset = AutoReset::kOff});
-    while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
+    while ((batch->outputs().terminated[0] | batch->outputs().truncated[0]) == 0) {
       const bool grasped = *test::row<std::uint8_t>(batch->output("is_ball_grasped"), 0) != 0;
       const AnnotatedFrame frame = test::annotate(*batch);
       CHECK((frame.words() == "hold the ball still") == grasped);

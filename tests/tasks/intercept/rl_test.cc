@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/batch/queries.h"
 #include "tasks/intercept/deflect.h"
 #include "tasks/intercept/grab.h"
 #include "tests/tasks/rl_episodes.h"
@@ -55,7 +56,8 @@ TEST_CASE("RL tasks of Intercept draw and show what the VLA tasks do", "[interce
     CHECK((slowest >= speed.first && slowest < speed.first + 0.01));
     CHECK((fastest <= speed.second && fastest > speed.second - 0.01));
     CHECK(batch->state_dim() == (is_grab(id) ? 49 : 50));
-    CHECK(test::names_of(batch->state_fields()) == test::names_of(twin->state_fields()));
+    CHECK(test::names_of(Queries(*batch).state_fields()) ==
+          test::names_of(Queries(*twin).state_fields()));
     CHECK(test::names_of(batch->info().reward_terms) == test::names_of(twin->info().reward_terms));
     CHECK(batch->info().success_reward == (is_grab(id) ? 300 : 30));
     for (const TaskConstant& constant : batch->info().constants) {
@@ -76,14 +78,14 @@ TEST_CASE("A ball in the target ends an RL episode, unless the user wants it to 
     pos[0] = 0;
     pos[1] = -0.1001;
     test::step(*batch, Policy::kZero);
-    CHECK(batch->success()[0] == 0);
-    CHECK(batch->terminated()[0] == 0);
+    CHECK(batch->outputs().success[0] == 0);
+    CHECK(batch->outputs().terminated[0] == 0);
     pos[1] = -0.0999;
     test::step(*batch, Policy::kZero);
-    CHECK(batch->success()[0] == 1);
-    CHECK(batch->reward()[0] == 30);
-    CHECK(batch->terminated()[0] == (ends ? 1 : 0));
-    CHECK(batch->truncated()[0] == 0);
+    CHECK(batch->outputs().success[0] == 1);
+    CHECK(batch->outputs().reward[0] == 30);
+    CHECK(batch->outputs().terminated[0] == (ends ? 1 : 0));
+    CHECK(batch->outputs().truncated[0] == 0);
   }
 }
 
@@ -170,7 +172,7 @@ TEST_CASE("Rewards of Intercept as an RL task are those of the published formula
     const auto [steps, successes] = test::play_rl(id, [&](const Batch& batch, int i) {
       if (batch.state().elapsed[i] == 1) reached[i] = false;
       const double expected = published_deflect(batch, i, reached[i]);
-      CHECK(static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]) ==
+      CHECK(static_cast<double>(batch.outputs().reward[static_cast<std::size_t>(i)]) ==
             Approx(expected).margin(1e-5));
     });
     CHECK(steps >= 5000);
@@ -195,7 +197,7 @@ TEST_CASE("A hand that was once behind the ball earns by the ball's distance alo
     }));
     for (int i = 0; i < options.num_envs; ++i) {
       const double expected = published_deflect(*batch, i, reached[i]);
-      CHECK(static_cast<double>(batch->reward()[static_cast<std::size_t>(i)]) ==
+      CHECK(static_cast<double>(batch->outputs().reward[static_cast<std::size_t>(i)]) ==
             Approx(expected).margin(1e-5));
       latched += reached[i] && expected < 30 ? 1 : 0;
     }
@@ -210,7 +212,8 @@ TEST_CASE(
     INFO(id);
     int moving_grasps = 0;
     const auto [steps, successes] = test::play_rl(id, [&](const Batch& batch, int i) {
-      const double reward = static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]);
+      const double reward =
+          static_cast<double>(batch.outputs().reward[static_cast<std::size_t>(i)]);
       CHECK(reward == Approx(published_grab(batch, i)).margin(5e-5));
       moving_grasps += reward > 130 && reward < 300 ? 1 : 0;
     });

@@ -104,7 +104,7 @@ TEST_CASE("The first observation shows the ball where it starts", "[intercept]")
                                       {"velocity_y", {0.3}},
                                       {"goal_y", {0.1}}}};
   const auto batch = make_running("InterceptSlow-VLA-v0", options);
-  const auto observation = batch->observation();
+  const auto observation = batch->outputs().observation;
   const std::vector<double> expected = {0.1,  0.1, 0.001, -0.1, -0.7, 0.04, 1, 0, 0, 0,
                                         0.02, 0.3, 0,     0.02, 0.3,  0,    0, 0, 0};
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -116,7 +116,7 @@ TEST_CASE("The first observation shows the ball where it starts", "[intercept]")
     CHECK(observation[47 + k] == Approx(observation[25 + k] - observation[28 + k]).margin(1e-6));
   }
   test::step(*batch, Policy::kZero);
-  CHECK(batch->observation()[29] == Approx(-0.685).margin(0.001));
+  CHECK(batch->outputs().observation[29] == Approx(-0.685).margin(0.001));
 }
 
 TEST_CASE("A ball inside the target succeeds, at any speed and height", "[intercept]") {
@@ -130,14 +130,14 @@ TEST_CASE("A ball inside the target succeeds, at any speed and height", "[interc
     pos[1] = y;
     pos[2] = z;
     test::step(*batch, Policy::kZero);
-    return batch->success()[0] != 0;
+    return batch->outputs().success[0] != 0;
   };
   CHECK(succeeds(0.05, 0, 0.02));
-  CHECK(batch->reward()[0] == 30);
+  CHECK(batch->outputs().reward[0] == 30);
   CHECK(succeeds(0, -0.0999, 0.3));
   CHECK_FALSE(succeeds(0, -0.1001, 0.02));
   CHECK_FALSE(succeeds(0.08, 0.08, 0.02));
-  CHECK(batch->terminated()[0] == 0);
+  CHECK(batch->outputs().terminated[0] == 0);
   CHECK(*row<std::uint8_t>(batch->output("success_once"), 0) == 1);
 }
 
@@ -148,21 +148,21 @@ TEST_CASE("Having been behind the ball is remembered for the episode", "[interce
   double* ball = batch->state().prop_pos_of(0, 0);
   const Vector start = Eigen::Map<Vector>(ball);
   test::step(*batch, Policy::kZero);
-  CHECK(batch->reward()[0] < 2);
+  CHECK(batch->outputs().reward[0] < 2);
   // The ball where the hand is right behind it, then far away again.
   const Vector goal = Eigen::Map<Vector>(batch->state().prop_pos_of(0, 1));
   const Vector tcp = Eigen::Map<Vector>(batch->state().tcp_pos.row(0));
   const Vector there = tcp - 0.07 * (tcp - goal).normalized();
   std::copy_n(there.data(), 3, ball);
   test::step(*batch, Policy::kZero);
-  CHECK(batch->reward()[0] > 2);
+  CHECK(batch->outputs().reward[0] > 2);
   std::copy_n(start.data(), 3, ball);
   test::step(*batch, Policy::kZero);
-  CHECK(batch->reward()[0] > 2);
+  CHECK(batch->outputs().reward[0] > 2);
   CHECK(row<float>(batch->output("reward_dict"), 0)[1] == 1);  // of the step before
   batch->reset();
   test::step(*batch, Policy::kZero);
-  CHECK(batch->reward()[0] < 2);
+  CHECK(batch->outputs().reward[0] < 2);
 }
 
 TEST_CASE("The reward term robot_static_reward of InterceptGrab is a condition", "[intercept]") {
@@ -181,7 +181,7 @@ TEST_CASE("The reward term robot_static_reward of InterceptGrab is a condition",
 TEST_CASE("The TCP's velocity is that of its motion", "[intercept]") {
   const auto batch = make_running("InterceptGrabFast-VLA-v0");
   for (int i = 0; i < 3; ++i) batch->step(std::vector<float>{1, 0.5F, -0.5F, 0, 0, 0, 1});
-  const auto observation = batch->observation();
+  const auto observation = batch->outputs().observation;
   Vector velocity;  // of the TCP: the ball's minus the relative one
   for (int k = 0; k < 3; ++k) {
     velocity[k] = static_cast<double>(observation[static_cast<std::size_t>(36 + k)] -
@@ -208,7 +208,7 @@ TEST_CASE("A caught ball stays caught, and the fingers do not sink in", "[interc
     for (int step = 0; step < 58; ++step) {
       test::step(*batch, Policy::kOracle);
       for (int i = 0; i < options.num_envs; ++i) {
-        if (batch->success()[static_cast<std::size_t>(i)] == 0 || step < 50) continue;
+        if (batch->outputs().success[static_cast<std::size_t>(i)] == 0 || step < 50) continue;
         ++held;
         const double* fingers = batch->state().qpos.row(i) + kArmJoints;
         const double* qvel = batch->state().prop_qvel_of(i, 0);

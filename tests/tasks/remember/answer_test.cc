@@ -25,7 +25,7 @@ std::unique_ptr<Batch> make_ready(bool strict) {
   return batch;
 }
 
-bool succeeds(const Batch& batch) { return batch.success()[0] != 0; }
+bool succeeds(const Batch& batch) { return batch.outputs().success[0] != 0; }
 
 TEST_CASE("The first object touched is the answer, later ones are not", "[remember][answer]") {
   const auto batch = make_ready(false);
@@ -56,7 +56,7 @@ TEST_CASE("A wrong first answer leaves a strict episode without success", "[reme
   CHECK(*row<std::uint8_t>(batch->output("failed"), 0) == 1);
   step_at(*batch, stored_pos(*batch, kTarget) + kAbove);
   CHECK_FALSE(succeeds(*batch));
-  CHECK(batch->reward()[0] < 1);
+  CHECK(batch->outputs().reward[0] < 1);
 }
 
 TEST_CASE("A stop between two objects answers with the nearer one", "[remember][answer]") {

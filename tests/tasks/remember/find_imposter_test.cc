@@ -19,7 +19,7 @@ using test::count_of, test::make_env, test::make_running, test::memory_int, test
     test::row, test::stored_pos;
 
 Eigen::Vector3d cue_pos(const Batch& batch, int key, double z, int index = 0) {
-  const double* pos = row<double>(batch.memory().find("cue_positions"), index) + 2 * key;
+  const double* pos = row<double>(test::memory_of(batch).find("cue_positions"), index) + 2 * key;
   return {pos[0], pos[1], z};
 }
 
@@ -57,19 +57,19 @@ TEST_CASE("FindImposter runs through the phases of the worked example", "[find_i
     batch->reset();
     CHECK(memory_int(*batch, "freeze_steps") == 5);
     check_phase(*batch);
-    double opening = static_cast<double>(batch->proprio()[6]);
+    double opening = static_cast<double>(batch->outputs().proprio[6]);
     for (int t = 1; t <= 8; ++t) {
       batch->step(std::vector<float>{0, 0, 0.2F, 0, 0, 0, 1});
       check_phase(*batch);
-      const double now = static_cast<double>(batch->proprio()[6]);
+      const double now = static_cast<double>(batch->outputs().proprio[6]);
       CHECK((now < opening) == (t <= 5));
       opening = now;
     }
     const int horizon = id == "FindImposterShapeAndColor5x3-VLA-v0" ? 40 : 25;
     for (int t = 9; t <= horizon; ++t) {
       batch->step(test::zeros(*batch));
-      CHECK(batch->truncated()[0] == (t == horizon ? 1 : 0));
-      CHECK(batch->terminated()[0] == 0);
+      CHECK(batch->outputs().truncated[0] == (t == horizon ? 1 : 0));
+      CHECK(batch->outputs().terminated[0] == 0);
     }
   }
 }
@@ -143,11 +143,11 @@ TEST_CASE(
         test::pose_tool(*batch, object_pos(*batch, key) + Eigen::Vector3d(0, 0, height));
         batch->state().qvel.row(0)[0] = speed;
         test::step(*batch, Policy::kZero);
-        return batch->success()[0] != 0;
+        return batch->outputs().success[0] != 0;
       };
       const double above = 0.05 - 1e-4;
       test::step_at(*batch, stored_pos(*batch, 4));  // the table is empty
-      CHECK(batch->success()[0] == 0);
+      CHECK(batch->outputs().success[0] == 0);
       test::pose_tool(*batch, {0.1, 0, 0.3});
       test::step(*batch, Policy::kZero);  // objects appear
       test::step(*batch, Policy::kZero);
@@ -159,10 +159,10 @@ TEST_CASE(
             (static_needed ? test::FirstAnswer{} : test::FirstAnswer{true, 4, true}));
       CHECK(*row<std::uint8_t>(batch->output("is_robot_static"), 0) == 0);
       CHECK(succeeds(4, above, 0.2));
-      CHECK(batch->reward()[0] == 1);
+      CHECK(batch->outputs().reward[0] == 1);
       CHECK_FALSE(succeeds(4, 0.0502, 0));
       CHECK_FALSE(succeeds(3, above, 0));
-      CHECK(batch->terminated()[0] == 0);
+      CHECK(batch->outputs().terminated[0] == 0);
     }
   }
 }
@@ -184,7 +184,7 @@ TEST_CASE("To pass by an object is an answer where the arm need not stand still"
     }
     CHECK(test::first_answer(*batch) ==
           (needed == 0 ? test::FirstAnswer{true, 2, false} : test::FirstAnswer{true, 4, true}));
-    CHECK((batch->success()[0] != 0) == (needed != 0));
+    CHECK((batch->outputs().success[0] != 0) == (needed != 0));
   }
 }
 

@@ -50,8 +50,8 @@ TEST_CASE("RL tasks of Remember show the cue for five steps and nothing for five
         }
         CHECK(object_pos(*batch, key) == expected);
       }
-      CHECK(batch->terminated()[0] == 0);
-      CHECK(batch->truncated()[0] == (t == kHorizon ? 1 : 0));
+      CHECK(batch->outputs().terminated[0] == 0);
+      CHECK(batch->outputs().truncated[0] == (t == kHorizon ? 1 : 0));
       if (t < kHorizon) batch->step(test::zeros(*batch));
     }
   }
@@ -107,7 +107,7 @@ bool succeeds(Batch& batch, double distance, double speed) {
   state.qvel.row(0)[3] = speed;
   batch.step(test::zeros(batch));
   state.qvel.row(0)[3] = 0;
-  return batch.success()[0] != 0;
+  return batch.outputs().success[0] != 0;
 }
 
 TEST_CASE("Success ends an episode of an RL task, unless the user wants it to go on",
@@ -123,11 +123,11 @@ TEST_CASE("Success ends an episode of an RL task, unless the user wants it to go
     batch->step(test::zeros(*batch));
     CHECK_FALSE(succeeds(*batch, 0.0501, 0));
     CHECK_FALSE(succeeds(*batch, 0.03, 0.2001));
-    CHECK(batch->terminated()[0] == 0);
+    CHECK(batch->outputs().terminated[0] == 0);
     CHECK(succeeds(*batch, 0.0499, 0.2));
-    CHECK(batch->terminated()[0] == (ends ? 1 : 0));
-    CHECK(batch->truncated()[0] == 0);
-    CHECK(batch->reward()[0] == 1);
+    CHECK(batch->outputs().terminated[0] == (ends ? 1 : 0));
+    CHECK(batch->outputs().truncated[0] == 0);
+    CHECK(batch->outputs().reward[0] == 1);
   }
 }
 
@@ -139,7 +139,7 @@ TEST_CASE("To rest at the object of the cue is no success in RL tasks", "[rememb
     const double center[3] = {0, 0, 0.02};
     std::copy_n(center, 3, state.tcp_pos.row(0));
     batch->step(test::zeros(*batch));
-    CHECK(batch->success()[0] == 0);
+    CHECK(batch->outputs().success[0] == 0);
   }
 }
 
@@ -178,7 +178,7 @@ TEST_CASE("Rewards of RL tasks are those of the published formula over 5,000 ste
           "[remember][rl]") {
   for (const char* id : {"RememberColor9-v0", "RememberShape5-v0", "RememberShapeAndColor3x2-v0"}) {
     const auto [steps, successes] = test::play_rl(id, [](const Batch& batch, int i) {
-      CHECK(static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]) ==
+      CHECK(static_cast<double>(batch.outputs().reward[static_cast<std::size_t>(i)]) ==
             Approx(published_reward(batch, i)).margin(2e-6));
     });
     INFO(id);

@@ -47,19 +47,19 @@ TEST_CASE("Remember runs through the phases of the worked example", "[remember]"
   for (const std::string& id : test::ids_of("Remember", Part::kShort)) {
     const auto batch = make_running(id, options);
     check_phase(*batch);
-    double opening = static_cast<double>(batch->proprio()[6]);
+    double opening = static_cast<double>(batch->outputs().proprio[6]);
     for (int t = 1; t <= 8; ++t) {
       batch->step(std::vector<float>{0, 0, 0.2F, 0, 0, 0, 1});
       check_phase(*batch);
       // Actions of the first five steps are zeroed: the gripper closes half. The sixth is live.
-      const double now = static_cast<double>(batch->proprio()[6]);
+      const double now = static_cast<double>(batch->outputs().proprio[6]);
       CHECK((now < opening) == (t <= 5));
       opening = now;
     }
     for (int t = 9; t <= 25; ++t) {
       batch->step(test::zeros(*batch));
-      CHECK(batch->truncated()[0] == (t == 25 ? 1 : 0));
-      CHECK(batch->terminated()[0] == 0);
+      CHECK(batch->outputs().truncated[0] == (t == 25 ? 1 : 0));
+      CHECK(batch->outputs().terminated[0] == 0);
     }
   }
 }
@@ -164,14 +164,14 @@ TEST_CASE("Success asks for phase, distance and stillness", "[remember]") {
     state.qvel.row(0)[3] = speed;
     test::step(*batch, Policy::kZero);
     state.qvel.row(0)[3] = 0;
-    return batch->success()[0] != 0;
+    return batch->outputs().success[0] != 0;
   };
   for (int t = 1; t < 4; ++t) {
     test::step(*batch, Policy::kZero);
-    CHECK(batch->success()[0] == 0);
+    CHECK(batch->outputs().success[0] == 0);
   }
   test::step(*batch, Policy::kZero);  // t = 4: all cubes appear
-  CHECK(batch->success()[0] == 0);
+  CHECK(batch->outputs().success[0] == 0);
   CHECK(result(0.03, 0));
   CHECK(result(0.05 - 1e-12, 0));
   CHECK_FALSE(result(0.05 + 1e-9, 0));
@@ -183,7 +183,7 @@ TEST_CASE("Success asks for phase, distance and stillness", "[remember]") {
   CHECK(*row<std::uint8_t>(batch->output("is_robot_static"), 0) == 0);
   CHECK(result(0.0, 0));  // on again: it is not latched
   CHECK(*row<std::uint8_t>(batch->output("success_once"), 0) == 1);
-  CHECK(batch->terminated()[0] == 0);
+  CHECK(batch->outputs().terminated[0] == 0);
 }
 
 // A hand that comes to rest at the object of the cue. Returns in how many of 60 steps it rested
@@ -204,8 +204,8 @@ int rest_at_cue(Batch& batch, bool counts) {
     const bool rests = *row<std::uint8_t>(batch.output("is_obj_placed"), 0) != 0 &&
                        *row<std::uint8_t>(batch.output("is_robot_static"), 0) != 0;
     rested += rests ? 1 : 0;
-    CHECK((batch.success()[0] != 0) == (counts && rests));
-    if (i > 55) CHECK(batch.reward()[0] > 0.5F);  // the bonus is not gated
+    CHECK((batch.outputs().success[0] != 0) == (counts && rests));
+    if (i > 55) CHECK(batch.outputs().reward[0] > 0.5F);  // the bonus is not gated
   }
   return rested;
 }
@@ -249,7 +249,7 @@ TEST_CASE("A cube that was pushed is where it was pushed to", "[remember]") {
   for (int i = 0; i < 9; ++i) batch->step(std::vector<float>{0.5F, 0, -0.5F, 0, 0, 0, -0.6F});
   const int target = memory_int(*batch, "target");
   CHECK((object_pos(*batch, target) - stored_pos(*batch, target)).norm() > 0.003);
-  CHECK(batch->observation()[static_cast<std::size_t>(26 + 3 * target)] ==
+  CHECK(batch->outputs().observation[static_cast<std::size_t>(26 + 3 * target)] ==
         static_cast<float>(object_pos(*batch, target).x()));
   // An episode later everything stands upright again.
   test::step(*batch, Policy::kZero);

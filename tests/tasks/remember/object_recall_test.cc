@@ -30,7 +30,7 @@ TEST_CASE("State observations have the published lengths", "[object_recall]") {
 // The layouts of an episode by key: that of the cue where all objects have a place in it, and that
 // of the manipulation phase.
 Layout layout_of(const Batch& batch, const char* column, int width, int index) {
-  const double* pos = row<double>(batch.memory().find(column), index);
+  const double* pos = row<double>(test::memory_of(batch).find(column), index);
   Layout layout;
   for (int key = 0; key < count_of(batch); ++key) {
     layout.push_back({pos[width * key], pos[width * key + 1]});
@@ -55,7 +55,7 @@ TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]"
     const BatchOptions options{.num_envs = 1000, .threads = 2};
     const auto batch = make_running(id, options);
     const tasks::ObjectSet objects = test::objects_of(*batch);
-    const bool imposter = batch->memory().find("cue_positions").field != nullptr;
+    const bool imposter = test::memory_of(*batch).find("cue_positions").field != nullptr;
     CHECK(imposter == (id.find("Imposter") != std::string::npos));
     double least = 1;
     for (int i = 0; i < options.num_envs; ++i) {
@@ -160,8 +160,8 @@ TEST_CASE("Episodes differ in nothing else if only what is hidden differs", "[ob
     CHECK(memory_int(*one, "target") != memory_int(*other, "target"));
     for (const char* column : {"qpos", "qvel", "prop_pos", "prop_quat", "prop_qvel", "prop_status",
                                "prop_slow_steps", "positions"}) {
-      const ColumnView a = one->memory().find(column);
-      const ColumnView b = other->memory().find(column);
+      const ColumnView a = test::memory_of(*one).find(column);
+      const ColumnView b = test::memory_of(*other).find(column);
       const std::size_t bytes = static_cast<std::size_t>(a.field->width) * size_of(a.field->dtype);
       INFO(column);
       CHECK(std::equal(a.row(0), a.row(0) + bytes, b.row(0)));

@@ -55,7 +55,7 @@ inline std::vector<std::string> recall_ids(Part part = Part::kAll) {
 inline int count_of(const Batch& batch) { return batch.info().candidates; }
 
 inline int memory_int(const Batch& batch, const char* name, int index = 0) {
-  return *row<std::int32_t>(batch.memory().find(name), index);
+  return *row<std::int32_t>(memory_of(batch).find(name), index);
 }
 
 inline int appearance_of(const Batch& batch, int index = 0) {
@@ -68,7 +68,7 @@ inline Eigen::Vector3d object_pos(const Batch& batch, int key, int index = 0) {
 
 // Where an object rests in the manipulation phase.
 inline Eigen::Vector3d stored_pos(const Batch& batch, int key, int index = 0) {
-  return Eigen::Map<const Eigen::Vector3d>(row<double>(batch.memory().find("positions"), index) +
+  return Eigen::Map<const Eigen::Vector3d>(row<double>(memory_of(batch).find("positions"), index) +
                                            3 * key);
 }
 
@@ -93,7 +93,7 @@ inline void check_outputs(const Batch& batch, const tasks::ObjectSet& objects) {
   const float* offset = row<float>(batch.output("obj_to_goal_pos"), 0);
   for (int i = 0; i < 3; ++i) CHECK(offset[i] == Approx(pos[i] - batch.state().tcp_pos.row(0)[i]));
 
-  const float* seen = batch.observation().data() + 25;
+  const float* seen = batch.outputs().observation.data() + 25;
   const std::int32_t* oracle_info = row<std::int32_t>(batch.output("oracle_info"), 0);
   for (const int part : objects.identity(target)) {
     CHECK(*seen++ == static_cast<float>(part));
@@ -104,7 +104,7 @@ inline void check_outputs(const Batch& batch, const tasks::ObjectSet& objects) {
       CHECK(*seen++ == (key == target ? static_cast<float>(pos[i]) : 0.0F));
     }
   }
-  CHECK(seen == batch.observation().data() + batch.observation().size());
+  CHECK(seen == batch.outputs().observation.data() + batch.outputs().observation.size());
 }
 
 // Counts that should be uniform over low..high: all values occur, none too often or too seldom.

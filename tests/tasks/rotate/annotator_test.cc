@@ -20,7 +20,7 @@ TEST_CASE("Words of Rotate: the angle of the instruction, and the first yaw", "[
       INFO(id << ", seed " << seed);
       const AnnotatedEpisode episode = play_annotated(id, seed);
       REQUIRE(episode.success);
-      const double yaw = *row<double>(episode.batch->memory().find("initial_yaw"), 0);
+      const double yaw = *row<double>(test::memory_of(*episode.batch).find("initial_yaw"), 0);
       const long degrees = std::lround(yaw * 180 / std::numbers::pi);
       CHECK(episode.memories() ==
             Texts{"the peg pointed first at a yaw of " + std::to_string(degrees) + " degrees"});
@@ -38,7 +38,7 @@ TEST_CASE("Words of Rotate: the peg rests within the threshold", "[labels][rotat
   const auto batch = test::make_running("RotateLenientPos-VLA-v0",
                                         {.seed = 5, .threads = 1, .auto_reset = AutoReset::kOff});
   int rests = 0;
-  while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
+  while ((batch->outputs().terminated[0] | batch->outputs().truncated[0]) == 0) {
     const double error = static_cast<double>(*row<float>(batch->output("y_angle_error"), 0));
     const bool episode = test::annotate(*batch).subtask == 2;
     if (std::abs(std::abs(error) - 0.1) > 1e-5) CHECK(episode == (std::abs(error) < 0.1));

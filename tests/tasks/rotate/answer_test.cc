@@ -41,7 +41,7 @@ class Peg {
   void set_velocity(double spin) { batch_->state().prop_qvel_of(0, 0)[5] = spin; }
 
   FirstAnswer answer() const { return first_answer(*batch_); }
-  bool succeeds() const { return batch_->success()[0] != 0; }
+  bool succeeds() const { return batch_->outputs().success[0] != 0; }
 
  private:
   std::unique_ptr<Batch> batch_;

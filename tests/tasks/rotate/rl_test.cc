@@ -59,8 +59,8 @@ TEST_CASE("Info and reward terms of Rotate's RL tasks have the published names",
     INFO(id);
     const auto batch = make_env(id);
     Names info;
-    for (std::size_t i = 0; i < batch->outputs().size(); ++i) {
-      const std::string& name = batch->outputs()[i].field->name;
+    for (std::size_t i = 0; i < test::columns_of(*batch).size(); ++i) {
+      const std::string& name = test::columns_of(*batch)[i].field->name;
       if (name == "relative_angle" || name.ends_with("_error")) info.push_back(name);
     }
     CHECK(info == (is_strict(id)
@@ -106,16 +106,17 @@ TEST_CASE("In the first five steps nothing is a success, whatever rewards are as
         INFO(id);
         for (int t = 1; t <= 5; ++t) {
           turn_to(*batch, 0.5);
-          CHECK(batch->success()[0] == 0);
-          CHECK(batch->terminated()[0] == 0);
+          CHECK(batch->outputs().success[0] == 0);
+          CHECK(batch->outputs().terminated[0] == 0);
         }
         turn_to(*batch, 0.5);
-        CHECK(batch->success()[0] == 1);
-        CHECK(batch->terminated()[0] == (ends ? 1 : 0));
+        CHECK(batch->outputs().success[0] == 1);
+        CHECK(batch->outputs().terminated[0] == (ends ? 1 : 0));
         const bool strict = is_strict(id);
-        CHECK(batch->reward()[0] == (mode == RewardMode::kSparse  ? 1.0F
-                                     : mode == RewardMode::kDense ? (strict ? 100.0F : 25.0F)
-                                                                  : 0.0F));
+        CHECK(batch->outputs().reward[0] == (mode == RewardMode::kSparse ? 1.0F
+                                             : mode == RewardMode::kDense
+                                                 ? (strict ? 100.0F : 25.0F)
+                                                 : 0.0F));
       }
     }
   }
@@ -175,7 +176,7 @@ TEST_CASE("Rewards of Rotate's RL tasks are those of the published formula over 
         [&](const Batch& batch, int i) {
           const double expected =
               published[static_cast<std::size_t>(i)].reward(batch, i, is_strict(id));
-          CHECK(static_cast<double>(batch.reward()[static_cast<std::size_t>(i)]) ==
+          CHECK(static_cast<double>(batch.outputs().reward[static_cast<std::size_t>(i)]) ==
                 Approx(expected).margin(2e-5));
         },
         [&](const Batch& batch, int i) { published[static_cast<std::size_t>(i)].begin(batch, i); });

@@ -68,7 +68,7 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
     double most = -10;
     double max_yaw = 0;
     for (int i = 0; i < options.num_envs; ++i) {
-      const double target = *row<double>(batch->memory().find("target_angle"), i);
+      const double target = *row<double>(test::memory_of(*batch).find("target_angle"), i);
       CHECK(*row<float>(batch->output("task_cue"), i) == static_cast<float>(target));
       CHECK(*row<float>(batch->output("oracle_info"), i) == Approx(target).margin(1e-6));
       positive += target > 0 ? 1 : 0;
@@ -77,11 +77,11 @@ TEST_CASE("Episodes draw targets and poses over their ranges", "[rotate]") {
       }
       least = std::min(least, target);
       most = std::max(most, target);
-      max_yaw = std::max(max_yaw, *row<double>(batch->memory().find("initial_yaw"), i));
+      max_yaw = std::max(max_yaw, *row<double>(test::memory_of(*batch).find("initial_yaw"), i));
       const double* pos = batch->state().prop_pos_of(i, 0);
       CHECK(std::max(std::abs(pos[0]), std::abs(pos[1])) <= 0.1);
       CHECK(pos[2] == 0.025);
-      CHECK(batch->success()[static_cast<std::size_t>(i)] == 0);
+      CHECK(batch->outputs().success[static_cast<std::size_t>(i)] == 0);
     }
     INFO(id);
     CHECK(max_yaw > 6.2);
@@ -128,7 +128,7 @@ bool succeeds(Batch& batch, double x, double y, double yaw, double joint_speed) 
   quat[3] = std::sin(yaw / 2);
   state.qvel.row(0)[2] = joint_speed;
   test::step(batch, Policy::kZero);
-  return batch.success()[0] != 0;
+  return batch.outputs().success[0] != 0;
 }
 
 TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]") {
@@ -153,9 +153,9 @@ TEST_CASE("Success asks for angle, stillness and, if strict, place", "[rotate]")
     CHECK(succeeds(*batch, 0.02 + 0.0501, -0.03, 6.5, 0) == !strict);
     CHECK(succeeds(*batch, 0.02, -0.03 - 0.0501, 6.5, 0) == !strict);
     if (strict) CHECK(*row<float>(batch->output("y_pos_error"), 0) == Approx(-0.0501).margin(1e-6));
-    CHECK(batch->terminated()[0] == 0);
+    CHECK(batch->outputs().terminated[0] == 0);
     CHECK(batch->state_dim() == 33);
-    CHECK(batch->observation()[25] == *row<float>(batch->output("oracle_info"), 0));
+    CHECK(batch->outputs().observation[25] == *row<float>(batch->output("oracle_info"), 0));
   }
 }
 
@@ -179,7 +179,7 @@ TEST_CASE("A grasped peg turns with the hand", "[rotate]") {
                                       {"robot_noise", {0, 0, 0, 0, 0, 0, 0}}}};
   const auto batch = make_running("RotateStrictPos-VLA-v0", options);
   const State& state = batch->state();
-  const auto hand_yaw = [&] { return static_cast<double>(batch->proprio()[5]); };
+  const auto hand_yaw = [&] { return static_cast<double>(batch->outputs().proprio[5]); };
   int turned = 0;
   double lag = 0;
   double offset = 0;

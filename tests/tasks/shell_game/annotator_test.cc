@@ -17,7 +17,7 @@ const std::array<std::string, 3> kPlaces = {"left", "middle", "right"};
 const std::array<std::string, 3> kInPlaces = {"on the left", "in the middle", "on the right"};
 
 int remembered(const AnnotatedEpisode& episode, const char* name) {
-  return *row<std::int32_t>(episode.batch->memory().find(name), 0);
+  return *row<std::int32_t>(test::memory_of(*episode.batch).find(name), 0);
 }
 
 // The answer, by the slot that the game reports.
@@ -93,7 +93,8 @@ TEST_CASE("Words of a lamp: its color is named when it shines", "[labels][shell_
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       INFO(id << ", seed " << seed);
       const AnnotatedEpisode episode = play_annotated(id, seed);
-      const auto* slots = row<std::uint8_t>(episode.batch->memory().find("slot_of_color"), 0);
+      const auto* slots =
+          row<std::uint8_t>(test::memory_of(*episode.batch).find("slot_of_color"), 0);
       const std::string cup = "the " + kPlaces[static_cast<std::size_t>(answer(episode))] + " cup";
       const Texts memories = episode.memories();
       CHECK(memories.front() == "the red ball was " + kInPlaces[slots[0]] +

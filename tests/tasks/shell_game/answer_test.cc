@@ -45,10 +45,10 @@ void move(const Batch& batch, int cup, const Vector3d& way) {
 }
 // Goes on until the robot may act.
 void wait(Batch& batch) {
-  const int start = *row<std::int32_t>(batch.memory().find("manipulation_start"), 0);
+  const int start = *row<std::int32_t>(test::memory_of(batch).find("manipulation_start"), 0);
   while (batch.state().elapsed[0] < start) step_at(batch, kAway);
 }
-bool succeeds(const Batch& batch) { return batch.success()[0] != 0; }
+bool succeeds(const Batch& batch) { return batch.outputs().success[0] != 0; }
 bool failed(const Batch& batch) { return *row<std::uint8_t>(batch.output("failed"), 0) != 0; }
 
 TEST_CASE("The cup at which the robot first rests is its answer", "[shell][answer]") {
@@ -143,7 +143,8 @@ TEST_CASE("A pinned mapping is obeyed under fixed_mapping, too", "[shell][lamp]"
       const auto batch = make_env(
           id, {.pins = {{"mapping", {3}}}, .task_options = {{"fixed_mapping", fixed ? 1.0 : 0.0}}});
       const auto slots = [&] {
-        const std::uint8_t* drawn = row<std::uint8_t>(batch->memory().find("slot_of_color"), 0);
+        const std::uint8_t* drawn =
+            row<std::uint8_t>(test::memory_of(*batch).find("slot_of_color"), 0);
         return std::vector<int>(drawn, drawn + 3);
       };
       INFO(id << ", fixed " << fixed);

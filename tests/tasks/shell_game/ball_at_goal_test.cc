@@ -58,7 +58,7 @@ struct Still {
     std::copy_n(there.data(), 3, batch->state().prop_pos_of(0, mug));
     batch->state().qvel.row(0)[0] = speed;
     test::step(*batch, Policy::kZero);
-    return batch->success()[0] != 0;
+    return batch->outputs().success[0] != 0;
   }
   void turn(const Quaterniond& by) const {
     double* q = batch->state().prop_quat_of(0, 1);
@@ -90,7 +90,7 @@ TEST_CASE("The ball's centre has to finish inside Push's goal region", "[shell][
   CHECK(*row<std::uint8_t>(push.batch->output("is_obj_placed"), 0) == 0);
   CHECK(push.succeeds({0.1 - half + 1e-6, 0, 0}));
   CHECK((push.ball() - Vector3d(0.1 - half + 1e-6, 0, 0.02)).norm() < 1e-12);
-  CHECK(push.batch->reward()[0] == 4);
+  CHECK(push.batch->outputs().reward[0] == 4);
   CHECK(push.succeeds({0.1, half - 1e-6, 0}));
   CHECK_FALSE(push.succeeds({0.1, half + 1e-6, 0}));
   CHECK(push.succeeds({0.1 + half - 1e-6, 0, 0}));
@@ -110,7 +110,7 @@ TEST_CASE("The ball has to be lifted in its cup into Pick's goal region", "[shel
   CHECK_FALSE(pick.succeeds({0, 0, 0.075 - 1e-6}));
   CHECK(pick.succeeds({0, 0, 0.075 + 1e-6}));
   CHECK((pick.ball() - Vector3d(0, 0, 0.095 + 1e-6)).norm() < 1e-12);
-  CHECK(pick.batch->reward()[0] == 75);
+  CHECK(pick.batch->outputs().reward[0] == 75);
   CHECK(pick.succeeds({0.03, -0.03, 0.125}));
   CHECK_FALSE(pick.succeeds({0.04, -0.04, 0.125}));  // not above its site
   CHECK_FALSE(pick.succeeds({0, 0, 0.1751}));

@@ -27,7 +27,7 @@ constexpr const char* kShorts[] = {
 bool has(const std::string& id, const char* part) { return id.find(part) != std::string::npos; }
 
 int memory_int(const Batch& batch, const char* name, int index = 0) {
-  return *row<std::int32_t>(batch.memory().find(name), index);
+  return *row<std::int32_t>(test::memory_of(batch).find(name), index);
 }
 int oracle(const Batch& batch, int index = 0) {
   return *row<std::int32_t>(batch.output("oracle_info"), index);
@@ -80,7 +80,7 @@ TEST_CASE("State observations have the published lengths and places", "[shell]")
     const auto batch = make_running(id, pinned({{"base", {0.02, 0.01}}}));
     REQUIRE(batch->state_dim() == length);
     const auto at = [&](int i) {
-      return static_cast<double>(batch->observation()[static_cast<std::size_t>(i)]);
+      return static_cast<double>(batch->outputs().observation[static_cast<std::size_t>(i)]);
     };
     const auto check = [&](int first, const Vector3d& point) {
       for (int i = 0; i < 3; ++i) CHECK(at(first + i) == Approx(point[i]).margin(1e-6));
@@ -229,7 +229,8 @@ TEST_CASE("The lamp games draw which colour goes with which mug", "[shell]") {
       const auto large = make_running(id, options);
       std::map<std::vector<int>, int> counts;
       for (int i = 0; i < options.num_envs; ++i) {
-        const std::uint8_t* slots = row<std::uint8_t>(large->memory().find("slot_of_color"), i);
+        const std::uint8_t* slots =
+            row<std::uint8_t>(test::memory_of(*large).find("slot_of_color"), i);
         ++counts[{slots[0], slots[1], slots[2]}];
       }
       INFO(id);
@@ -293,9 +294,9 @@ double farthest_stray(const char* id, bool sleep) {
   for (int t = 1; t <= batch->info().horizon; ++t) {
     test::step(*batch, Policy::kZero);
     for (int i = 0; i < options.num_envs; ++i) {
-      CHECK(batch->success()[static_cast<std::size_t>(i)] == 0);
+      CHECK(batch->outputs().success[static_cast<std::size_t>(i)] == 0);
       if (t < memory_int(*batch, "manipulation_start", i)) continue;
-      const double* base = row<double>(batch->memory().find("base"), i);
+      const double* base = row<double>(test::memory_of(*batch).find("base"), i);
       for (int mug = 0; mug < 3; ++mug) {
         double nearest = 1;
         for (int slot = 0; slot < 3; ++slot) {
@@ -332,10 +333,11 @@ TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", 
     state.qvel.row(0)[3] = speed;
     test::step(*batch, Policy::kZero);
     std::copy_n(home.data(), 3, state.prop_pos_of(0, 2));
-    return batch->success()[0] != 0;
+    return batch->outputs().success[0] != 0;
   };
   const auto remember_here = [&] {  // the displacement of the target does not matter here
-    double* reference = const_cast<double*>(row<double>(batch->memory().find("mug_reference"), 0));
+    double* reference =
+        const_cast<double*>(row<double>(test::memory_of(*batch).find("mug_reference"), 0));
     std::copy_n(tcp.data(), 2, reference + 2);
   };
   CHECK_FALSE(result(0.05, 0));  // still the cue
@@ -343,7 +345,7 @@ TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", 
   test::step(*batch, Policy::kZero);
   remember_here();
   CHECK(result(0.05, 0));
-  CHECK(batch->reward()[0] == 1);
+  CHECK(batch->outputs().reward[0] == 1);
   CHECK(result(0.08 - 1e-12, 0.2));
   CHECK_FALSE(result(0.08 + 1e-9, 0));
   CHECK_FALSE(result(0.05, 0.2001));
@@ -352,7 +354,7 @@ TEST_CASE("Touch asks for phase, distance, stillness and mugs in their places", 
   CHECK(*row<float>(batch->output("mug_max_displacement"), 0) == Approx(0.05));
   CHECK(*row<std::uint8_t>(batch->output("is_mug_displacement_ok"), 0) == 0);
   CHECK(result(0.05, 0));  // back in its place
-  CHECK(batch->terminated()[0] == 0);
+  CHECK(batch->outputs().terminated[0] == 0);
 }
 
 TEST_CASE("The mug has to reach the goal of Push and Pick under the original's rules",
@@ -370,7 +372,7 @@ TEST_CASE("The mug has to reach the goal of Push and Pick under the original's r
       std::copy_n(there.data(), 3, batch->state().prop_pos_of(0, 0));
       batch->state().qvel.row(0)[0] = speed;
       test::step(*batch, Policy::kZero);
-      return batch->success()[0] != 0;
+      return batch->outputs().success[0] != 0;
     };
     CHECK_FALSE(result({0, 0, 0}));
     if (push) {
@@ -383,7 +385,7 @@ TEST_CASE("The mug has to reach the goal of Push and Pick under the original's r
       CHECK_FALSE(result({0, 0, 0.05}, 0.2001));
       CHECK(result({0, 0, 0.0122}, 0.2));
     }
-    CHECK(batch->terminated()[0] == 1);
+    CHECK(batch->outputs().terminated[0] == 1);
     // The ball goes with its mug as long as that is low.
     check_near(pos(*batch, 3), {pos(*batch, 0).x(), pos(*batch, 0).y(), 0.02});
   }

@@ -109,7 +109,7 @@ TEST_CASE("Mugs that meet the robot nudge it and go on their way", "[shell]") {
       for (int i = 0; i < kRobotJoints; ++i) fastest = std::max(fastest, std::abs(velocity[i]));
       farthest = std::max(farthest, (tcp(*batch) - spot).norm());
       for (int mug = 0; mug < 3; ++mug) CHECK(pos(*batch, mug) == pos(*free, mug));
-      CHECK(batch->unstable()[0] == 0);
+      CHECK(batch->outputs().unstable[0] == 0);
     }
     INFO("height " << height << ": TCP strays " << farthest << " m, joints reach " << fastest);
     CHECK(farthest > 1e-4);  // they did meet
@@ -128,7 +128,7 @@ TEST_CASE("Mugs that are put back cannot be carried away", "[shell]") {
     move(*batch, t < 16 ? Vector3d(-0.15, 0, 0.06) : Vector3d(0.15, 0, 0.06), -0.6);
     if (t > 18) slowest = std::min(slowest, tcp(*batch).x() - before);
     CHECK((pos(*batch, 1) - Vector3d(0, 0, mjcf::kMugRestingHeight)).norm() < 1e-12);
-    CHECK(batch->unstable()[0] == 0);
+    CHECK(batch->outputs().unstable[0] == 0);
   }
   CHECK(tcp(*batch).x() > 0);  // through the mug, which gives way and comes back
   CHECK(slowest < 0.03);
@@ -150,7 +150,7 @@ TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]")
     for (int t = 1; t <= 30; ++t) {
       test::step(*batch, Policy::kOracle);
       for (int i = 0; i < options.num_envs; ++i) {
-        if (t < *row<std::int32_t>(batch->memory().find("cue_steps"), i)) continue;
+        if (t < *row<std::int32_t>(test::memory_of(*batch).find("cue_steps"), i)) continue;
         for (int mug = 0; mug < 3; ++mug) {
           CHECK(pos(*batch, mug, i).z() > mjcf::kMugRestingHeight - 0.003);
           CHECK(pos(*batch, mug, i).z() < 0.2);
@@ -158,8 +158,8 @@ TEST_CASE("Pushed and lifted mugs stay whole: no sinking, no flying", "[shell]")
       }
     }
     for (int i = 0; i < options.num_envs; ++i) {
-      const int cup = *row<std::int32_t>(batch->memory().find("cup_with_ball_number"), i);
-      const double* base = row<double>(batch->memory().find("base"), i);
+      const int cup = *row<std::int32_t>(test::memory_of(*batch).find("cup_with_ball_number"), i);
+      const double* base = row<double>(test::memory_of(*batch).find("base"), i);
       lifted += pos(*batch, cup, i).z() > mjcf::kMugRestingHeight + 0.012 ? 1 : 0;
       pushed += pos(*batch, cup, i).x() > base[0] + 0.03 ? 1 : 0;
       if (std::string_view(id) != "ShellGamePick-VLA-v0") continue;

@@ -168,8 +168,8 @@ struct Still {
   bool step(double speed) const {
     batch->state().qvel.row(0)[3] = speed;
     test::step(*batch, Policy::kZero);
-    CHECK(batch->reward()[0] == static_cast<float>(batch->success()[0]));
-    return batch->success()[0] != 0;
+    CHECK(batch->outputs().reward[0] == static_cast<float>(batch->outputs().success[0]));
+    return batch->outputs().success[0] != 0;
   }
   // After a step with the mug so far from its slot.
   bool moved(const Point& way, double speed = 0, int mug = 1) const {
@@ -228,13 +228,13 @@ TEST_CASE("Success ends RL shell games, unless that is switched off", "[shell][r
       const Still game(id, ends);
       game.wait(kCue);
       REQUIRE(game.moved(id == kPushRl ? Point(0.1, 0, 0) : Point(0, 0, 0.1)));
-      CHECK((game.batch->terminated()[0] != 0) == ends);
-      CHECK(game.batch->truncated()[0] == 0);
+      CHECK((game.batch->outputs().terminated[0] != 0) == ends);
+      CHECK(game.batch->outputs().truncated[0] == 0);
     }
     const Still touch(kTouchRl, ends);
     touch.wait(kCue);
     REQUIRE(touch.above(0.07));
-    CHECK((touch.batch->terminated()[0] != 0) == ends);
+    CHECK((touch.batch->outputs().terminated[0] != 0) == ends);
   }
 }
 
@@ -254,8 +254,9 @@ TEST_CASE("State observations of RL shell games have the published fields", "[sh
     for (const Field& field : batch->info().state_fields) names.push_back(field.name);
     CHECK(names == row.second);
     const Fields lacking = {"mug_max_displacement", "is_mug_displacement_ok"};
-    for (const std::string& name : lacking) CHECK(batch->outputs().find(name).field == nullptr);
-    CHECK((batch->outputs().find("is_grasped").field != nullptr) == (id == kPickRl));
+    for (const std::string& name : lacking)
+      CHECK(test::columns_of(*batch).find(name).field == nullptr);
+    CHECK((test::columns_of(*batch).find("is_grasped").field != nullptr) == (id == kPickRl));
   }
 }
 
@@ -299,7 +300,7 @@ TEST_CASE("The cue of RL shell games is a range that users may change", "[shell]
     const auto batch = make_running(id, options);
     std::map<int, int> lengths;
     for (int i = 0; i < options.num_envs; ++i) {
-      ++lengths[*row<std::int32_t>(batch->memory().find("cue_steps"), i)];
+      ++lengths[*row<std::int32_t>(test::memory_of(*batch).find("cue_steps"), i)];
     }
     CHECK(lengths.begin()->first == 7);
     CHECK(lengths.rbegin()->first == 12);
@@ -388,11 +389,12 @@ TEST_CASE("Rewards of RL shell games equal their formulas in 5,000 steps", "[she
       for (int t = 1; t <= batch->info().horizon; ++t) {
         test::step(*batch, policy);
         for (int i = 0; i < kEnvs; ++i) {
-          const double given = static_cast<double>(batch->reward()[static_cast<std::size_t>(i)]);
+          const double given =
+              static_cast<double>(batch->outputs().reward[static_cast<std::size_t>(i)]);
           const double expected = formula(Spectator(*batch, i));
           INFO(id << ", " << name_of(policy) << ", environment " << i << ", step " << t);
           CHECK(given == Approx(expected).margin(1e-5));
-          successes += batch->success()[static_cast<std::size_t>(i)];
+          successes += batch->outputs().success[static_cast<std::size_t>(i)];
           ++compared;
         }
       }

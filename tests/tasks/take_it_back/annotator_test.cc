@@ -17,7 +17,7 @@ TEST_CASE("Words of TakeItBack: where the cube was first", "[labels][take_it_bac
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     const AnnotatedEpisode episode = play_annotated("TakeItBack-VLA-v0", seed);
     REQUIRE(episode.success);
-    const double* initial = row<double>(episode.batch->memory().find("initial"), 0);
+    const double* initial = row<double>(test::memory_of(*episode.batch).find("initial"), 0);
     CHECK(episode.memories() ==
           Texts{"the cube was first at x = " + std::to_string(std::lround(100 * initial[0])) +
                 " cm, y = " + std::to_string(std::lround(100 * initial[1])) + " cm"});
@@ -31,7 +31,8 @@ TEST_CASE("Words of TakeItBack: the way back begins on the target", "[labels][ta
   const auto batch = test::make_running("TakeItBack-VLA-v0",
                                         {.seed = 2, .threads = 1, .auto_reset = AutoReset::kOff});
   int back = 0;
-  while ((batch->terminated()[0] | batch->truncated()[0] | batch->success()[0]) == 0) {
+  while ((batch->outputs().terminated[0] | batch->outputs().truncated[0] |
+          batch->outputs().success[0]) == 0) {
     const bool reached = *row<std::uint8_t>(batch->output("goal_reached_status"), 0) != 0;
     CHECK((test::annotate(*batch).subtask == 2) == reached);
     back += reached ? 1 : 0;

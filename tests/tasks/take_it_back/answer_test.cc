@@ -40,7 +40,7 @@ class Cube {
   void put_into(int slot) { put(kStartX, 0.1 * slot + kShift); }
 
   FirstAnswer answer() const { return first_answer(*batch_); }
-  bool succeeds() const { return batch_->success()[0] != 0; }
+  bool succeeds() const { return batch_->outputs().success[0] != 0; }
   bool fails() const { return *test::row<std::uint8_t>(batch_->output("failed"), 0) != 0; }
 
  private:

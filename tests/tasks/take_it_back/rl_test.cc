@@ -70,17 +70,17 @@ TEST_CASE("The cube back in its place ends an RL episode, unless the user wants 
       test::step(*batch, Policy::kZero);
     };
     step(0, 0.02);
-    CHECK(batch->success()[0] == 0);
+    CHECK(batch->outputs().success[0] == 0);
     step(0.22, 0);
-    CHECK(batch->terminated()[0] == 0);
+    CHECK(batch->outputs().terminated[0] == 0);
     CHECK(*row<std::uint8_t>(batch->output("goal_reached_status"), 0) == 1);
     step(0, 0.02 + 0.0801);
-    CHECK(batch->terminated()[0] == 0);
+    CHECK(batch->outputs().terminated[0] == 0);
     step(0, 0.02 + 0.0799);
-    CHECK(batch->success()[0] == 1);
-    CHECK(batch->reward()[0] == 30);
-    CHECK(batch->terminated()[0] == (ends ? 1 : 0));
-    CHECK(batch->truncated()[0] == 0);
+    CHECK(batch->outputs().success[0] == 1);
+    CHECK(batch->outputs().reward[0] == 30);
+    CHECK(batch->outputs().terminated[0] == (ends ? 1 : 0));
+    CHECK(batch->outputs().truncated[0] == 0);
   }
 }
 
@@ -111,7 +111,7 @@ TEST_CASE("Rewards of TakeItBack as an RL task are those of the published formul
   const auto look = [&](const Batch& batch, int i) {
     const auto at = static_cast<std::size_t>(i);
     bool latch = batch.state().elapsed[i] > 1 && reached[at] != 0;
-    const auto reward = static_cast<double>(batch.reward()[at]);
+    const auto reward = static_cast<double>(batch.outputs().reward[at]);
     CHECK(reward == Approx(published_reward(batch, i, latch)).margin(1e-5));
     reached[at] = latch ? 1 : 0;
     returning += latch && reward < 30 ? 1 : 0;
@@ -136,7 +136,8 @@ TEST_CASE("A hand behind the cube, or before it, earns the published bonus", "[t
       }));
       for (int i = 0; i < options.num_envs; ++i) {
         bool reached = *row<std::uint8_t>(batch->output("goal_reached_status"), i) != 0;
-        const auto reward = static_cast<double>(batch->reward()[static_cast<std::size_t>(i)]);
+        const auto reward =
+            static_cast<double>(batch->outputs().reward[static_cast<std::size_t>(i)]);
         CHECK(reward == Approx(published_reward(*batch, i, reached)).margin(1e-5));
         bonuses += reward > 2 ? 1 : 0;
       }

@@ -67,12 +67,12 @@ TEST_CASE("The target changes colour one step after the cube was there, for good
     CHECK(visible(*batch, kChangedRegion) == changed);
     CHECK(batch->state().prop_pos_of(0, kGoalRegion)[2] == (changed ? 1000 : 0.001));
     CHECK(batch->state().prop_pos_of(0, kChangedRegion)[2] == (changed ? 0.001 : 1000));
-    CHECK(batch->success()[0] == (success ? 1 : 0));
-    const auto observation = batch->observation();
+    CHECK(batch->outputs().success[0] == (success ? 1 : 0));
+    const auto observation = batch->outputs().observation;
     CHECK(observation[25] == 0.22F);  // the target's place, whichever disc shows it
     CHECK(observation[27] == 0.001F);
     CHECK(observation[38] == (reached ? 1.0F : 0.0F));
-    CHECK(batch->terminated()[0] == 0);
+    CHECK(batch->outputs().terminated[0] == 0);
   };
   const auto step = [&](double x, double y) {
     put_cube(*batch, x, y);
@@ -111,7 +111,7 @@ TEST_CASE("A cube that passes the target in one step changes it in the next", "[
   put_cube(*batch, 0, 0.02);
   test::step(*batch, Policy::kZero);
   CHECK(visible(*batch, kChangedRegion));
-  CHECK(batch->success()[0] == 1);
+  CHECK(batch->outputs().success[0] == 1);
 }
 
 TEST_CASE("Start and target cover their ranges and never overlap", "[take_it_back]") {

@@ -40,12 +40,12 @@ TEST_CASE("Doing nothing fails one step after the window: D = 100, s = 2", "[tim
     CHECK(batch->state().prop_rgba.row(0)[4 * kBulb + 1] == (elapsed >= 2 ? 1 : 220 / 255.0F));
     CHECK(info<std::uint8_t>(*batch, "in_window") == (elapsed >= 97 && elapsed <= 107 ? 1 : 0));
     CHECK(info<std::uint8_t>(*batch, "failed") == (elapsed >= 108 ? 1 : 0));
-    CHECK(batch->terminated()[0] == (elapsed >= 108 ? 1 : 0));
+    CHECK(batch->outputs().terminated[0] == (elapsed >= 108 ? 1 : 0));
     CHECK(info<float>(*batch, "oracle_info") == 100);
-    if (elapsed == 1) CHECK(batch->reward()[0] == 0);
+    if (elapsed == 1) CHECK(batch->outputs().reward[0] == 0);
     if (elapsed < 108) batch->step(rest);
   }
-  CHECK(batch->reward()[0] == -25);
+  CHECK(batch->outputs().reward[0] == -25);
   CHECK(info<std::uint8_t>(*batch, "too_early") == 0);
   CHECK(info<std::uint8_t>(*batch, "answered") == 0);
   CHECK(batch->state().prop_pos_of(0, kCube)[2] == Approx(0.026).margin(2e-4));
@@ -61,8 +61,8 @@ TEST_CASE("The cube arrives in the window and ends the episode", "[timed]") {
   CHECK(info<std::uint8_t>(*batch, "success") == 1);
   CHECK(info<std::uint8_t>(*batch, "in_window") == 1);
   CHECK(info<std::uint8_t>(*batch, "is_grasped") == 1);
-  CHECK(batch->terminated()[0] == 1);
-  CHECK(batch->reward()[0] == 30);
+  CHECK(batch->outputs().terminated[0] == 1);
+  CHECK(batch->outputs().reward[0] == 30);
   CHECK(info<std::uint8_t>(*batch, "first_answer_correct") == 1);
   CHECK(info<std::int32_t>(*batch, "first_answer") == batch->state().elapsed[0] - 1);
 }
@@ -160,7 +160,7 @@ TEST_CASE("A cube that arrives early fails at once", "[timed]") {
       ++early;
       REQUIRE(info<std::uint8_t>(*batch, "failed", k) == 1);
       REQUIRE(info<std::uint8_t>(*batch, "success", k) == 0);
-      REQUIRE(batch->terminated()[static_cast<std::size_t>(k)] == 1);
+      REQUIRE(batch->outputs().terminated[static_cast<std::size_t>(k)] == 1);
     }
   }
   CHECK(early > 0);

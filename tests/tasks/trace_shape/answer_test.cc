@@ -69,13 +69,13 @@ void trace(Batch& batch, int shape, double radius, double rotation) {
   const Contour contour(kShapes, shape, radius, rotation, kCenter);
   for (int i = 0; i <= kShapes.waypoints(); ++i) {
     put_cube(batch, contour.waypoint(i % kShapes.waypoints()));
-    if (batch.success()[0] != 0) return;
+    if (batch.outputs().success[0] != 0) return;
   }
 }
 
 // Presses the button of a sequence.
 void submit(Batch& batch) {
-  const double* button = row<double>(batch.memory().find("trace_shape_seq_button_xy"), 0);
+  const double* button = row<double>(test::memory_of(batch).find("trace_shape_seq_button_xy"), 0);
   test::step_at(batch, {button[0], button[1], 0.07});
 }
 
@@ -87,7 +87,7 @@ TEST_CASE("The place of the green cube does not reveal what was traced", "[trace
     for (int t = 0; t < 330; ++t) {
       test::step(*batch, Policy::kZero);
       for (int i = 0; i < options.num_envs; ++i) {
-        const double* center = row<double>(batch->memory().find("center"), i);
+        const double* center = row<double>(test::memory_of(*batch).find("center"), i);
         const double* pos = batch->state().prop_pos_of(i, kGreen);
         const double* quat = batch->state().prop_quat_of(i, kGreen);
         const bool as_placed = pos[0] == center[0] - 0.16 && pos[1] == center[1] &&
@@ -109,7 +109,7 @@ TEST_CASE("A green cube that the red one pushes reveals the shape", "[trace][ans
   for (int i = 0; i < options.num_envs; ++i) {
     const auto shape =
         static_cast<std::size_t>(*row<std::int32_t>(batch->output("oracle_info"), i));
-    const double* center = row<double>(batch->memory().find("center"), i);
+    const double* center = row<double>(test::memory_of(*batch).find("center"), i);
     const double* pos = batch->state().prop_pos_of(i, kGreen);
     shown[shape] += 1;
     pushed[shape] += std::hypot(pos[0] - center[0] + 0.16, pos[1] - center[1]) > 0.001 ? 1 : 0;
@@ -126,7 +126,7 @@ TEST_CASE("A trail commits to the shape that it comes nearest to", "[trace][answ
       wait(*batch);
       CHECK_FALSE(first_answer(*batch).given);
       trace(*batch, shape, radius, 0.3);
-      CHECK(batch->success()[0] == 1);
+      CHECK(batch->outputs().success[0] == 1);
       CHECK(first_answer(*batch) == FirstAnswer{true, shape, true});
     }
   }
@@ -140,11 +140,11 @@ TEST_CASE("What passes for a shape is not that shape", "[trace][answer]") {
     trace(*batch, SHAPE_CIRCLE, 0.08, 0.3);
     trace(*batch, SHAPE_CIRCLE, 0.08, 0.3);
     CHECK(first_answer(*batch) == FirstAnswer{true, SHAPE_CIRCLE, false});
-    CHECK((batch->success()[0] != 0) == !strict);
+    CHECK((batch->outputs().success[0] != 0) == !strict);
     // The first answer stays.
     trace(*batch, SHAPE_SQUARE, 0.08, 0.3);
     CHECK(first_answer(*batch) == FirstAnswer{true, SHAPE_CIRCLE, false});
-    CHECK((batch->success()[0] != 0) == !strict);
+    CHECK((batch->outputs().success[0] != 0) == !strict);
   }
 }
 
@@ -166,7 +166,7 @@ TEST_CASE("A sequence is answered by its submission", "[trace][answer]") {
   trace(*batch, SHAPE_TRIANGLE, 0.1, 0);
   CHECK_FALSE(first_answer(*batch).given);
   submit(*batch);
-  CHECK(batch->success()[0] == 1);
+  CHECK(batch->outputs().success[0] == 1);
   CHECK(first_answer(*batch) == FirstAnswer{true, 23, true});
 }
 

@@ -164,7 +164,7 @@ TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
   for (int i = 0; i < options.num_envs; ++i) {
     const Vec2 offset = place(*batch, kGreen, i) - place(*batch, kRed, i);
     REQUIRE((std::abs(offset.x()) >= 0.04 || std::abs(offset.y()) >= 0.04));
-    const double* center = row<double>(batch->memory().find("center"), i);
+    const double* center = row<double>(test::memory_of(*batch).find("center"), i);
     shifted += place(*batch, kGreen, i) == Vec2(center[0] - 0.16, center[1]) ? 0 : 1;
   }
   CHECK(shifted > 0.015 * options.num_envs);
@@ -176,7 +176,7 @@ TEST_CASE("TraceShape ends with the contour closed", "[trace]") {
   const auto batch = make_running("TraceShapeHard-VLA-v0", options);
   for (int i = 0; i < 200; ++i) test::step(*batch, Policy::kOracle);
   for (int i = 0; i < options.num_envs; ++i) {
-    CHECK(batch->terminated()[static_cast<std::size_t>(i)] == 1);
+    CHECK(batch->outputs().terminated[static_cast<std::size_t>(i)] == 1);
     CHECK(info<std::uint8_t>(*batch, "success", i) == 1);
     CHECK(info<std::uint8_t>(*batch, "all_visited", i) == 1);
     CHECK(info<float>(*batch, "visit_fraction", i) == 1);
@@ -190,9 +190,9 @@ TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C =
   const auto batch = make_running(
       "TraceShapeSeqHard-VLA-v0",
       pinned({{"sequence_length", {2}}, {"shapes", {1, 2, 0, 0, 0}}, {"pre_demo_steps", {4}}}));
-  const double* radii = row<double>(batch->memory().find("radii"), 0);
-  const double* turns = row<double>(batch->memory().find("rotations"), 0);
-  const double* center = row<double>(batch->memory().find("center"), 0);
+  const double* radii = row<double>(test::memory_of(*batch).find("radii"), 0);
+  const double* turns = row<double>(test::memory_of(*batch).find("rotations"), 0);
+  const double* center = row<double>(test::memory_of(*batch).find("center"), 0);
   const auto contour = [&](int element) {
     return Contour(kShapes, element == 0 ? 1 : 2, radii[element], turns[element],
                    {center[0], center[1]});
@@ -220,7 +220,7 @@ TEST_CASE("TraceShapeSeq keeps to the timeline of the example: L = 2, P = 4, C =
 
 // Moves the tool to `height` over the button, 50 mm nearer to the robot than its centre.
 void press_button(Batch& batch, double height) {
-  const double* center = row<double>(batch.memory().find("trace_shape_seq_button_xy"), 0);
+  const double* center = row<double>(test::memory_of(batch).find("trace_shape_seq_button_xy"), 0);
   const Vec2 base(tasks::kRobotBaseX, 0);
   const Vec2 outward = Vec2(center[0], center[1]) - base;
   const Vec2 at = base + outward * (1 - 0.05 / outward.norm());
@@ -239,15 +239,15 @@ TEST_CASE("A press before all contours are closed ends TraceShapeSeq in failure"
   while (batch->state().elapsed[0] < 60) press_button(*batch, 0.07);
   CHECK(batch->state().tcp_pos.row(0)[2] < 0.08);
   CHECK(info<float>(*batch, "button_press_depth") == 0);
-  CHECK(batch->terminated()[0] == 0);
+  CHECK(batch->outputs().terminated[0] == 0);
   while (batch->state().elapsed[0] < Queries(*batch).cue_end(0)) press_button(*batch, 0.20);
-  for (int i = 0; i < 40 && batch->terminated()[0] == 0; ++i) press_button(*batch, 0.07);
-  CHECK(batch->terminated()[0] == 1);
+  for (int i = 0; i < 40 && batch->outputs().terminated[0] == 0; ++i) press_button(*batch, 0.07);
+  CHECK(batch->outputs().terminated[0] == 1);
   CHECK(info<std::uint8_t>(*batch, "submitted") == 1);
   CHECK(info<std::uint8_t>(*batch, "failed_submit") == 1);
   CHECK(info<std::uint8_t>(*batch, "success") == 0);
   CHECK(info<std::uint8_t>(*batch, "button_pressed") == 1);
-  CHECK(batch->reward()[0] == -2);
+  CHECK(batch->outputs().reward[0] == -2);
 }
 
 TEST_CASE("Contours count one after the other, and the submission ends the episode", "[trace]") {
@@ -267,10 +267,10 @@ TEST_CASE("Contours count one after the other, and the submission ends the episo
     CHECK(info<std::uint8_t>(*batch, "button_pressable") == (progress == 1 ? 1 : 0));
   }
   CHECK(active == 2);
-  CHECK(batch->terminated()[0] == 1);
+  CHECK(batch->outputs().terminated[0] == 1);
   CHECK(info<std::uint8_t>(*batch, "successful_submit_event") == 1);
   CHECK(info<std::uint8_t>(*batch, "success") == 1);
-  CHECK(batch->reward()[0] == 40);
+  CHECK(batch->outputs().reward[0] == 40);
 }
 
 }  // namespace

@@ -156,7 +156,7 @@ TEST_CASE("The lamp stays on for LAMP_AFTERGLOW_STEPS", "[variants][battery]") {
     put(*batch, 0, kSocket);  // and it is home again in the same step
     int lit = 0;
     for (int i = 0; i < 40; ++i) {
-      lit += *row<std::uint8_t>(batch->memory().find("lit"), 0);
+      lit += *row<std::uint8_t>(test::memory_of(*batch).find("lit"), 0);
       test::step_at(*batch, kFarAway);
     }
     CHECK(lit == std::max(1, steps));
@@ -201,7 +201,7 @@ TEST_CASE("Penalties of BatteriesChecker have the weights of their constants",
     action[0] = 1;
     test::pose_tool(*batch, kFarAway);
     batch->step(action);
-    return batch->reward()[0];
+    return batch->outputs().reward[0];
   };
   CHECK(reward({}) - reward({{"ACTION_DELTA_L2_COEF", 1}}) ==
         Approx(0.98 * std::tanh(5.0)).margin(1e-5));

@@ -89,7 +89,7 @@ TEST_CASE("Resets narrow the ranges of blinks", "[variants][blink_count]") {
   batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
   for (int i = 0; i < 30; ++i) {
     CHECK(*row<std::int32_t>(batch->output("target_blinks"), i) == 2);
-    const auto* lengths = row<std::int32_t>(batch->memory().find("blink_length"), i);
+    const auto* lengths = row<std::int32_t>(test::memory_of(*batch).find("blink_length"), i);
     CHECK((lengths[0] == 7 && lengths[1] == 7));
   }
 }
@@ -211,7 +211,7 @@ TEST_CASE("Penalties have the weights of their constants", "[variants][blink_cou
     action[0] = 1;
     test::pose_tool(*batch, kFarAway);
     batch->step(action);
-    return batch->reward()[0];
+    return batch->outputs().reward[0];
   };
   const float none =
       reward({{"ACTION_L2_COEF", 0}, {"ACTION_DELTA_L2_COEF", 0}, {"QVEL_L2_COEF", 0}});

@@ -52,10 +52,10 @@ bool shown(const Batch& batch, int color) {
   return batch.state().status_of(0, color) != PropStatus::kHidden;
 }
 bool touched(const Batch& batch, int color) {
-  return row<std::uint8_t>(batch.memory().find("touched"), 0)[color] != 0;
+  return row<std::uint8_t>(test::memory_of(batch).find("touched"), 0)[color] != 0;
 }
 void press_button(Batch& batch) {
-  const double* at = row<double>(batch.memory().find("center_button_xy"), 0);
+  const double* at = row<double>(test::memory_of(batch).find("center_button_xy"), 0);
   for (const double height : {0.1, 0.08, 0.09, 0.17}) step_at(batch, {at[0], at[1], height});
 }
 
@@ -94,10 +94,10 @@ TEST_CASE("All colours of a smaller set are drawn, in all places", "[variants][c
     const auto batch = make_reset(id, {{"COLORS", 5}, {"SEQUENCE_LENGTH", 2}}, options);
     std::set<int> seen;
     for (int i = 0; i < 200; ++i) {
-      const std::int32_t* sequence = row<std::int32_t>(batch->memory().find("sequence"), i);
+      const std::int32_t* sequence = row<std::int32_t>(test::memory_of(*batch).find("sequence"), i);
       CHECK(sequence[0] != sequence[1]);
       seen.insert(sequence, sequence + 2);
-      const double* places = row<double>(batch->memory().find("positions"), i);
+      const double* places = row<double>(test::memory_of(*batch).find("positions"), i);
       for (int a = 0; a < 5; ++a) {
         for (int b = 0; b < a; ++b) {
           const double gap = std::max(std::abs(places[2 * a] - places[2 * b]),
@@ -117,16 +117,16 @@ TEST_CASE("Success needs all the colours, then the button", "[variants][color_re
       const auto batch = acting(id, {{"SEQUENCE_LENGTH", length}, {"COLORS", 6}}, length);
       for (int color = 0; color < length; ++color) {
         press_button(*batch);
-        CHECK(batch->success()[0] == 0);
+        CHECK(batch->outputs().success[0] == 0);
         step_at(*batch, cube(*batch, color) + Vector3d(0, 0, 0.035));
         // A right touch is worth its share of 90.
         const double share = 90.0 * (color + 1) / length;
-        CHECK(batch->reward()[0] >= share);
-        CHECK(batch->reward()[0] <= share + 1.5);
+        CHECK(batch->outputs().reward[0] >= share);
+        CHECK(batch->outputs().reward[0] <= share + 1.5);
       }
       press_button(*batch);
-      CHECK(batch->success()[0] == 1);
-      CHECK(batch->reward()[0] == 400);
+      CHECK(batch->outputs().success[0] == 1);
+      CHECK(batch->outputs().reward[0] == 400);
     }
   }
 }
@@ -146,7 +146,7 @@ TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color
     std::set<int> cues, gaps;
     for (int i = 0; i < 80; ++i) {
       cues.insert(Queries(*batch).cue_end(i));
-      gaps.insert(*row<std::int32_t>(batch->memory().find("empty_steps"), i));
+      gaps.insert(*row<std::int32_t>(test::memory_of(*batch).find("empty_steps"), i));
     }
     CHECK(cues == std::set<int>{7 * items, 8 * items, 9 * items});
     CHECK(gaps == std::set<int>{20, 21, 22});
@@ -156,7 +156,7 @@ TEST_CASE("Cue and empty phase are as long as they were made", "[variants][color
     batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &easy});
     for (int i = 0; i < 80; ++i) {
       CHECK(Queries(*batch).cue_end(i) == 7 * items);
-      CHECK(*row<std::int32_t>(batch->memory().find("empty_steps"), i) == 21);
+      CHECK(*row<std::int32_t>(test::memory_of(*batch).find("empty_steps"), i) == 21);
     }
   }
   // Every item of a cue is shown for the same time.
@@ -212,7 +212,7 @@ TEST_CASE("Penalties on actions lower the reward", "[variants][color_recall]") {
     test::pose_tool(*batch, kFarAway);
     batch->step(std::vector<float>(7, 1.0F));
   }
-  CHECK(usual->reward()[0] - costly->reward()[0] == Approx(2).margin(1e-3));
+  CHECK(usual->outputs().reward[0] - costly->outputs().reward[0] == Approx(2).margin(1e-3));
 }
 
 TEST_CASE("Sets of colours that contradict themselves are refused", "[variants][color_recall]") {

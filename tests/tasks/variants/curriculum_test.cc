@@ -21,7 +21,7 @@ std::unique_ptr<Batch> make() {
 }
 
 int empty_steps(const Batch& batch, int index) {
-  return *test::row<std::int32_t>(batch.memory().find("empty_steps"), index);
+  return *test::row<std::int32_t>(test::memory_of(batch).find("empty_steps"), index);
 }
 
 std::set<int> seen(const Batch& batch, int begin, int end) {

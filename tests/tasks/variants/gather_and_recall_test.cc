@@ -36,8 +36,8 @@ TEST_CASE("Cubes are as many as their number says", "[variants][gather]") {
       test::step_with(*batch, cube, 0.04, 0.14, 0.026);
       const int counted = *test::row<std::int32_t>(batch->output("n_on_disc"), 0);
       CHECK(counted == cube + 1);
-      CHECK(batch->reward()[0] > before + 9.9F / static_cast<float>(cubes) - 2);
-      before = batch->reward()[0];
+      CHECK(batch->outputs().reward[0] > before + 9.9F / static_cast<float>(cubes) - 2);
+      before = batch->outputs().reward[0];
     }
     CHECK(flag(*batch, "all_on_disc"));
   }

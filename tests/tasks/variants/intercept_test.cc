@@ -116,7 +116,7 @@ TEST_CASE("The target is as forgiving as its radius says", "[variants][intercept
     const auto batch =
         test::make_still(kIds[0], constants, {{"ball_x", {-0.2}}, {"goal_y", {0.1}}});
     CHECK(test::succeeds_with(*batch, kBall, radius - 1e-6, 0.1, 0.02));
-    CHECK(batch->reward()[0] == 30);
+    CHECK(batch->outputs().reward[0] == 30);
     CHECK_FALSE(test::succeeds_with(*batch, kBall, radius + 1e-6, 0.1, 0.02));
   }
 }

@@ -45,7 +45,7 @@ inline void step_with(Batch& batch, int prop, double x, double y, double z) {
 
 inline bool succeeds_with(Batch& batch, int prop, double x, double y, double z) {
   step_with(batch, prop, x, y, z);
-  return batch.success()[0] != 0;
+  return batch.outputs().success[0] != 0;
 }
 
 // The draw of that name.
@@ -62,7 +62,7 @@ inline float dense_reward_of(const char* id, const ConstantTable& constants) {
   std::vector<float> action = zeros(*batch);
   action[0] = 1;
   batch->step(action);
-  return batch->reward()[0];
+  return batch->outputs().reward[0];
 }
 
 }  // namespace engram::test

@@ -62,7 +62,7 @@ TEST_CASE("Objects of other sizes weigh, stand and are spaced accordingly", "[va
   }
   // Jitter grows with the size: the same draw, 1.5 times as far.
   const auto at = [](const Batch& batch) {
-    return row<double>(batch.memory().find("positions"), 0);
+    return row<double>(test::memory_of(batch).find("positions"), 0);
   };
   const auto plain = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.02}});
   const auto small = make("RememberColor5-VLA-v0", {{"CUBE_HALFSIZE", 0.01}});
@@ -95,11 +95,11 @@ TEST_CASE("Cue and delay last as long as their constants say", "[variants]") {
       if (elapsed < 7) CHECK((shown() > 0 && shown() < batch->info().candidates));
       if (elapsed >= 7 && elapsed < 16) CHECK(shown() == 0);
       if (elapsed >= 16) CHECK(shown() == batch->info().candidates);
-      over += batch->truncated()[0];
+      over += batch->outputs().truncated[0];
     }
     CHECK(over == 0);
     batch->step(rest);
-    CHECK(batch->truncated()[0] == 1);
+    CHECK(batch->outputs().truncated[0] == 1);
   }
 }
 
@@ -156,8 +156,8 @@ TEST_CASE("Penalties weigh as much as their coefficients say", "[variants]") {
   action[2] = -0.4F;
   none->step(action);
   heavy->step(action);
-  const double difference =
-      static_cast<double>(none->reward()[0]) - static_cast<double>(heavy->reward()[0]);
+  const double difference = static_cast<double>(none->outputs().reward[0]) -
+                            static_cast<double>(heavy->outputs().reward[0]);
   CHECK(difference == Approx(0.5 * std::tanh(2 * 0.4)).margin(1e-6));
 }
 
@@ -217,7 +217,8 @@ TEST_CASE("Colours of the user's own are seen, and reveal nothing after the cue"
     int shown = 0;
     test::play_unanswered(*one, *other, Policy::kZero, [&](bool shows) {
       if (shows) {
-        shown += std::ranges::equal(one->observation(), other->observation()) ? 0 : 1;
+        shown +=
+            std::ranges::equal(one->outputs().observation, other->outputs().observation) ? 0 : 1;
       } else {
         REQUIRE(test::leaking_outputs(*one, *other).empty());
       }

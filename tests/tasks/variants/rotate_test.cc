@@ -30,7 +30,7 @@ Targets targets(const char* id, const ConstantTable& constants) {
   const auto batch = make_running(id, options);
   Targets seen;
   for (int i = 0; i < options.num_envs; ++i) {
-    const double target = *row<double>(batch->memory().find("target_angle"), i);
+    const double target = *row<double>(test::memory_of(*batch).find("target_angle"), i);
     seen.least = std::min(seen.least, target);
     seen.most = std::max(seen.most, target);
   }
@@ -69,12 +69,12 @@ TEST_CASE("The threshold bounds targets from below, decides success and how luck
       quat[0] = std::cos(yaw / 2);
       quat[3] = std::sin(yaw / 2);
       test::step(*batch, Policy::kZero);
-      return batch->success()[0] != 0;
+      return batch->outputs().success[0] != 0;
     };
     CHECK(turned(0.5 - threshold + 1e-6));
-    CHECK(batch->reward()[0] == 60);
+    CHECK(batch->outputs().reward[0] == 60);
     CHECK_FALSE(turned(0.5 - threshold - 1e-6));
-    CHECK(batch->reward()[0] < 60);
+    CHECK(batch->outputs().reward[0] < 60);
     CHECK_FALSE(turned(0.5 + threshold + 1e-6));
   }
 }

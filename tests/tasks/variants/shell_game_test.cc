@@ -32,7 +32,7 @@ void put(const Batch& batch, int prop, const Vector3d& there) {
   std::copy_n(there.data(), 3, batch.state().prop_pos_of(0, prop));
 }
 int memory_int(const Batch& batch, const char* name, int index = 0) {
-  return *row<std::int32_t>(batch.memory().find(name), index);
+  return *row<std::int32_t>(test::memory_of(batch).find(name), index);
 }
 
 // Nothing moves but what a test moves.
@@ -165,7 +165,7 @@ TEST_CASE("Phases are as long as they were made", "[variants][shell]") {
     const auto pairs =
         std::ranges::find(batch->info().random_variables, "swap_pairs", &RandomVariable::name);
     CHECK(pairs->width == 8);
-    CHECK(batch->memory().find("slots_after_swaps").field->width == 27);
+    CHECK(test::memory_of(*batch).find("slots_after_swaps").field->width == 27);
   }
 }
 
@@ -192,17 +192,18 @@ TEST_CASE("A touch is as near as GOAL_THRESH", "[variants][shell]") {
                                   still({{"cue_steps", {1}}, {"cup_with_ball_number", {1}}}));
     const Vector3d tcp = Eigen::Map<Vector3d>(batch->state().tcp_pos.row(0));
     wait(*batch);
-    double* reference = const_cast<double*>(row<double>(batch->memory().find("mug_reference"), 0));
+    double* reference =
+        const_cast<double*>(row<double>(test::memory_of(*batch).find("mug_reference"), 0));
     std::copy_n(tcp.data(), 2, reference + 2);
     const auto step_at = [&](double distance) {
       put(*batch, 1, tcp + Vector3d(0, 0, distance));
       test::step(*batch, Policy::kZero);
-      return batch->success()[0] != 0;
+      return batch->outputs().success[0] != 0;
     };
     CHECK(step_at(thresh - 1e-9));
-    CHECK(batch->reward()[0] == 3);
+    CHECK(batch->outputs().reward[0] == 3);
     CHECK_FALSE(step_at(thresh + 1e-9));
-    CHECK(batch->reward()[0] < 1);  // nothing for being placed
+    CHECK(batch->outputs().reward[0] < 1);  // nothing for being placed
   }
   // The answer of the lamp game is a place, to which the tool has to come.
   for (const char* id : {kLamp, kShuffleLamp, kShuffle}) {
@@ -249,7 +250,7 @@ TEST_CASE(
       const auto result = [&](double distance) {
         put(*batch, 0, goal + Vector3d(0, distance, 0));
         test::step(*batch, Policy::kZero);
-        return batch->success()[0] != 0;
+        return batch->outputs().success[0] != 0;
       };
       CHECK(result(1.6 * thresh - 1e-9));
       CHECK_FALSE(result(1.6 * thresh + 1e-9));
@@ -312,7 +313,7 @@ TEST_CASE("Penalties lower the reward of a shuffle's last phase", "[variants][sh
     std::vector<float> action = test::zeros(*batch);
     action[2] = push;
     batch->step(action);
-    return static_cast<double>(batch->reward()[0]);
+    return static_cast<double>(batch->outputs().reward[0]);
   };
   const double usual = reward({}, -0.4F);
   CHECK(reward({{"ACTION_L2_COEF", 0.0}}, -0.4F) == usual);

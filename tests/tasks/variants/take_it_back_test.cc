@@ -36,7 +36,7 @@ TEST_CASE("Target and start are as forgiving as their radius says", "[variants][
     CHECK(reached());
     CHECK_FALSE(test::succeeds_with(*batch, kCube, 0, 0.02 + radius + 1e-6, 0.02));
     CHECK(test::succeeds_with(*batch, kCube, 0, 0.02 + radius - 1e-6, 0.02));
-    CHECK(batch->reward()[0] == 30);
+    CHECK(batch->outputs().reward[0] == 30);
   }
 }
 
@@ -46,8 +46,8 @@ TEST_CASE("Start and target keep two radii apart", "[variants][take_it_back]") {
   double least = 9;
   for (int i = 0; i < options.num_envs; ++i) {
     using Vec2 = Eigen::Map<const Eigen::Vector2d>;
-    const Vec2 start(test::row<double>(batch->memory().find("initial"), i));
-    const Vec2 target(test::row<double>(batch->memory().find("goal"), i));
+    const Vec2 start(test::row<double>(test::memory_of(*batch).find("initial"), i));
+    const Vec2 target(test::row<double>(test::memory_of(*batch).find("goal"), i));
     least = std::min(least, (start - target).norm());
   }
   CHECK((least >= 0.2 && least < 0.205));

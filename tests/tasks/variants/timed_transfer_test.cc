@@ -68,7 +68,7 @@ TEST_CASE("The signal comes when its range says", "[variants][timed]") {
   int least = 999;
   int most = 0;
   for (int i = 0; i < options.num_envs; ++i) {
-    const int step = *test::row<std::int32_t>(batch->memory().find("signal_step"), i);
+    const int step = *test::row<std::int32_t>(test::memory_of(*batch).find("signal_step"), i);
     least = std::min(least, step);
     most = std::max(most, step);
   }
@@ -77,7 +77,7 @@ TEST_CASE("The signal comes when its range says", "[variants][timed]") {
   CHECK(test::draw_of(batch->info(), "signal_step").low == 30);
   const ConstantTable narrow = {{"PRE_SIGNAL_STEPS", 33}};
   batch->reset({.mask = {}, .seeds = {}, .pins = nullptr, .constants = &narrow});
-  CHECK(*test::row<std::int32_t>(batch->memory().find("signal_step"), 5) == 33);
+  CHECK(*test::row<std::int32_t>(test::memory_of(*batch).find("signal_step"), 5) == 33);
 }
 
 TEST_CASE("Discs are as large as their radius says", "[variants][timed]") {
@@ -100,7 +100,7 @@ TEST_CASE("A cube is on red as near as the threshold says", "[variants][timed]")
     test::step_with(*batch, kCube, red[0] + threshold + 1e-6, red[1], 0.026);
     CHECK_FALSE(flag(*batch, "cube_on_red"));
     CHECK(test::succeeds_with(*batch, kCube, red[0] + threshold - 1e-6, red[1], 0.026));
-    CHECK(batch->reward()[0] == 30);
+    CHECK(batch->outputs().reward[0] == 30);
   }
 }
 
@@ -110,7 +110,7 @@ TEST_CASE("Coefficients of TimedTransfer weigh the action cost", "[variants][tim
     std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
     batch->step(action);
-    return batch->reward()[0];
+    return batch->outputs().reward[0];
   };
   CHECK(reward({{"ACTION_L2_COEF", 0.11}}) ==
         Approx(reward({}) - 0.1 * std::tanh(2.0)).margin(1e-6));

@@ -134,7 +134,7 @@ TEST_CASE("NUM_CHECKPOINTS have to be visited", "[variants][trace]") {
     CHECK_FALSE(flag(*batch, "success"));
     put_green(*batch, circle.checkpoint(0));
     CHECK(flag(*batch, "success"));
-    CHECK(batch->reward()[0] == 30);
+    CHECK(batch->outputs().reward[0] == 30);
   }
 }
 
@@ -158,7 +158,8 @@ TEST_CASE("SHAPE_RADIUS_RANGE is what radii are drawn from, and resets narrow it
       kHard, MakeOptions{{.num_envs = 40}, {{"SHAPE_RADIUS_RANGE", ConstantList{0.05, 0.06}}}});
   const auto radii = [&batch] {
     std::vector<double> values;
-    for (int i = 0; i < 40; ++i) values.push_back(*row<double>(batch->memory().find("radii"), i));
+    for (int i = 0; i < 40; ++i)
+      values.push_back(*row<double>(test::memory_of(*batch).find("radii"), i));
     std::ranges::sort(values);
     return values;
   };
@@ -179,7 +180,7 @@ TEST_CASE("Lengths of sequences change answers, columns and observation", "[vari
   CHECK(batch->state_dim() == test::make_env(kSeq)->state_dim() - 2);
   std::set<int> lengths;
   for (int i = 0; i < 40; ++i) {
-    const int length = *row<std::int32_t>(batch->memory().find("sequence_length"), i);
+    const int length = *row<std::int32_t>(test::memory_of(*batch).find("sequence_length"), i);
     lengths.insert(length);
     for (int k = 0; k < 3; ++k) {
       CHECK((row<std::int32_t>(batch->output("oracle_info"), i)[k] < 0) == (k >= length));
@@ -235,7 +236,7 @@ TEST_CASE("Penalties of the tracing tasks have the weights of their constants",
     std::vector<float> action = test::zeros(*batch);
     action[0] = 1;
     batch->step(action);
-    return batch->reward()[0];
+    return batch->outputs().reward[0];
   };
   for (const char* id : {kHard, kSeq}) {
     CHECK(reward(id, {}) - reward(id, {{"ACTION_L2_COEF", 1}}) ==

@@ -132,7 +132,8 @@ FirstQuestion ask_first(const std::string& id, std::uint64_t seed, const std::ve
   policy.start(0, {0, 0, seed});
   std::vector<float> actions(static_cast<std::size_t>(batch->action_dim()));
   std::vector<std::uint8_t> commanded(1);
-  while (first.choices.empty() && (batch->terminated()[0] | batch->truncated()[0]) == 0) {
+  while (first.choices.empty() &&
+         (batch->outputs().terminated[0] | batch->outputs().truncated[0]) == 0) {
     policy.act(actions, commanded);
     batch->step(actions);
   }

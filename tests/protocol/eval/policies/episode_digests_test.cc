@@ -63,7 +63,7 @@ TEST_CASE("A policy's view is the row of its environment", "[evaluation][digests
   const PolicyView second = view_of(*batch, 1);
   CHECK(second.step == 0);
   CHECK_FALSE(second.instruction.empty());
-  CHECK(second.proprio.data() == batch->proprio().data() + 7);
+  CHECK(second.proprio.data() == batch->outputs().proprio.data() + 7);
   CHECK(second.state.size() == static_cast<std::size_t>(batch->state_dim()));
   CHECK(second.rgb.empty());
 }

@@ -28,7 +28,7 @@ TEST_CASE("A strip of samples has as many images as the episode allows", "[evalu
   images.sample(*batch, 0);
   CHECK(size_of(images.png()) == std::pair{SampleImages::kSide, SampleImages::kSide});
   std::vector<float> actions(static_cast<std::size_t>(batch->action_dim()));
-  while ((batch->terminated()[0] | batch->truncated()[0]) == 0) {
+  while ((batch->outputs().terminated[0] | batch->outputs().truncated[0]) == 0) {
     batch->step(actions);
     images.sample(*batch, 0);
   }
