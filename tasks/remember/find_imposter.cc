@@ -185,10 +185,7 @@ const Family kFindImposterColor = {
                      .max_reward = 0.346,
                      .moves_untouched = true,
                      .hides = true},
-    .memory = {.irrelevant = CounterfactualChange::kDraw,
-               .irrelevant_draw = "cue_steps",
-               .delay = "EMPTY_PHASE_STEPS",
-               .items = "COLORS"}};
+    .memory = memory_facts("COLORS")};
 
 const Family kFindImposterShape = {
     .name = "FindImposterShape",
@@ -202,10 +199,7 @@ const Family kFindImposterShape = {
                      .max_reward = 0.346,
                      .moves_untouched = true,
                      .hides = true},
-    .memory = {.irrelevant = CounterfactualChange::kDraw,
-               .irrelevant_draw = "cue_steps",
-               .delay = "EMPTY_PHASE_STEPS",
-               .items = "SHAPES"}};
+    .memory = memory_facts("SHAPES")};
 
 const Family kFindImposterShapeAndColor = {
     .name = "FindImposterShapeAndColor",
@@ -216,9 +210,6 @@ const Family kFindImposterShapeAndColor = {
     .tasks = kShapeAndColorRows,
     .make = make_variant<FindImposter, kShapesAndColors>,
     .expectations = {.min_reward = 0, .max_reward = 0.346, .moves_untouched = true, .hides = true},
-    .memory = {.irrelevant = CounterfactualChange::kDraw,
-               .irrelevant_draw = "cue_steps",
-               .delay = "EMPTY_PHASE_STEPS",
-               .items = "SHAPES"}};
+    .memory = memory_facts("SHAPES")};
 
 }  // namespace engram::tasks

@@ -205,10 +205,7 @@ const Family kRememberColor = {
     .tasks = kColorRows,
     .make = make_variant<FindSame, kColors>,
     .expectations = {.min_reward = -0.0267, .max_reward = 0.6667, .hides = true},
-    .memory = {.irrelevant = CounterfactualChange::kDraw,
-               .irrelevant_draw = "cue_steps",
-               .delay = "EMPTY_PHASE_STEPS",
-               .items = "COLORS"}};
+    .memory = memory_facts("COLORS")};
 
 const Family kRememberShape = {
     .name = "RememberShape",
@@ -217,10 +214,7 @@ const Family kRememberShape = {
     .tasks = kShapeRows,
     .make = make_variant<FindSame, kShapes>,
     .expectations = {.min_reward = -0.0267, .max_reward = 0.6667, .hides = true},
-    .memory = {.irrelevant = CounterfactualChange::kDraw,
-               .irrelevant_draw = "cue_steps",
-               .delay = "EMPTY_PHASE_STEPS",
-               .items = "SHAPES"}};
+    .memory = memory_facts("SHAPES")};
 
 const Family kRememberShapeAndColor = {
     .name = "RememberShapeAndColor",
@@ -231,9 +225,6 @@ const Family kRememberShapeAndColor = {
     .tasks = kShapeAndColorRows,
     .make = make_variant<FindSame, kShapesAndColors>,
     .expectations = {.min_reward = 0, .max_reward = 0.6667, .hides = true},
-    .memory = {.irrelevant = CounterfactualChange::kDraw,
-               .irrelevant_draw = "cue_steps",
-               .delay = "EMPTY_PHASE_STEPS",
-               .items = "SHAPES"}};
+    .memory = memory_facts("SHAPES")};
 
 }  // namespace engram::tasks

@@ -27,6 +27,14 @@ constexpr SmoothnessParams default_smoothness(Vocabulary vocabulary) {
   return {.ACTION_L2_COEF = 0.02, .ACTION_DELTA_L2_COEF = 0.05, .QVEL_L2_COEF = 0.01};
 }
 
+// items: the constant that is the number of objects.
+constexpr MemoryFacts memory_facts(std::string_view items) {
+  return {.irrelevant = CounterfactualChange::kDraw,
+          .irrelevant_draw = "cue_steps",
+          .delay = "EMPTY_PHASE_STEPS",
+          .items = items};
+}
+
 // One row of a family's table.
 struct ObjectRecallParams {
   TaskSpec task;
