@@ -10,7 +10,7 @@
 #include "core/batch/scripted_policy.h"
 #include "protocol/eval/policies/choice_question.h"
 #include "protocol/eval/policies/external_policy.h"
-#include "protocol/make/object_text.h"
+#include "protocol/eval/policies/object_text.h"
 
 namespace engram {
 

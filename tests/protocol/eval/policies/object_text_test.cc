@@ -1,5 +1,5 @@
 // The objects observation in words.
-#include "protocol/make/object_text.h"
+#include "protocol/eval/policies/object_text.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-#include "protocol/make/object_text.h"
+#include "protocol/eval/policies/object_text.h"
 
 #include <algorithm>
 #include <cmath>
