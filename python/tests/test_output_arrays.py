@@ -84,3 +84,21 @@ def test_two_sets_take_turns() -> None:
 def test_other_arrays_are_refused(out: object, message: str) -> None:
     with pytest.raises(engram.Error, match=message):
         engram.make_vec(COLOR, 2, out=out)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_arrays_that_share_memory_are_refused(count: int) -> None:
+    width = engram.make_vec(COLOR, 2, obs_mode="objects").observation_space.shape[1]
+    memory = np.zeros(2 * width * 2, np.float32)
+    observation = memory[: 2 * width].reshape(2, width)
+    reward = memory[2 * width - 1 : 2 * width + 1]
+    if count == 1:
+        out: object = {"observation": observation, "reward": reward}
+    else:
+        out = [{"observation": observation}, {"observation": observation}]
+    with pytest.raises(engram.InvalidArgumentError, match="share memory; separate ones needed"):
+        engram.make_vec(COLOR, 2, obs_mode="objects", out=out)
+    env = engram.make_vec(
+        COLOR, 2, obs_mode="objects", out={"observation": observation, "reward": memory[-2:]}
+    )
+    assert env.reset()[0] is observation

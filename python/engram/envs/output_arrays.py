@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ class OutputArrays:
         ]
         if len(given) == 2 and self._turns[0].keys() != self._turns[1].keys():
             raise InvalidArgumentError("out: both dicts must be for the same outputs")
+        _require_apart([one for turn in self._arrays for one in turn])
         batch.write_outputs(*self._arrays)
 
     def __contains__(self, name: object) -> bool:
@@ -62,6 +64,15 @@ class OutputArrays:
             }
             return lambda: {key: part() for key, part in parts.items()}
         return self.getter(own[0]) if own else exported(whole)
+
+
+def _require_apart(arrays: list[tuple[str, np.ndarray]]) -> None:
+    """Raises InvalidArgumentError if two arrays have memory in common."""
+    for (name, one), (other_name, other) in combinations(arrays, 2):
+        if np.may_share_memory(one, other):
+            raise InvalidArgumentError(
+                f"out: the arrays of {name!r} and {other_name!r} share memory; separate ones needed"
+            )
 
 
 def _writable(batch: _core.Batch, name: str, value: Any) -> np.ndarray:
