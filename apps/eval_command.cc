@@ -97,16 +97,26 @@ void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& r
             rows);
 }
 
-// Keeps processes of the same user, such as policies, from reading this one's memory and
-// descriptors. Not under MPI, whose ranks may read one another's.
-void conceal_memory() { (void)::prctl(PR_SET_DUMPABLE, 0); }
+// Keeps processes of the same user, such as policies, from reading the memory and descriptors of a
+// sealed run. Throws Error where that cannot be done.
+void conceal_memory(const Ranks& ranks) {
+  if (!ranks.is_single()) {
+    throw Error(Error::kInvalidArgument,
+                fmt::format("--seed-file: {} processes of MPI given, 1 allowed; others of the same "
+                            "user can read what they send to one another",
+                            ranks.size()));
+  }
+  if (::prctl(PR_SET_DUMPABLE, 0) != 0) {
+    throw Error(Error::kUnavailable,
+                "--seed-file: this system keeps no memory from other "
+                "processes of the same user");
+  }
+}
 
 void run_coordinator(Ranks& ranks, const EvalOptions& options) {
+  if (!options.seed_file.empty()) conceal_memory(ranks);  // before there is anything to conceal
   EvaluationRun run = begin(options);
-  if (run.settings().commitment && ranks.is_single()) conceal_memory();
-  EvaluationSettings shared = run.settings();
-  shared.revealed = true;  // to the other ranks
-  const std::string settings = to_text(shared.document());
+  const std::string settings = to_text(run.settings().document());
   const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
   broadcast(ranks, {bytes.begin(), bytes.end()});
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();

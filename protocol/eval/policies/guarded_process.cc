@@ -21,7 +21,7 @@ namespace {
 
 // --- the guard: a fork of a process with threads, so system calls only ---
 
-constexpr std::array kEndings = {SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+constexpr std::array kEndings = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1};
 constexpr int kCannotStart = 127;  // exit code of a shell without its program
 
 void close_all_from(unsigned first) {
@@ -102,6 +102,7 @@ void ignore_signal(int /*number*/) {}
 [[noreturn]] void guard(char* const* arguments, int input, int output, int lifeline,
                         const sigset_t& unblocked) {
   ::setpgid(0, 0);  // Ctrl-C in the terminal is for engram alone
+  ::prctl(PR_SET_DUMPABLE, 0);  // its memory is a copy of engram's
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   // The guard ends with the others only.
   for (const int number : kEndings) std::signal(number, SIG_IGN);

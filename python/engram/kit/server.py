@@ -7,6 +7,7 @@ bytes, the lowest first), then that many bytes.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import mmap
 import os
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from engram.kit.task import Task
 
 _LENGTH_BYTES = 4
+_PR_SET_DUMPABLE = 4
 
 
 class _Connection:
@@ -56,8 +58,14 @@ class _Connection:
 
 
 def serve(file: str) -> None:
-    """Loads the file and makes instances until the other program has closed the connection."""
+    """Loads the file and makes instances until the other program has closed the connection.
+
+    Neither this process nor its forks can be read by others of the same user, such as policies.
+    """
     connection = _Connection(socket.socket(fileno=0))
+    if ctypes.CDLL(None).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0) != 0:
+        connection.send_json({"error": "memory cannot be kept from other processes"})
+        return
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for instances
     from engram.kit.registration import definitions
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import signal
@@ -230,3 +231,55 @@ def test_no_process_stays_behind(tmp_path: Path) -> None:
         if str(file).encode() in command:
             found.append(command)
     assert found == []
+
+
+# Opens what it can of processes with a task file on their command line, and ends.
+SPY = """
+import os, pathlib, sys
+
+lines = []
+for process in pathlib.Path("/proc").glob("[0-9]*"):
+    try:
+        words = (process / "cmdline").read_bytes().split(bytes(1))
+    except OSError:
+        continue
+    if not any(b"waiting.py" in word for word in words):
+        continue
+    name = "command" if words[0].endswith(b"engram") else "task"
+    lines.append(f"{name} {process.name}")
+    try:
+        (process / "mem").open("rb").close()
+        lines.append(f"{name} {process.name} memory")
+    except OSError:
+        pass
+    try:
+        for one in (process / "fd").iterdir():
+            lines.append(f"{name} {process.name} {os.readlink(one)}")
+    except OSError:
+        pass
+pathlib.Path(sys.argv[1]).write_text("\\n".join(lines))
+sys.exit(3)
+"""
+
+
+def drop_capabilities() -> None:
+    """Nothing is kept from root; without capabilities it is as any other user."""
+    bounding_set_drop = 24
+    for capability in range(64):
+        ctypes.CDLL(None).prctl(bounding_set_drop, capability, 0, 0, 0)
+
+
+def test_policies_of_a_sealed_run_cannot_open_processes_of_tasks(tmp_path: Path) -> None:
+    file = write(tmp_path)
+    spy, seen, secret = (tmp_path / name for name in ("spy.py", "seen", "secret"))
+    spy.write_text(SPY)
+    secret.write_text("a secret of this test, 0123456789abcdef")
+    done = subprocess.run(
+        words("eval", f"{file}:Wait-v0", "--episodes", 1, "--threads", 1, "--seed-file", secret,
+              "--policy-command", f"{sys.executable} {spy} {seen}"),
+        capture_output=True, text=True, check=False, timeout=300, preexec_fn=drop_capabilities,
+    )  # fmt: skip
+    found = seen.read_text().split("\n")
+    processes = [line for line in found if len(line.split()) == 2]
+    assert len(processes) >= 3, (found, done.stderr)  # the command, the task's process, its guard
+    assert [line for line in found if line not in processes] == []
