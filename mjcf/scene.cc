@@ -8,8 +8,8 @@
 #include "mjcf/panda_collision.h"
 #include "mjcf/panda_visual.h"
 #include "mjcf/prop_body.h"
+#include "mjcf/prop_limits.h"
 #include "mjcf/scenery.h"
-#include "mjcf/table_contact.h"
 
 namespace engram::mjcf {
 namespace {
@@ -47,18 +47,9 @@ int dof_count(const std::vector<Prop>& props) {
   return count;
 }
 
-// Upper bound of the contacts of one prop with the table and its neighbours. Its geoms are not all
-// in contact at once.
-int max_contacts(const Prop& prop) {
-  const int geoms = static_cast<int>(collision_geom_names(prop).size());
-  if (prop.body_type == BodyType::kKinematic) return 4 * geoms;
-  return std::min(8 * geoms, table_contact_count(prop) + 8);
-}
-
 // Buffers for all contacts that can exist at once, with four rows each.
 void add_sizes(Element& root, const std::vector<Prop>& props) {
-  int contacts = 64;  // of the robot
-  for (const Prop& prop : props) contacts += max_contacts(prop);
+  const int contacts = max_contacts(props);
   const int limits = static_cast<int>(kStartPose.size());
   const int rows = 4 * contacts + limits;
   const int dofs = dof_count(props);
@@ -110,6 +101,7 @@ std::string compose(const Scene& scene, Detail detail) {
   const bool collisions = detail != Detail::kRobotDynamics;
   const bool with_props = detail == Detail::kFull || detail == Detail::kPhysics;
   const std::vector<Prop> props = with_props ? scene.props : std::vector<Prop>{};
+  check_props(props);
 
   tinyxml2::XMLDocument document;
   Element& root = *document.NewElement("mujoco");
