@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <new>
 
 #include "protocol/io/files.h"
 #include "protocol/io/printable.h"
@@ -47,13 +48,17 @@ void print_bytes(std::span<const std::byte> bytes) {
   }
 }
 
-void print_error(std::string_view text) {
-  std::string words(text);
-  std::replace_if(
-      words.begin(), words.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  std::string line = "engram: " + printable(words);
-  while (line.back() == ' ') line.pop_back();
-  (void)write_text(STDERR_FILENO, line + "\n");
+void print_error(std::string_view text) noexcept {
+  try {
+    std::string words(text);
+    std::replace_if(
+        words.begin(), words.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    std::string line = "engram: " + printable(words);
+    while (line.back() == ' ') line.pop_back();
+    (void)write_text(STDERR_FILENO, line + "\n");
+  } catch (const std::bad_alloc&) {
+    (void)write_text(STDERR_FILENO, "engram: out of memory\n");
+  }
 }
 
 void print_warning(std::string_view text) { print_error("warning: " + std::string(text)); }

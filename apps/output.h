@@ -17,8 +17,8 @@ void guard_standard_streams();
 void print(std::string_view text);
 // Writes bytes to standard output as they are. Throws Error if that fails.
 void print_bytes(std::span<const std::byte> bytes);
-// Write the text to standard error as one line, likewise.
-void print_error(std::string_view text);
+// Write the text to standard error as one line, likewise; or that memory is out, if it is.
+void print_error(std::string_view text) noexcept;
 void print_warning(std::string_view text);
 
 // Rows of text in aligned columns.
