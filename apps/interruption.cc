@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <string>
@@ -11,7 +12,7 @@
 namespace engram::apps {
 namespace {
 
-constexpr int kSignals[] = {SIGINT, SIGTERM};
+constexpr std::array kSignals = {SIGINT, SIGTERM, SIGHUP, SIGUSR1};
 std::atomic<bool> interrupted = false;
 std::atomic<unsigned> seconds_left = 0;
 static_assert(std::atomic<bool>::is_always_lock_free);  // signal handlers may set it
@@ -37,11 +38,16 @@ void give_up(int /*signal*/) {
 Interruption::Interruption(unsigned grace) {
   seconds_left = grace;
   if (grace > 0) std::signal(SIGALRM, give_up);
-  for (const int signal : kSignals) std::signal(signal, note);
+  for (const int signal : kSignals) {
+    // As nohup has it.
+    if (std::signal(signal, note) == SIG_IGN && signal == SIGHUP) std::signal(signal, SIG_IGN);
+  }
 }
 
 Interruption::~Interruption() {
-  for (const int signal : kSignals) std::signal(signal, SIG_DFL);
+  for (const int signal : kSignals) {
+    if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
+  }
   seconds_left = 0;
 }
 

@@ -1,4 +1,5 @@
-// Ctrl-C and SIGTERM, noticed where the program can stop cleanly.
+// Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 (which schedulers send before the time is up), noticed where
+// the program can stop cleanly.
 #pragma once
 
 #include <atomic>

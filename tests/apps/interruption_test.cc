@@ -20,11 +20,12 @@ TEST_CASE("Without a signal nothing is interrupted", "[apps]") {
 }
 
 TEST_CASE("The first signal is noted", "[apps]") {
+  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP, SIGUSR1);
   const pid_t child = ::fork();
   REQUIRE(child >= 0);
   if (child == 0) {  // exit code 3: noted, and reported with the state
     const Interruption interruption(0);
-    std::raise(SIGTERM);
+    std::raise(signal);
     try {
       interruption.check("nothing was written");
     } catch (const Error& error) {
@@ -37,6 +38,16 @@ TEST_CASE("The first signal is noted", "[apps]") {
   REQUIRE(::waitpid(child, &status, 0) == child);
   CHECK(WIFEXITED(status));
   CHECK(WEXITSTATUS(status) == 3);
+}
+
+TEST_CASE("A hangup that the caller ignores stays ignored", "[apps]") {
+  std::signal(SIGHUP, SIG_IGN);
+  {
+    const Interruption interruption(0);
+    std::raise(SIGHUP);
+    CHECK_FALSE(interruption.requested());
+  }
+  CHECK(std::signal(SIGHUP, SIG_DFL) == SIG_IGN);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ def run() -> NoReturn:
 
 
 class _Interruption:
-    """Notes a Ctrl-C.
+    """Notes a Ctrl-C, and takes signals that end the process for one.
 
     Python loses a KeyboardInterrupt that comes while it deletes an object, and prints it; the
     stream that the Ctrl-C ends as well then looks as if it had failed.
@@ -67,21 +67,26 @@ class _Interruption:
 
     def __init__(self) -> None:
         self.noted = False
-        self._before: Any = None
+        self._before: dict[int, Any] = {}
         self._print_lost = sys.unraisablehook
 
     def __enter__(self) -> _Interruption:
-        if threading.current_thread() is threading.main_thread():
-            self._before = signal.getsignal(signal.SIGINT)
-        if self._before is signal.default_int_handler:
+        if threading.current_thread() is not threading.main_thread():
+            return self
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             self._print_lost = sys.unraisablehook
             sys.unraisablehook = self._lost
-            signal.signal(signal.SIGINT, self._note)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1):
+            before = signal.getsignal(number)
+            if before in (signal.default_int_handler, signal.SIG_DFL):
+                self._before[number] = before
+                signal.signal(number, self._note)
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._before is signal.default_int_handler:
-            signal.signal(signal.SIGINT, self._before)
+        for number, before in self._before.items():
+            signal.signal(number, before)
+        if self._before.get(signal.SIGINT) is signal.default_int_handler:
             sys.unraisablehook = self._print_lost
 
     def _note(self, number: int, frame: FrameType | None) -> None:

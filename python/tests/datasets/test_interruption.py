@@ -35,6 +35,15 @@ def test_a_ctrl_c_that_python_loses_is_noted_and_not_printed(capsys, monkeypatch
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1])
+def test_signals_that_end_a_process_are_taken_as_a_ctrl_c(number):
+    before = signal.getsignal(number)
+    with pytest.raises(KeyboardInterrupt), _Interruption() as interruption:
+        signal.raise_signal(number)
+    assert interruption.noted
+    assert signal.getsignal(number) is before
+
+
 class Slow:
     """A function that takes a while, and counts its calls."""
 
