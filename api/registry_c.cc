@@ -1,6 +1,8 @@
 // The C API of the registry: ids of tasks, variants, libraries of tasks.
+#include <algorithm>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,33 +22,45 @@ using engram::Error;
 using engram::c::guarded;
 using engram::c::refuse_null;
 
-// All tasks as JSON. Earlier lists stay, since callers hold them; a new one is made when other
-// tasks are registered. Describing a task makes it, which may run a user's code: without the lock.
+using Descriptions = std::map<const engram::RegistryEntry*, engram::Json>;
+
+// The newest list of tasks, and the texts of all: callers hold earlier ones.
+struct TaskLists {
+  Descriptions tasks;
+  const std::string* newest = nullptr;
+  std::set<std::string> texts;
+
+  bool is_of(const std::vector<const engram::RegistryEntry*>& entries) const {
+    return newest != nullptr && tasks.size() == entries.size() &&
+           std::ranges::all_of(entries, [&](const auto* entry) { return tasks.contains(entry); });
+  }
+};
+
+// All tasks as JSON. A new list is made when other tasks are registered. Describing a task makes
+// it, which may run a user's code: without the lock.
 const char* list_of_tasks() {
-  using Entries = std::vector<const engram::RegistryEntry*>;
-  using Descriptions = std::map<const engram::RegistryEntry*, engram::Json>;
-  static Descriptions described;
-  static std::map<Entries, std::string> lists;
+  static TaskLists lists;
   std::mutex& mutex = engram::process_mutex(engram::ProcessLock::kTaskTexts);
-  const Entries entries = engram::all_entries();
+  const std::vector<const engram::RegistryEntry*> entries = engram::all_entries();
   Descriptions known;
   {
     const std::lock_guard lock(mutex);
-    const auto found = lists.find(entries);
-    if (found != lists.end()) return found->second.c_str();
-    known = described;
+    if (lists.is_of(entries)) return lists.newest->c_str();
+    known = lists.tasks;
   }
-  engram::ConstantList tasks;
+  engram::ConstantList list;
+  Descriptions tasks;
   for (const engram::RegistryEntry* entry : entries) {
-    auto found = known.find(entry);
-    if (found == known.end()) found = known.emplace(entry, engram::describe_entry(*entry)).first;
-    tasks.push_back(found->second);
+    const auto found = known.find(entry);
+    engram::Json task = found == known.end() ? engram::describe_entry(*entry) : found->second;
+    list.push_back(task);
+    tasks.emplace(entry, std::move(task));
   }
-  std::string text = engram::to_text(tasks);
+  std::string text = engram::to_text(list);
   const std::lock_guard lock(mutex);
-  const char* list = lists.emplace(entries, std::move(text)).first->second.c_str();
-  described.swap(known);
-  return list;
+  lists.newest = &*lists.texts.insert(std::move(text)).first;
+  lists.tasks.swap(tasks);
+  return lists.newest->c_str();
 }
 
 }  // namespace
