@@ -29,4 +29,11 @@ engram_status guarded(F&& f) noexcept {
   }
 }
 
+// Calls a function of the host program, and undoes what it sets of the mode of arithmetic.
+template <class F, class... Args>
+auto call_host(F f, Args... args) {
+  const IeeeScope scope;
+  return f(args...);
+}
+
 }  // namespace engram::c

@@ -34,6 +34,7 @@ struct engram_choice_answer {
 namespace {
 
 using engram::Error;
+using engram::c::call_host;
 using engram::c::convert;
 using engram::c::guarded;
 using engram::c::kNoLimit;
@@ -88,7 +89,7 @@ class CallbackPolicy final : public engram::ExternalPolicy {
     int status = 0;
     {
       const std::lock_guard lock(mutex_);
-      status = callback_(user_, &plain, &answer);
+      status = call_host(callback_, user_, &plain, &answer);
     }
     require_success(status, answer.failure);
   }
@@ -146,7 +147,7 @@ class ChoiceCallback final : public engram::ExternalPolicy {
     int status = 0;
     {
       const std::lock_guard lock(mutex_);
-      status = callback_(user_, &plain, &reply);
+      status = call_host(callback_, user_, &plain, &reply);
     }
     require_success(status, reply.failure);
   }
@@ -282,7 +283,7 @@ engram::Protocol protocol_of(const engram::EvaluationSettings& settings,
 void report_progress(const engram_evaluation_options& options, void* user, int episodes, int all,
                      std::uint64_t env_steps) {
   if (options.progress == nullptr) return;
-  if (options.progress(user, episodes, all, env_steps) == 0) return;
+  if (call_host(options.progress, user, episodes, all, env_steps) == 0) return;
   throw Error(Error::kUnavailable, "ended by the progress callback");
 }
 

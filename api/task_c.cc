@@ -26,6 +26,7 @@ namespace {
 
 using engram::ConstantTable;
 using engram::Error;
+using engram::c::call_host;
 using engram::c::dtype_of;
 using engram::c::guarded;
 using engram::tasks::CustomArray;
@@ -48,18 +49,18 @@ class CallbackInstance final : public engram::tasks::CustomInstance {
       : callbacks_(callbacks), id_(id) {
     engram_task_reply reply;
     const std::string json = to_line(engram::Json(constants));
-    if (callbacks_.create(user, id.c_str(), json.c_str(), &instance_, &reply) != 0) {
+    if (call_host(callbacks_.create, user, id.c_str(), json.c_str(), &instance_, &reply) != 0) {
       fail(id_, reply);
     }
     try {
       description_ = engram::parse_task_description(reply.text, id);
     } catch (...) {
-      callbacks_.destroy(instance_);
+      call_host(callbacks_.destroy, instance_);
       throw;
     }
   }
   ~CallbackInstance() override {
-    callbacks_.destroy(instance_);
+    call_host(callbacks_.destroy, instance_);
     for (engram_task_memory* memory : memories_) engram_task_memory_release(memory);
   }
   CallbackInstance(const CallbackInstance&) = delete;
@@ -76,15 +77,15 @@ class CallbackInstance final : public engram::tasks::CustomInstance {
                        array.is_written ? 1 : 0, array.all, array.subset_rows, memories_.back()});
     }
     engram_task_reply reply;
-    if (callbacks_.bind(instance_, plain.data(), plain.size(), num_envs, &reply) != 0) {
+    if (call_host(callbacks_.bind, instance_, plain.data(), plain.size(), num_envs, &reply) != 0) {
       fail(id_, reply);
     }
   }
 
   void call(CustomMethod method, int rows, bool of_all) override {
     engram_task_reply reply;
-    if (callbacks_.call(instance_, static_cast<int32_t>(method), rows, of_all ? 1 : 0, &reply) !=
-        0) {
+    if (call_host(callbacks_.call, instance_, static_cast<int32_t>(method), rows, of_all ? 1 : 0,
+                  &reply) != 0) {
       fail(id_, reply);
     }
   }

@@ -10,41 +10,17 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
-#include <functional>
 
 #include "core/threads/thread_pool.h"
 #include "protocol/make/make.h"
 #include "tests/env_helpers.h"
+#include "tests/host_mode.h"
 
 namespace engram {
 namespace {
 
-constexpr unsigned kDefault = 0x1f80;
-constexpr unsigned kFlushToZero = 0x8000;
-constexpr unsigned kDenormalsAreZero = 0x0040;
-constexpr unsigned kUp = 0x4000;
-constexpr unsigned kTowardsZero = 0x6000;
-constexpr unsigned kFlushing = kDefault | kFlushToZero | kDenormalsAreZero;
-constexpr unsigned kModes[] = {kFlushing | kUp, kFlushing, kDefault | kTowardsZero};
-
-// Calls f as a host program in that mode does; counts calls that did not leave it as it was.
-class Host {
- public:
-  explicit Host(unsigned mode) : mode_(mode) {}
-  void run(const std::function<void()>& f) {
-    const unsigned before = _mm_getcsr();
-    _mm_setcsr(mode_);
-    f();
-    const unsigned after = _mm_getcsr();
-    _mm_setcsr(before);
-    if (after != mode_) ++changed_;
-  }
-  int changed() const { return changed_; }
-
- private:
-  unsigned mode_;
-  int changed_ = 0;
-};
+using test::Host;
+using test::HostMode;
 
 struct Played {
   test::Bytes bytes;  // everything shown and remembered, images too
@@ -59,7 +35,7 @@ void append(test::Bytes& to, std::span<const T> values) {
 }
 
 // An episode's beginning, a snapshot and its restoration, made in one mode and played in another.
-Played play(const std::string& id, unsigned when_made, unsigned later) {
+Played play(const std::string& id, const HostMode& when_made, const HostMode& later) {
   Played played;
   const BatchOptions options{.num_envs = 3,
                              .threads = 2,
@@ -99,27 +75,50 @@ Played play(const std::string& id, unsigned when_made, unsigned later) {
 }
 
 TEST_CASE("An IEEE scope sets the default mode and gives back what was set", "[base]") {
-  for (const unsigned mode : kModes) {
-    const unsigned with_flag = mode | 0x0020;  // something has been inexact
-    unsigned inside = 0;
-    unsigned between = 0;
+  for (const HostMode& mode : test::host_modes()) {
+    const HostMode with_flag{mode.sse | 0x0020, mode.x87};  // something has been inexact
+    HostMode inside;
+    HostMode between;
     Host host(with_flag);
     host.run([&] {
       const IeeeScope scope;
-      inside = _mm_getcsr();
+      inside = HostMode::current();
       { const IeeeScope inner; }
-      between = _mm_getcsr();
+      between = HostMode::current();
     });
-    CHECK(inside == kDefault);
-    CHECK(between == kDefault);
+    CHECK(inside == HostMode());
+    CHECK(between == HostMode());
     CHECK(host.changed() == 0);
   }
+}
+
+TEST_CASE("An IEEE scope undoes what is set within it", "[base]") {
+  for (const HostMode& mode : test::host_modes()) {
+    Host host{HostMode()};
+    host.run([&] {
+      const IeeeScope scope;
+      mode.set();
+    });
+    CHECK(host.changed() == 0);
+  }
+}
+
+TEST_CASE("A mode that traps can be restored after an operation that it would trap", "[base]") {
+  Host host(test::host_modes().back());
+  double quotient = 0;
+  host.run([&] {
+    const IeeeScope scope;
+    volatile long double zero = 0;
+    quotient = static_cast<double>(1 / zero);
+  });
+  CHECK(quotient > 1e300);
+  CHECK(host.changed() == 0);
 }
 
 TEST_CASE("Loops compute in the default mode on all threads", "[base]") {
   constexpr unsigned kControl = ~0x3fU;
   std::unique_ptr<ThreadPool> pool;
-  Host host(kModes[0]);
+  Host host(test::host_modes().back());
   host.run([&] { pool = std::make_unique<ThreadPool>(4); });
   std::atomic<int> others = 0;
   std::atomic<int> done = 0;
@@ -127,7 +126,9 @@ TEST_CASE("Loops compute in the default mode on all threads", "[base]") {
     host.run([&] {
       pool->run(64, 1, [&](int, int, int) {
         ++done;
-        if ((_mm_getcsr() & kControl) != kDefault) ++others;
+        HostMode mode = HostMode::current();
+        mode.sse &= kControl;
+        if (mode != HostMode()) ++others;
       });
     });
   }
@@ -136,22 +137,28 @@ TEST_CASE("Loops compute in the default mode on all threads", "[base]") {
   CHECK(host.changed() == 0);
 }
 
+void check_modes(const std::string& id, std::span<const HostMode> modes) {
+  CAPTURE(id);
+  const Played usual = play(id, {}, {});
+  for (const HostMode& mode : modes) {
+    CAPTURE(mode.sse, mode.x87);
+    for (const HostMode& when_made : {HostMode(), mode}) {
+      const Played played = play(id, when_made, mode);
+      CHECK(played.bytes == usual.bytes);
+      CHECK(played.text == usual.text);
+      CHECK(played.changed == 0);
+    }
+  }
+}
+
 TEST_CASE("The host's mode of arithmetic changes no bits and stays as it is", "[determinism]") {
+  check_modes("RotateLenientPos-VLA-v0", test::host_modes());
+  const std::vector<HostMode> modes = test::host_modes();
+  const HostMode some[] = {modes[12], modes[25], modes[39]};
   for (const char* id :
        {"ShellGamePick-VLA-v0", "RememberShape3-VLA-v0", "InterceptGrabFast-VLA-v0",
-        "RotateLenientPos-VLA-v0", "TraceShapeMedium-VLA-v0", "BatteriesCheckerEasy-3-VLA-v0",
-        "TimedTransferEasy-VLA-v0"}) {
-    CAPTURE(id);
-    const Played usual = play(id, kDefault, kDefault);
-    for (const unsigned mode : kModes) {
-      CAPTURE(mode);
-      for (const unsigned when_made : {kDefault, mode}) {
-        const Played played = play(id, when_made, mode);
-        CHECK(played.bytes == usual.bytes);
-        CHECK(played.text == usual.text);
-        CHECK(played.changed == 0);
-      }
-    }
+        "TraceShapeMedium-VLA-v0", "BatteriesCheckerEasy-3-VLA-v0", "TimedTransferEasy-VLA-v0"}) {
+    check_modes(id, some);
   }
 }
 
