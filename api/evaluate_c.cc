@@ -39,7 +39,9 @@ using engram::c::convert;
 using engram::c::guarded;
 using engram::c::kNoLimit;
 
-[[noreturn]] void refuse(const std::string& what) { throw Error(Error::kInvalidArgument, what); }
+[[noreturn]] void refuse_settings(const std::string& what) {
+  throw Error(Error::kInvalidArgument, what);
+}
 
 void require_success(int status, const std::string& failure) {
   if (status == 0) return;
@@ -160,11 +162,12 @@ class ChoiceCallback final : public engram::ExternalPolicy {
 };
 
 std::vector<std::string> chosen_ids(const engram_evaluation_options& options) {
-  if (options.num_ids == 0 || options.ids == nullptr) refuse("ids: none given, 1 or more needed");
+  if (options.num_ids == 0 || options.ids == nullptr)
+    refuse_settings("ids: none given, 1 or more needed");
   engram::load_environment_files();
   std::set<const engram::RegistryEntry*> tasks;
   for (std::size_t i = 0; i < options.num_ids; ++i) {
-    if (options.ids[i] == nullptr) refuse("ids: a null pointer given");
+    if (options.ids[i] == nullptr) refuse_settings("ids: a null pointer given");
     tasks.insert(&engram::require_entry(options.ids[i]));
   }
   return engram::ids_in_order({tasks.begin(), tasks.end()});
@@ -173,14 +176,14 @@ std::vector<std::string> chosen_ids(const engram_evaluation_options& options) {
 engram::Json config_of(const engram_evaluation_options& options) {
   if (options.config_json == nullptr) return engram::JsonTable();
   std::optional<engram::Json> config = engram::parse_json(options.config_json);
-  if (!config || !engram::is_table(*config)) refuse("config_json: a JSON object needed");
+  if (!config || !engram::is_table(*config)) refuse_settings("config_json: a JSON object needed");
   return std::move(*config);
 }
 
 engram::ObsMode to_obs_mode(std::int32_t mode) {
   if (mode != ENGRAM_OBS_RGB && mode != ENGRAM_OBS_STATE && mode != ENGRAM_OBS_OBJECTS) {
-    refuse("obs_mode: " + std::to_string(mode) +
-           " given, ENGRAM_OBS_RGB, ENGRAM_OBS_STATE or ENGRAM_OBS_OBJECTS allowed");
+    refuse_settings("obs_mode: " + std::to_string(mode) +
+                    " given, ENGRAM_OBS_RGB, ENGRAM_OBS_STATE or ENGRAM_OBS_OBJECTS allowed");
   }
   return static_cast<engram::ObsMode>(mode);
 }
@@ -214,7 +217,7 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options,
   settings.policy = options.name == nullptr ? "external" : options.name;
   settings.policy_config = config_of(options);
   if (options.seed_file != nullptr) {
-    if (settings.tell_episodes) refuse("seed_file, tell_episodes: one of them allowed");
+    if (settings.tell_episodes) refuse_settings("seed_file, tell_episodes: one of them allowed");
     settings.set_commitment(engram::SeedCommitment::read(options.seed_file));
   }
   if (options.renderer != nullptr) environment.image_options.renderer = options.renderer;
@@ -244,7 +247,8 @@ void check_texts(const engram_evaluation_options& options) {
                                                        {"resume", options.resume},
                                                        {"seed_file", options.seed_file}};
   for (const auto& [what, text] : texts) {
-    if (text != nullptr && *text == '\0') refuse(std::string(what) + ": '' given, a text needed");
+    if (text != nullptr && *text == '\0')
+      refuse_settings(std::string(what) + ": '' given, a text needed");
   }
 }
 
@@ -257,7 +261,7 @@ engram::EvaluationRun begin(const engram_evaluation_options& options, bool choic
     const auto before = folder->settings();
     settings.revealed = before && before->revealed;
     if (before && before->document() != settings.document()) {
-      refuse("resume: '" + folder->path().string() + "' was begun with other options");
+      refuse_settings("resume: '" + folder->path().string() + "' was begun with other options");
     }
   } else if (options.output != nullptr) {
     folder = engram::ResultFolder::create(options.output, settings);
@@ -290,7 +294,7 @@ void report_progress(const engram_evaluation_options& options, void* user, int e
 std::string probe(const engram_evaluation_options& options, const char* probes, const char* other,
                   engram_policy_callback policy, void* user) {
   check_texts(options);
-  if (options.resume != nullptr) refuse("resume: given, probes have none");
+  if (options.resume != nullptr) refuse_settings("resume: given, probes have none");
   const engram::EvaluationSettings settings = settings_of(options, /*choices=*/false);
   engram::ProbeOptions chosen;
   if (probes != nullptr) chosen.probes = engram::parse_probes("probes", probes);
@@ -331,10 +335,10 @@ engram_status evaluate_guarded(const char* what, const engram_evaluation_options
   if (document != nullptr) *document = nullptr;
   return guarded([&] {
     if (options == nullptr || callback == nullptr || document == nullptr) {
-      refuse(std::string(what) + ": a null pointer given");
+      refuse_settings(std::string(what) + ": a null pointer given");
     }
     if (options->struct_size != sizeof *options) {
-      refuse(std::string(what) + ": options not from engram_evaluation_options_init");
+      refuse_settings(std::string(what) + ": options not from engram_evaluation_options_init");
     }
     *document = engram::c::new_text(evaluate<Policy>(*options, callback, user));
   });
@@ -360,18 +364,20 @@ engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const f
                                 const int64_t* shape, int32_t ndim) {
   return guarded([&] {
     if (reply == nullptr || actions == nullptr || shape == nullptr) {
-      refuse("engram_policy_set: a null pointer given");
+      refuse_settings("engram_policy_set: a null pointer given");
     }
     if (ndim < 1 || ndim > 3) {
-      refuse("engram_policy_set: " + std::to_string(ndim) + " dimensions given, 1 to 3 allowed");
+      refuse_settings("engram_policy_set: " + std::to_string(ndim) +
+                      " dimensions given, 1 to 3 allowed");
     }
     // Larger sizes are mistakes, and their product could overflow.
     constexpr std::int64_t kMax = 1 << 24;
     std::int64_t count = 1;
     for (int i = 0; i < ndim; ++i) {
-      if (shape[i] < 0 || shape[i] > kMax) refuse("engram_policy_set: a size out of range");
+      if (shape[i] < 0 || shape[i] > kMax)
+        refuse_settings("engram_policy_set: a size out of range");
       count *= shape[i];
-      if (count > kMax) refuse("engram_policy_set: too many numbers");
+      if (count > kMax) refuse_settings("engram_policy_set: too many numbers");
     }
     reply->reply->set(row, {actions, static_cast<std::size_t>(count)},
                       {shape, static_cast<std::size_t>(ndim)});
@@ -380,7 +386,8 @@ engram_status engram_policy_set(engram_policy_reply* reply, int32_t row, const f
 
 engram_status engram_policy_fail(engram_policy_reply* reply, const char* message) {
   return guarded([&] {
-    if (reply == nullptr || message == nullptr) refuse("engram_policy_fail: a null pointer given");
+    if (reply == nullptr || message == nullptr)
+      refuse_settings("engram_policy_fail: a null pointer given");
     reply->failure = message;
   });
 }
@@ -408,7 +415,7 @@ engram_status engram_evaluate_choices(const engram_evaluation_options* options,
 engram_status engram_choose(engram_choice_answer* answer, const int32_t* indices, size_t count) {
   return guarded([&] {
     if (answer == nullptr || (indices == nullptr && count > 0)) {
-      refuse("engram_choose: a null pointer given");
+      refuse_settings("engram_choose: a null pointer given");
     }
     answer->answer->set({indices, count});
   });
@@ -423,14 +430,15 @@ engram_status engram_choose_texts(engram_choice_answer* answer, const char* cons
       null = texts[i] == nullptr;
       if (!null) words.emplace_back(texts[i]);
     }
-    if (null) refuse("engram_choose_texts: a null pointer given");
+    if (null) refuse_settings("engram_choose_texts: a null pointer given");
     answer->answer->set(words);
   });
 }
 
 engram_status engram_choice_fail(engram_choice_answer* answer, const char* message) {
   return guarded([&] {
-    if (answer == nullptr || message == nullptr) refuse("engram_choice_fail: a null pointer given");
+    if (answer == nullptr || message == nullptr)
+      refuse_settings("engram_choice_fail: a null pointer given");
     answer->failure = message;
   });
 }
@@ -441,10 +449,10 @@ engram_status engram_probe(const engram_evaluation_options* options, const char*
   if (document != nullptr) *document = nullptr;
   return guarded([&] {
     if (options == nullptr || policy == nullptr || document == nullptr) {
-      refuse("engram_probe: a null pointer given");
+      refuse_settings("engram_probe: a null pointer given");
     }
     if (options->struct_size != sizeof *options) {
-      refuse("engram_probe: options not from engram_evaluation_options_init");
+      refuse_settings("engram_probe: options not from engram_evaluation_options_init");
     }
     *document = engram::c::new_text(probe(*options, probes, other, policy, user));
   });
@@ -456,11 +464,11 @@ engram_status engram_compare(const char* a, const char* b, const char* const* al
   return guarded([&] {
     if (a == nullptr || b == nullptr || document == nullptr ||
         (allowed == nullptr && num_allowed > 0)) {
-      refuse("engram_compare: a null pointer given");
+      refuse_settings("engram_compare: a null pointer given");
     }
     std::set<engram::AllowedDifference> differences;
     for (std::size_t i = 0; i < num_allowed; ++i) {
-      if (allowed[i] == nullptr) refuse("engram_compare: a null pointer given");
+      if (allowed[i] == nullptr) refuse_settings("engram_compare: a null pointer given");
       differences.insert(
           engram::require_named<engram::AllowedDifference>("allowed difference", allowed[i]));
     }
@@ -473,7 +481,7 @@ engram_status engram_report(const char* results, const char* format, char** tabl
   if (table != nullptr) *table = nullptr;
   return guarded([&] {
     if (results == nullptr || format == nullptr || table == nullptr) {
-      refuse("engram_report: a null pointer given");
+      refuse_settings("engram_report: a null pointer given");
     }
     *table = engram::c::new_text(
         engram::result_table(engram::require_named<engram::TableFormat>("format", format),

@@ -16,7 +16,7 @@ Geom disc_on_top(const Vec3& half_size, double radius, double half_height, const
           .collides = false};
 }
 
-Geom box(const Vec3& half_size, const Vec3& pos) {
+Geom hidden_box(const Vec3& half_size, const Vec3& pos) {
   return {.type = GeomType::kBox, .size = half_size, .pos = pos, .visible = false};
 }
 
@@ -87,11 +87,11 @@ Prop battery_socket(const std::string& name, const SocketShape& shape) {
   socket.geoms = {
       {.type = GeomType::kBox, .size = outer, .rgba = shape.SOCKET_COLOR, .collides = false},
       disc_on_top(outer, shape.SOCKET_SLOT_RADIUS, shape.slot_half_height, shape.SOCKET_SLOT_COLOR),
-      box({outer[0], outer[1], floor}, {0, 0, floor - outer[2]}),
-      box({wall_x, outer[1], outer[2]}, {hole + wall_x, 0, 0}),
-      box({wall_x, outer[1], outer[2]}, {-hole - wall_x, 0, 0}),
-      box({hole, wall_y, outer[2]}, {0, hole + wall_y, 0}),
-      box({hole, wall_y, outer[2]}, {0, -hole - wall_y, 0}),
+      hidden_box({outer[0], outer[1], floor}, {0, 0, floor - outer[2]}),
+      hidden_box({wall_x, outer[1], outer[2]}, {hole + wall_x, 0, 0}),
+      hidden_box({wall_x, outer[1], outer[2]}, {-hole - wall_x, 0, 0}),
+      hidden_box({hole, wall_y, outer[2]}, {0, hole + wall_y, 0}),
+      hidden_box({hole, wall_y, outer[2]}, {0, -hole - wall_y, 0}),
   };
   socket.kind = ObjectKind::kRack;
   socket.pos = {0, 0, outer[2]};

@@ -34,13 +34,13 @@ struct Box {
 };
 
 // Hand (ours), wrist camera and the four boxes of a finger (the original's).
-constexpr double kTilt = std::numbers::pi / 6;
+constexpr double kFingerTilt = std::numbers::pi / 6;
 constexpr std::array kBoxes = {
     Box{Link::kHand, {0, 0, 0.03}, {0.03, 0.1, 0.035}, 0},
     Box{Link::kCamera, {-0.0125, -0.02, 0}, {0.010025, 0.0495, 0.0115}, 0},
     Box{Link::kLeftFinger, {0, 0.0185, 0.011}, {0.011, 0.0075, 0.01}, 0},
     Box{Link::kLeftFinger, {0, 0.0068, 0.0022}, {0.011, 0.0044, 0.0019}, 0},
-    Box{Link::kLeftFinger, {0, 0.0159, 0.02835}, {0.00875, 0.0035, 0.01175}, kTilt},
+    Box{Link::kLeftFinger, {0, 0.0159, 0.02835}, {0.00875, 0.0035, 0.01175}, kFingerTilt},
     Box{Link::kLeftFinger, {0, 0.00758, 0.04525}, {0.00875, 0.0076, 0.00925}, 0},
 };
 

@@ -24,7 +24,7 @@ constexpr double kAmbient = 0.580;
 constexpr double kSlanted = 0.2397;
 constexpr double kOverhead = 0.1875;
 
-Vec3 unit(const Vec3& v) {
+Vec3 normalized(const Vec3& v) {
   const double norm = real::hypot(v[0], v[1], v[2]);
   return {v[0] / norm, v[1] / norm, v[2] / norm};
 }
@@ -35,7 +35,7 @@ void add_light(Element& world, const char* name, const Vec3& direction, double l
   set(light, "directional", "true");
   set(light, "castshadow", "false");
   set(light, "pos", {0, 0, 3});
-  set(light, "dir", unit(direction));
+  set(light, "dir", normalized(direction));
   set(light, "diffuse", {level, level, level});
   set(light, "specular", {0.1, 0.1, 0.1});
 }

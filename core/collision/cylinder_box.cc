@@ -14,7 +14,7 @@ constexpr int kSides = 16;  // of a cap's polygon
 // Cosine of the angle between axis and normal from which a cap faces the box.
 constexpr double kCapCosine = 0.7071067811865476;
 // A round side takes another normal than a box's face only if the overlap is less by this, m.
-constexpr double kFacePreference = 1e-5;
+constexpr double kBoxFacePreference = 1e-5;
 // Cosine of the angle between axis and an edge from which the side touches it along a line.
 constexpr double kAlongEdge = 0.98;
 
@@ -62,7 +62,7 @@ double box_extent(const Vec3& half, const Vec3& direction) {
 
 enum class Feature { kBoxFace, kCap, kSide };
 
-struct Axis {
+struct CylinderAxis {
   Feature feature = Feature::kBoxFace;
   Vec3 normal = Vec3::Zero();  // from the box to the cylinder
   double overlap = std::numeric_limits<double>::infinity();
@@ -70,7 +70,7 @@ struct Axis {
 
 // Overlap along a unit vector, which then points from the box to the cylinder.
 void consider(Feature feature, Vec3 direction, const LocalCylinder& cylinder, const Vec3& half,
-              double preference, Axis& best) {
+              double preference, CylinderAxis& best) {
   const double offset = cylinder.center.dot(direction);
   if (offset < 0) direction = -direction;
   const double overlap =
@@ -78,12 +78,12 @@ void consider(Feature feature, Vec3 direction, const LocalCylinder& cylinder, co
   if (overlap < best.overlap - preference) best = {feature, direction, overlap};
 }
 
-Axis find_face_axis(const LocalCylinder& cylinder, const Vec3& half) {
-  Axis best;
+CylinderAxis find_face_axis(const LocalCylinder& cylinder, const Vec3& half) {
+  CylinderAxis best;
   for (int k = 0; k < 3; ++k) {
     consider(Feature::kBoxFace, Vec3::Unit(k), cylinder, half, 0, best);
   }
-  consider(Feature::kCap, cylinder.axis, cylinder, half, kFacePreference, best);
+  consider(Feature::kCap, cylinder.axis, cylinder, half, kBoxFacePreference, best);
   return best;
 }
 
@@ -99,14 +99,14 @@ Vec3 nearest_on_axis(const LocalCylinder& cylinder, const Vec3& half) {
   return point;
 }
 
-Axis find_axis(const LocalCylinder& cylinder, const Vec3& half) {
-  Axis best = find_face_axis(cylinder, half);
+CylinderAxis find_cylinder_axis(const LocalCylinder& cylinder, const Vec3& half) {
+  CylinderAxis best = find_face_axis(cylinder, half);
   const Vec3 point = nearest_on_axis(cylinder, half);
   const Vec3 offset = point - point.cwiseMin(half).cwiseMax(-half);
   const Vec3 radial = offset - offset.dot(cylinder.axis) * cylinder.axis;
   const double length = radial.norm();
   if (length > 1e-9) {
-    consider(Feature::kSide, radial / length, cylinder, half, kFacePreference, best);
+    consider(Feature::kSide, radial / length, cylinder, half, kBoxFacePreference, best);
   }
   return best;
 }
@@ -256,8 +256,8 @@ void add_on_side(const LocalCylinder& cylinder, const Vec3& half, const Vec3& no
 
 // A rim against an edge or a corner, which no axis above describes: the nearest points of the box
 // and of the cylinder with rounded rims. `axis` serves where even that overlaps.
-void add_on_rim(const LocalCylinder& cylinder, const Vec3& half, const Axis& axis, const Mat3& axes,
-                Collector& contacts) {
+void add_on_rim(const LocalCylinder& cylinder, const Vec3& half, const CylinderAxis& axis,
+                const Mat3& axes, Collector& contacts) {
   constexpr double kRounding = 0.002;  // m
   constexpr int kRounds = 24;          // of alternating projections
   const double radius = cylinder.radius - kRounding;
@@ -285,7 +285,7 @@ void add_on_rim(const LocalCylinder& cylinder, const Vec3& half, const Axis& axi
 
 ContactPoints cylinder_box(const CylinderPose& cylinder, const BoxPose& box, double reach) {
   const LocalCylinder local(cylinder, box);
-  const Axis axis = find_axis(local, box.half);
+  const CylinderAxis axis = find_cylinder_axis(local, box.half);
   if (-axis.overlap >= reach) return {};
   Collector contacts(box, axis.normal, reach);
   switch (axis.feature) {

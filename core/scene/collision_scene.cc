@@ -17,7 +17,7 @@ constexpr double kMinTorsionRadius = 1e-3;  // m
 // A box whose top is a plane.
 constexpr double kPlaneHalfExtent = 50;  // m
 
-[[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInternal, why); }
+[[noreturn]] void refuse_scene(const std::string& why) { throw Error(Error::kInternal, why); }
 
 std::string body_name(const mjModel& model, int body) {
   const char* name = mj_id2name(&model, mjOBJ_BODY, body);
@@ -34,7 +34,7 @@ int link_named(const mjModel& model, int body) {
   for (int link = 0; link < kArmJoints; ++link) {
     if (name == "link" + std::to_string(link + 1)) return link;
   }
-  refuse("the robot has a body '" + name + "' that is none of its links");
+  refuse_scene("the robot has a body '" + name + "' that is none of its links");
 }
 
 bool is_free(const mjModel& model, int body) {

@@ -27,7 +27,7 @@ std::string title_case(std::string_view word) {
   return title;
 }
 
-std::string quoted(std::string_view text) {
+std::string csv_text(std::string_view text) {
   std::string result = "\"";
   for (const char letter : text) {
     if (letter == '"') result += letter;
@@ -50,7 +50,7 @@ std::string benchmark_csv(std::span<const RegistryEntry* const> entries) {
     table += std::to_string(number) + ";" + std::string(entry.id) + ";" +
              std::to_string(entry.horizon) + ";" + std::string(entry.memory_type) + ";" +
              title_case(split_name(entry.split)) + ";" + std::string(data_source(entry)) + ";" +
-             quoted(entry.instruction) + "\n";
+             csv_text(entry.instruction) + "\n";
   }
   return table;
 }

@@ -18,7 +18,7 @@ ConstantList describe_state_fields(const Batch& group) {
 }
 
 // Columns of the group; final_mask and images are arrays of every batch.
-ConstantList describe_outputs(const Batch& group) {
+ConstantList describe_group_outputs(const Batch& group) {
   ConstantList list;
   for (const OutputArray& array : group.output_arrays().now()) {
     if (array.shape.size() > 2 || array.field.name == "final_mask") continue;
@@ -64,7 +64,7 @@ ConstantTable describe_group(const Batch& group) {
           {"proprio", proprio},
           {"segmentation_names", ConstantList{}},
           {"drawn", ConstantList{}},
-          {"outputs", describe_outputs(group)},
+          {"outputs", describe_group_outputs(group)},
           {"tasks", tasks}};
 }
 

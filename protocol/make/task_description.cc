@@ -28,7 +28,7 @@ const char* termination_name(Termination rule) {
 }
 
 // A float as its shortest decimal: 0.1, not 0.10000000149011612.
-double shortest(float value) {
+double shortest_real(float value) {
   if (!std::isfinite(value)) return value;
   char text[32];
   const char* end = std::to_chars(text, text + sizeof text, value).ptr;
@@ -46,7 +46,7 @@ ConstantList names_of(const std::vector<Field>& fields) {
 
 ConstantList bounds(const std::vector<float>& values) {
   ConstantList list;
-  for (const float value : values) list.emplace_back(shortest(value));
+  for (const float value : values) list.emplace_back(shortest_real(value));
   return list;
 }
 

@@ -9,8 +9,6 @@ namespace {
 // Larger images have no backdrop.
 constexpr std::int64_t kMaxPixels = 1 << 20;
 
-int padded(int size) { return (size + kBlock - 1) / kBlock * kBlock; }
-
 void draw(const FrameData& frame, const Kernel& kernel, TileRow& row, int stride, float* w,
           std::uint32_t* color) {
   row.keeps_depth = true;

@@ -23,12 +23,11 @@ using cpu::FrameData;
 using cpu::kBlock;
 using cpu::Kernel;
 using cpu::kPanelTiles;
+using cpu::padded;
 using cpu::TileRow;
 
 constexpr int kBandPixels = 8192;  // three words each: a band stays in the caches
 constexpr int kLargestSide = 16384;
-
-int padded(int width) { return (width + kBlock - 1) / kBlock * kBlock; }
 
 // Null if the library or the machine lacks it.
 const Kernel* find_kernel(InstructionSet set) {

@@ -16,6 +16,8 @@ inline constexpr int kMaxLights = 8;
 inline constexpr int kMaxRays = 64;   // of all lights together
 inline constexpr int kGlossStep = 8;  // pixels from node to node of a gloss; divides kBlock
 
+constexpr int padded(int size) { return (size + kBlock - 1) / kBlock * kBlock; }
+
 // a u + b v + c
 struct Affine {
   float a, b, c;

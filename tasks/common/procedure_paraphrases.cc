@@ -3,7 +3,7 @@
 namespace engram {
 namespace {
 
-constexpr ParaphraseSet kSets[] = {
+constexpr ParaphraseSet kProcedureSets[] = {
     {"Intercept the rolling ball by moving to its path and deflecting it toward the target.",
      {"Move to the path of the rolling ball and deflect it toward the target.",
       "Intercept the ball that rolls: get into its path and redirect it to the target.",
@@ -318,6 +318,6 @@ constexpr ParaphraseSet kSets[] = {
 
 }  // namespace
 
-std::span<const ParaphraseSet> procedure_paraphrases() { return kSets; }
+std::span<const ParaphraseSet> procedure_paraphrases() { return kProcedureSets; }
 
 }  // namespace engram

@@ -3,7 +3,7 @@
 namespace engram {
 namespace {
 
-constexpr ParaphraseSet kSets[] = {
+constexpr ParaphraseSet kRecallSets[] = {
     {"Observe the cube's color, wait, then touch the cube of the same color.",
      {"Look at the color of the cube, wait, and then touch the cube that has the same color.",
       "Remember the cube's color. After waiting, touch the cube of that color.",
@@ -187,6 +187,6 @@ constexpr ParaphraseSet kSets[] = {
 
 }  // namespace
 
-std::span<const ParaphraseSet> recall_paraphrases() { return kSets; }
+std::span<const ParaphraseSet> recall_paraphrases() { return kRecallSets; }
 
 }  // namespace engram

@@ -13,7 +13,7 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-constexpr double kControlStep = 0.05;   // s
+constexpr double kStepTime = 0.05;      // s
 constexpr double kTopSpeed = 0.033;     // m per control step that the hand can count on
 constexpr double kReactionSteps = 2;    // until the hand is up to speed
 constexpr double kFarthest = 0.76;      // m from the axis of the robot's base
@@ -51,7 +51,7 @@ Vector meeting_point(const Vector& ball, const Vector& velocity, const Vector& t
   constexpr int kLongest = 60;
   Vector point = ball;
   for (int step = 1; step <= kLongest; ++step) {
-    point = ball + kControlStep * step * velocity;
+    point = ball + kStepTime * step * velocity;
     point.z() = height;
     const double reach = reach_of(point);
     const double steps = (point - tcp).norm() / kTopSpeed + kReactionSteps;
@@ -98,7 +98,7 @@ Vector blocking_point(const State& state, int env, const Vector& ball, const Vec
   Vector best = ball;
   double least = std::numeric_limits<double>::infinity();
   for (int step = 1; step <= kLongest; ++step) {
-    Vector point = ball + kControlStep * (step - state.elapsed[env]) * velocity;
+    Vector point = ball + kStepTime * (step - state.elapsed[env]) * velocity;
     point.y() += sizes.contact_distance;
     point.z() = sizes.grip_height;
     if (reach_of(point) > kFarthest) continue;
@@ -165,8 +165,8 @@ void catch_ball(const Bindings& engine, int env, const BallParams& params, float
 
   // Run along with the ball, or wait for it where the hand can join it.
   const Vector error = ball - tcp;
-  Vector command = (kControlStep * velocity + kTrackingGain * error) / kStepResponse;
-  const double lead = 0.03 + 2.5 * kControlStep * velocity.y();
+  Vector command = (kStepTime * velocity + kTrackingGain * error) / kStepResponse;
+  const double lead = 0.03 + 2.5 * kStepTime * velocity.y();
   if (-error.y() > lead) {
     const Vector meeting = meeting_point(ball, velocity, tcp, sizes.hover_height);
     command.y() = std::max(command.y(), (meeting.y() - tcp.y()) / kStepResponse);

@@ -11,7 +11,6 @@ namespace {
 
 enum Subtask { kMove, kTurn, kRest };
 
-constexpr int kPeg = 0;
 constexpr double kBesidePeg = 0.05;  // m
 
 }  // namespace

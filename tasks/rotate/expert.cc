@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/math/real_functions.h"
 #include "tasks/common/guess_stream.h"
 #include "tasks/common/poses.h"
 #include "tasks/common/tcp_servo.h"
+#include "tasks/rotate/peg_angle.h"
 
 namespace engram::tasks {
 namespace {
@@ -17,8 +17,6 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 using Vector = Eigen::Vector3d;
 
-constexpr int kPegProp = 0;
-constexpr double kPi = std::numbers::pi;
 constexpr double kUsualThreshold = 0.1;  // rad
 
 // Pose of the peg: centre, and unit vectors along and across it.
@@ -30,8 +28,8 @@ struct Peg {
 };
 
 Peg measure_peg(const State& state, int env) {
-  const double* pos = state.prop_pos_of(env, kPegProp);
-  const double yaw = peg_angle(state.prop_quat_of(env, kPegProp));
+  const double* pos = state.prop_pos_of(env, kPeg);
+  const double yaw = peg_angle(state.prop_quat_of(env, kPeg));
   return {
       {pos[0], pos[1]}, yaw, {real::cos(yaw), real::sin(yaw)}, {-real::sin(yaw), real::cos(yaw)}};
 }
@@ -126,7 +124,7 @@ void RotateExpert::act(Range envs, Script script, FloatRows actions) const {
 
 RotateExpert::Goal RotateExpert::measured_goal(int env, Script script) const {
   const double target = script == Script::kBlind ? guess(env) : view_.target[env];
-  const double angle = peg_angle(view_.engine.state->prop_quat_of(env, kPegProp));
+  const double angle = peg_angle(view_.engine.state->prop_quat_of(env, kPeg));
   return {.turn = peg_turn(angle, view_.initial_yaw[env], target).error,
           .x = view_.initial_position.row(env)[0],
           .y = view_.initial_position.row(env)[1]};
@@ -143,7 +141,7 @@ RotateExpert::Goal RotateExpert::timed_goal(int env) const {
   const int steps = static_cast<int>(std::lrint(size / kPerStep));
   const int start = std::min(kLatestStart, view_.info.horizon - kRest - steps);
   const int since = state.elapsed[env] - start;
-  const Vector peg = prop_pos(state, env, kPegProp);
+  const Vector peg = prop_pos(state, env, kPeg);
   return {.turn = since < steps ? view_.target[env] : 0.0,
           .wait = since < 0,
           .x = peg.x(),
@@ -238,7 +236,7 @@ void RotateExpert::turn_peg(int env, const Goal& goal, float* action) const {
   const Peg peg = measure_peg(state, env);
   const Vector tcp = tcp_pos(state, env);
   const double yaw = tcp_yaw(state, env);
-  if (is_grasping(state, env, kPegProp)) {
+  if (is_grasping(state, env, kPeg)) {
     const Vec2 shift = Vec2(goal.x, goal.y) - peg.center;
     const double turn =
         std::abs(goal.turn) < kTurnedWithin * (view_.threshold / kUsualThreshold) ? 0.0 : goal.turn;

@@ -3,16 +3,11 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/math/real_functions.h"
 
 namespace engram::tasks {
-namespace {
-
-constexpr double kPi = std::numbers::pi;
-
-}  // namespace
+namespace {}  // namespace
 
 double round_to_half(double value) {
   return static_cast<double>(static_cast<float>(Eigen::half(static_cast<float>(value))));

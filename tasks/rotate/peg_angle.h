@@ -1,9 +1,13 @@
 // Angles of the Rotate families: targets, the turn of a peg so far, and the rest.
 #pragma once
 
+#include <numbers>
 #include <string>
 
 namespace engram::tasks {
+
+inline constexpr double kPi = std::numbers::pi;
+inline constexpr int kPeg = 0;  // index among the props
 
 enum class RotateMode { kPosAngle, kPosNegAngle };
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <optional>
 
 #include "core/base/join.h"
@@ -24,8 +23,6 @@
 
 namespace engram::tasks {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 // --- parameters ---
 
@@ -120,7 +117,6 @@ constexpr double kMinTurn = 0.01;     // rad in a control step: a peg that turns
 constexpr double kTurnedShare = 0.5;  // of the threshold: a peg that has turned less is as it was
 constexpr double kStartSpan = 0.1;    // m, to either side
 constexpr mjcf::Rgba kPegBlue = {12 / 255.0, 42 / 255.0, 160 / 255.0, 1};
-constexpr int kPeg = 0;
 
 std::string in_degrees(double angle) {
   char text[16];

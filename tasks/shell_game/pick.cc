@@ -94,7 +94,7 @@ double PickReward::compute() {
 
 namespace {
 
-constexpr auto kRows = rows_of(kPickVariants);
+constexpr auto kPickRows = rows_of(kPickVariants);
 
 // The RL task has other rules.
 std::unique_ptr<Task> make_pick(const RegistryEntry& entry, const ConstantTable& constants) {
@@ -108,7 +108,7 @@ const Family kShellGamePick = {
     .name = "ShellGamePick",
     .memory_type = "Spatial",
     .instruction = "Observe which cup hides the ball, wait, then pick up that cup and lift it.",
-    .tasks = kRows,
+    .tasks = kPickRows,
     .make = make_pick,
     .expectations = {.min_reward = 0, .max_reward = 0.6667, .goal_for_people = true, .hides = true},
     .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "cue_steps"}};

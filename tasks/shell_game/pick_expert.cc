@@ -17,13 +17,13 @@ const Eigen::Vector3d kFartherOut(-0.0130, 0.0124, 0);
 constexpr double kGripYaw = -43.6 * std::numbers::pi / 180;  // the fingers close across the bar
 constexpr double kGripHeight = 0.072;  // m, of the TCP: the palm clears the mug's foot by 3 mm
 constexpr double kHoverHeight = 0.12;  // m: fingertips above the mugs
-constexpr double kFunnel = 0.01;       // m: the descent begins this near
-constexpr double kFunnelSlope = 2;
+constexpr double kPickFunnel = 0.01;   // m: the descent begins this near
+constexpr double kPickSlope = 2;
 constexpr double kGripTurn = 0.25;       // rad: turned enough to come down
 constexpr double kGripRadius = 0.012;    // m: near enough to the grip to close
 constexpr double kHoldingWidth = 0.022;  // m: fingers this close together hold the bar
 constexpr double kLift = 0.02;           // m, of the mug, or more if the goal asks for it
-constexpr double kIntoGoal = 0.006;      // m
+constexpr double kPickIntoGoal = 0.006;  // m
 constexpr double kSqueeze = -1;          // drives the fingers into what they hold
 constexpr double kLiftLead = 0.03;       // m, that the tool's target is above it
 constexpr double kBallIntoGoal = 0.012;  // m
@@ -50,7 +50,7 @@ PickExpert::PickExpert(const ShellGame& game, const ShellGameParams& params)
 
 void PickExpert::lift_mug(double lift) {
   ball_ = false;
-  lift_ = std::max(kLift, lift + kIntoGoal);
+  lift_ = std::max(kLift, lift + kPickIntoGoal);
 }
 
 void PickExpert::lift_ball(double height, double reach) {
@@ -83,7 +83,7 @@ void PickExpert::pick(int env, int slot, float* action) const {
   const double lifted = mugs.pos(env, slot).z() - mugs.standing_pos(env, slot).z();
   const bool closing = (tcp - grip).norm() < grip_radius_;
   const bool holding = closing && fingers[0] + fingers[1] < holding_width_;
-  Eigen::Vector3d goal = approach_by_funnel(state, env, grip, kFunnel, kFunnelSlope);
+  Eigen::Vector3d goal = approach_by_funnel(state, env, grip, kPickFunnel, kPickSlope);
   double gripper = kGripperOpen;
   if (!game_.is_manipulation(env) || remaining_turn(env) > kGripTurn) {
     goal.z() = std::max(goal.z(), hover_height_);

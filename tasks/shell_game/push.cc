@@ -52,7 +52,7 @@ struct PushParams : ShellGameParams {
   void check(int horizon) const;
 };
 
-constexpr std::array<PushParams, 2> kVariants = {{
+constexpr std::array<PushParams, 2> kPushVariants = {{
     {{.task = {"ShellGamePush-VLA-v0", 30, Split::kShort}, .GOAL_THRESH = 0.06}},
     {{.task =
           {.id = "ShellGamePush-v0", .horizon = 90, .split = Split::kRl, .memory_type = "Object"},
@@ -153,14 +153,14 @@ double PushReward::compute() {
   return reward;
 }
 
-constexpr auto kRows = rows_of(kVariants);
+constexpr auto kPushRows = rows_of(kPushVariants);
 
 const Family kShellGamePush = {
     .name = "ShellGamePush",
     .memory_type = "Spatial",
     .instruction = "Observe which cup hides the ball, wait, then push that cup forward.",
-    .tasks = kRows,
-    .make = make_variant<Push, kVariants>,
+    .tasks = kPushRows,
+    .make = make_variant<Push, kPushVariants>,
     .expectations = {.min_reward = 0, .max_reward = 0.8, .goal_for_people = true, .hides = true},
     .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "cue_steps"}};
 

@@ -14,10 +14,10 @@ constexpr double kPushHeight = 0.07;      // m, of the TCP
 constexpr double kPushHeightBand = 0.02;  // m
 constexpr double kLaneWidth = 0.02;       // m
 constexpr double kTravel = 0.05;          // m, of the mug, or more if the goal asks for it
-constexpr double kIntoGoal = 0.02;        // m
+constexpr double kPushIntoGoal = 0.02;    // m
 constexpr double kPushLead = 0.03;        // m, that the tool's target is ahead of it
-constexpr double kFunnel = 0.03;  // m: the tool stays above a cone that opens at this radius
-constexpr double kFunnelSlope = 1.2;
+constexpr double kPushFunnel = 0.03;  // m: the tool stays above a cone that opens at this radius
+constexpr double kPushSlope = 1.2;
 
 // Without memory: pushes all of them with the hand.
 constexpr double kSweepTravel = 0.012;
@@ -37,7 +37,7 @@ PushExpert::PushExpert(const ShellGame& game, const ShellGameParams& params)
 
 void PushExpert::set_goal(GoalItem item, double travel, double reach, double leeway) {
   const bool mug = item == GoalItem::kMug;
-  travel_ = std::max(kTravel, travel + std::min(kIntoGoal, 0.2 * reach));
+  travel_ = std::max(kTravel, travel + std::min(kPushIntoGoal, 0.2 * reach));
   lead_ = std::min(kPushLead, mug ? reach : leeway);
   first_lead_ = mug ? lead_ : kPushLead;
   sweep_travel_ = std::max(mug ? kSweepTravel : 0.0, travel + kSweepIntoGoal);
@@ -70,7 +70,7 @@ void PushExpert::push(int env, int slot, float* action) const {
       std::abs(tcp.y() - start.y()) < kLaneWidth && tcp.z() < push_height_ + kPushHeightBand;
   const Eigen::Vector3d goal =
       pushing ? Eigen::Vector3d(tcp.x() + lead, start.y(), start.z())
-              : approach_by_funnel(game_.state(), env, start, kFunnel, kFunnelSlope);
+              : approach_by_funnel(game_.state(), env, start, kPushFunnel, kPushSlope);
   servo_tcp(game_.state(), env, goal, kToolDown, kGripperClosed, action);
 }
 
@@ -92,7 +92,7 @@ void PushExpert::sweep(int env, float* action) const {
   const bool low = tcp.z() < kSweepHeight + kPushHeightBand;
   Eigen::Vector3d goal = start;
   if (!low) {
-    goal = approach_by_funnel(game_.state(), env, start, kFunnel, kFunnelSlope);
+    goal = approach_by_funnel(game_.state(), env, start, kPushFunnel, kPushSlope);
   } else if (std::abs(tcp.y() - start.y()) < kLaneWidth) {
     goal.x() = tcp.x() + sweep_lead_;
   } else if (tcp.x() > start.x() + kSweepClear) {

@@ -111,21 +111,21 @@ class Touch final : public ShellGame {
 
 }  // namespace
 
-constexpr std::array<ShovingParams, 2> kVariants = {{
+constexpr std::array<ShovingParams, 2> kShovingVariants = {{
     {{{{"ShellGameTouch-VLA-v0", 30, Split::kShort}}}},
     {{{.task =
            {.id = "ShellGameTouch-v0", .horizon = 90, .split = Split::kRl, .memory_type = "Object"},
        .CUE_PHASE_STEPS = {5, 5},
        .MUG_SCALE = 1}}},
 }};
-constexpr auto kRows = rows_of(kVariants);
+constexpr auto kShovingRows = rows_of(kShovingVariants);
 
 const Family kShellGameTouch = {
     .name = "ShellGameTouch",
     .memory_type = "Spatial",
     .instruction = "Observe which cup hides the ball, wait, then touch that cup.",
-    .tasks = kRows,
-    .make = make_variant<Touch, kVariants>,
+    .tasks = kShovingRows,
+    .make = make_variant<Touch, kShovingVariants>,
     .expectations = {.min_reward = -0.0334, .max_reward = 1, .hides = true},
     .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "cue_steps"}};
 

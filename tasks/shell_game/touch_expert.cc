@@ -17,9 +17,9 @@ constexpr double kCloseEnough = 0.003;  // m
 constexpr Tilt kTilt{.reach = 0.78, .per_metre = 5.0, .most = 0.4};
 
 // Without memory: from mug to mug.
-constexpr double kBegun = 0.012;  // m above a touch: a tool below that has begun
-constexpr double kFunnel = 0.02;  // m: the approach to the first one
-constexpr double kFunnelSlope = 0.5;
+constexpr double kBegun = 0.012;       // m above a touch: a tool below that has begun
+constexpr double kTouchFunnel = 0.02;  // m: the approach to the first one
+constexpr double kTouchSlope = 0.5;
 constexpr double kLower = 0.002;      // m below a touch of the oracle
 constexpr double kRestRadius = 0.03;  // m at most, around a touch, where the tool comes to rest
 constexpr double kMargin = 0.005;     // m
@@ -76,7 +76,7 @@ void TouchExpert::sweep(int env, double gripper, float* action) const {
   const double start_height = over(0).z() + kBegun;
   const double reach =
       std::min(kRestRadius, std::sqrt(goal_thresh_ * goal_thresh_ - gap * gap) - kMargin);
-  Tour::Target next{approach_by_funnel(state, env, over(0), kFunnel, kFunnelSlope)};
+  Tour::Target next{approach_by_funnel(state, env, over(0), kTouchFunnel, kTouchSlope)};
   if (game_.tcp_pos(env).z() < start_height) {
     Tour tour;
     const bool leaves_first = state.qvel.row(env)[0] > kLeaving;

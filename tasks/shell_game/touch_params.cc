@@ -9,7 +9,7 @@
 namespace engram::tasks {
 namespace {
 
-constexpr int kTimeToTouch = 12;  // control steps
+constexpr int kStepsToTouch = 12;  // control steps
 
 // Fingertips are a centimetre above the foot of a mug that is touched, so that nothing is shoved;
 // nearer where GOAL_THRESH asks for it.
@@ -26,7 +26,7 @@ double TouchParams::touch_gap() const {
 
 void TouchParams::check(int horizon) const {
   check_touch();
-  check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kTimeToTouch);
+  check_horizon(horizon, {{"CUE_PHASE_STEPS", CUE_PHASE_STEPS.high}}, kStepsToTouch);
 }
 
 void TouchParams::check_touch() const {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double MUG_DISPLACEMENT_PENALTY_COEF = 0.1;
 constexpr double MUG_DISPLACEMENT_SUCCESS_THRESH = 0.05;  // m
-constexpr double kSuccessReward = 3;
+constexpr double kTouchReward = 3;
 
 }  // namespace
 
@@ -64,7 +64,7 @@ double TouchRule::Reward::compute() {
   reaching = 1 - real::tanh(5 * distance);
   stillness = 1 - real::tanh(5 * arm_speed);
   shift = MUG_DISPLACEMENT_PENALTY_COEF * real::tanh(10 * displacement);
-  if (success) return kSuccessReward;
+  if (success) return kTouchReward;
   if (!manipulation) return 0;
   return reaching + (placed ? stillness + (robot_static ? 1 : 0) : 0) - shift;
 }

@@ -316,7 +316,7 @@ class TraceShapeSeq final : public FamilyBase {
 
 }  // namespace
 
-constexpr auto kRows = rows_of(kTraceSeqVariants);
+constexpr auto kTraceSeqRows = rows_of(kTraceSeqVariants);
 
 const Family kTraceShapeSeq = {
     .name = "TraceShapeSeq",
@@ -325,7 +325,7 @@ const Family kTraceShapeSeq = {
         "Watch the red cube trace a sequence of shapes. When the lamp turns green, pick up the "
         "green cube and trace the same sequence in order. After finishing all shapes, press "
         "the button to submit your answer.",
-    .tasks = kRows,
+    .tasks = kTraceSeqRows,
     .make = make_variant<TraceShapeSeq, kTraceSeqVariants>,
     .expectations = {.min_reward = -0.05, .max_reward = 0.3575, .hides = true},
     .memory = {.answer_cut = AnswerCut::kDigits,

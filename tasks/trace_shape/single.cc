@@ -189,7 +189,7 @@ class TraceShape final : public FamilyBase {
 
 }  // namespace
 
-constexpr auto kRows = rows_of(kTraceVariants);
+constexpr auto kTraceRows = rows_of(kTraceVariants);
 
 const Family kTraceShape = {
     .name = "TraceShape",
@@ -197,7 +197,7 @@ const Family kTraceShape = {
     .instruction =
         "Watch the red cube trace a shape on the table. When the lamp turns green, pick up the "
         "green cube and trace exactly the same shape.",
-    .tasks = kRows,
+    .tasks = kTraceRows,
     .make = make_variant<TraceShape, kTraceVariants>,
     .expectations = {.min_reward = -0.0017, .max_reward = 0.2667, .hides = true},
     .memory = {.irrelevant = CounterfactualChange::kDraw, .irrelevant_draw = "pre_demo_steps"}};

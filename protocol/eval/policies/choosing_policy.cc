@@ -9,7 +9,7 @@ namespace engram {
 namespace {
 
 template <class T>
-void append(std::vector<T>& to, std::span<const T> values) {
+void append_values(std::vector<T>& to, std::span<const T> values) {
   to.insert(to.end(), values.begin(), values.end());
 }
 
@@ -77,9 +77,9 @@ void ChoosingPolicy::observe(int env, EpisodeState& state, bool due) const {
   std::string text = words_ ? words_->describe(view.state) : std::string();
   if (!due && is_as_before(frames, view, text)) return;
   frames.steps.push_back(view.step);
-  append(frames.proprio, view.proprio);
-  append(frames.rgb, view.rgb);
-  append(frames.state, view.state);
+  append_values(frames.proprio, view.proprio);
+  append_values(frames.rgb, view.rgb);
+  append_values(frames.state, view.state);
   if (words_) frames.texts.push_back(std::move(text));
 }
 

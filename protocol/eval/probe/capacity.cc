@@ -41,7 +41,7 @@ std::vector<int> values_of(const Quantity& quantity) {
   return values;
 }
 
-struct Point {
+struct CapacityPoint {
   int value = 0;
   ConstantTable constants = {};
   std::string skipped = {};  // why it is not played
@@ -50,9 +50,9 @@ struct Point {
 };
 
 // Longer episodes for more of them, so that there is time.
-Point point_of(const ProbeTask& task, const Quantity& quantity, int value,
-               const std::function<bool(const ConstantTable&)>& fits) {
-  Point point{.value = value, .constants = task.constants};
+CapacityPoint point_of(const ProbeTask& task, const Quantity& quantity, int value,
+                       const std::function<bool(const ConstantTable&)>& fits) {
+  CapacityPoint point{.value = value, .constants = task.constants};
   if (!quantity.drawn && value != quantity.own) {
     const double times = std::max(1.0, value / static_cast<double>(quantity.own));
     point.constants =
@@ -70,7 +70,8 @@ Point point_of(const ProbeTask& task, const Quantity& quantity, int value,
   return point;
 }
 
-ProbeCondition condition_of(const ProbeTask& task, const Quantity& quantity, const Point& point) {
+ProbeCondition condition_of(const ProbeTask& task, const Quantity& quantity,
+                            const CapacityPoint& point) {
   ProbeCondition condition{.entry = task.entry, .constants = point.constants};
   std::vector<Pin> pins;
   if (quantity.drawn) {
@@ -93,7 +94,8 @@ Json recall(double rate, double oracle, double chance) {
 }
 
 // results: the policy's, then the oracle's.
-Json document_of(const Point& point, const ConditionResults& own, const ConditionResults& oracle) {
+Json document_of(const CapacityPoint& point, const ConditionResults& own,
+                 const ConditionResults& oracle) {
   const Json success = success_document(own);
   const Json baseline = success_document(oracle);
   const Json answer = first_answer_document(own);
@@ -117,10 +119,10 @@ ProbePlan plan_capacity(const ProbeTask& task,
     return skipped_plan("no constant and no draw of the task says how much there is to remember");
   }
   const Quantity quantity = quantity_of(task);
-  std::vector<Point> points;
+  std::vector<CapacityPoint> points;
   ProbePlan plan;
   for (const int value : values_of(quantity)) {
-    const Point& point = points.emplace_back(point_of(task, quantity, value, fits));
+    const CapacityPoint& point = points.emplace_back(point_of(task, quantity, value, fits));
     if (!point.skipped.empty()) continue;
     plan.conditions.push_back(condition_of(task, quantity, point));
     plan.conditions.push_back(plan.conditions.back());
@@ -130,7 +132,7 @@ ProbePlan plan_capacity(const ProbeTask& task,
       [points, items = task.facts().items](const std::vector<ConditionResults>& results) -> Json {
     JsonList rows;
     std::size_t next = 0;
-    for (const Point& point : points) {
+    for (const CapacityPoint& point : points) {
       if (!point.skipped.empty()) {
         rows.emplace_back(JsonTable{{"items", point.value}, {"skipped", point.skipped}});
         continue;
