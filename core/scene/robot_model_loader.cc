@@ -16,14 +16,14 @@ void require(bool holds, const char* what) {
   if (!holds) throw Error(Error::kInternal, std::string("the robot's kernels need ") + what);
 }
 
-Quat quat_at(const mjtNum* q) { return {q[0], q[1], q[2], q[3]}; }
+Quat quat_of(const mjtNum* q) { return {q[0], q[1], q[2], q[3]}; }
 
 // Frame of a body in that of one of its ancestors; 0: of the world.
 Frame frame_in(const mjModel& model, int body, int ancestor) {
   Frame frame;
   for (; body != ancestor; body = model.body_parentid[body]) {
     require(body > 0, "links that carry one another");
-    const Mat3 axes = quat_at(model.body_quat + 4 * body).toRotationMatrix();
+    const Mat3 axes = quat_of(model.body_quat + 4 * body).toRotationMatrix();
     frame.pos = Vec3(Eigen::Map<const Vec3>(model.body_pos + 3 * body) + axes * frame.pos);
     frame.axes = axes * frame.axes;
   }
@@ -70,7 +70,7 @@ Composite composite_of(const mjModel& model, int link, const Mat3& axes, int las
   for (int body = 1; body <= last_body; ++body) {
     if (moving_body(model, body) != link) continue;
     const Frame frame = frame_in(model, body, link);
-    const Mat3 own = axes * frame.axes * quat_at(model.body_iquat + 4 * body).toRotationMatrix();
+    const Mat3 own = axes * frame.axes * quat_of(model.body_iquat + 4 * body).toRotationMatrix();
     const Vec3 center =
         axes * (frame.pos + frame.axes * Eigen::Map<const Vec3>(model.body_ipos + 3 * body));
     const Eigen::Map<const Vec3> principal(model.body_inertia + 3 * body);
@@ -96,7 +96,7 @@ void set_quat(const Quat& quat, double* to) {
 Quat rotation_between(const mjModel& model, int body, int ancestor) {
   Quat rotation = Quat::Identity();
   for (; body != ancestor; body = model.body_parentid[body]) {
-    rotation = quat_at(model.body_quat + 4 * body) * rotation;
+    rotation = quat_of(model.body_quat + 4 * body) * rotation;
   }
   return rotation;
 }
@@ -173,7 +173,7 @@ RobotModel load_robot_model(const mjModel& model) {
   const Frame frame = frame_in(model, body, last_link);
   Eigen::Map<Vec3>(robot.tcp_offset) =
       frame.pos + frame.axes * Eigen::Map<const Vec3>(model.site_pos + 3 * site);
-  set_quat(rotation_between(model, body, last_link) * quat_at(model.site_quat + 4 * site),
+  set_quat(rotation_between(model, body, last_link) * quat_of(model.site_quat + 4 * site),
            robot.tcp_quat);
   return robot;
 }
