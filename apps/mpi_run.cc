@@ -1,11 +1,27 @@
 #include "apps/mpi_run.h"
 
 #include "apps/output.h"
+#include "core/base/error.h"
 
 namespace engram::apps {
 
+namespace {
+
+// A process that cannot talk to others works alone: launchers' variables also reach programs that
+// they have not started themselves.
+std::unique_ptr<Ranks> join_or_stay_alone() {
+  try {
+    return join_ranks();
+  } catch (const Error& error) {
+    print_warning(error.what() + std::string("; this process works alone"));
+    return std::make_unique<Ranks>();
+  }
+}
+
+}  // namespace
+
 void with_mpi(const std::function<void(Ranks&)>& body) {
-  const std::unique_ptr<Ranks> ranks = join_ranks();
+  const std::unique_ptr<Ranks> ranks = join_or_stay_alone();
   try {
     body(*ranks);
   } catch (const std::exception& error) {

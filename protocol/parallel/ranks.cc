@@ -17,15 +17,23 @@ namespace {
 // with PMI.
 constexpr const char* kSizeVariables[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
 
-int launched_processes() {
+struct Launch {
+  int processes = 1;
+  std::string variable;  // what says so, with its value
+};
+
+Launch launch() {
+  const auto by = [](const char* name, const char* text) {
+    return Launch{std::atoi(text), std::string(name) + "=" + text};
+  };
   for (const char* name : kSizeVariables) {
-    if (const char* text = std::getenv(name)) return std::atoi(text);
+    if (const char* text = std::getenv(name)) return by(name, text);
   }
   // Slurm's PMIx plugin sets the rank alone.
   if (std::getenv("PMIX_RANK") != nullptr) {
-    if (const char* text = std::getenv("SLURM_NTASKS")) return std::atoi(text);
+    if (const char* text = std::getenv("SLURM_NTASKS")) return by("PMIX_RANK, SLURM_NTASKS", text);
   }
-  return 1;
+  return {};
 }
 
 // The module beside the program, as in a build folder, where installations have it, or anywhere on
@@ -46,19 +54,22 @@ void* open_module() {
 
 // MPI is a library of its own, loaded only under a launcher. A single process does not need it.
 std::unique_ptr<Ranks> join_ranks() {
-  const int processes = launched_processes();
-  if (processes <= 1) return std::make_unique<Ranks>();
+  const Launch launched = launch();
+  if (launched.processes <= 1) return std::make_unique<Ranks>();
+  const auto refuse = [&](const std::string& reason) {
+    throw Error(Error::kUnavailable,
+                "the environment has " + launched.variable + ", but " + reason);
+  };
   void* library = open_module();
   if (library == nullptr) {
-    throw Error(Error::kUnavailable, "started as one of " + std::to_string(processes) +
-                                         " processes, but MPI is not part of this build or cannot "
-                                         "be loaded: " +
-                                         ::dlerror());
+    refuse(std::string("MPI is not part of this build or cannot be loaded: ") + ::dlerror());
   }
   using Join = Ranks* (*)();
   const auto join = reinterpret_cast<Join>(::dlsym(library, "engram_join_mpi"));
-  if (join == nullptr) throw Error(Error::kUnavailable, "libengram_mpi.so is of another version");
-  return std::unique_ptr<Ranks>(join());
+  if (join == nullptr) refuse("libengram_mpi.so is of another version");
+  std::unique_ptr<Ranks> ranks(join());
+  if (ranks->is_single()) refuse("MPI has found no other process");
+  return ranks;
 }
 
 Bytes broadcast(Ranks& ranks, Bytes bytes) {

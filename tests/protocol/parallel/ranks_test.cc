@@ -1,6 +1,7 @@
 #include "protocol/parallel/ranks.h"
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
 
 namespace engram {
 namespace {
@@ -12,6 +13,14 @@ TEST_CASE("A single process is the root of one rank", "[work]") {
   CHECK(ranks->rank() == 0);
   CHECK(ranks->local_size() == 1);
   CHECK_FALSE(ranks->receive());
+}
+
+TEST_CASE("A launcher of one process is none", "[work]") {
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
+    REQUIRE(::setenv(variable, "1", 1) == 0);
+    CHECK(join_ranks()->is_single());
+    REQUIRE(::unsetenv(variable) == 0);
+  }
 }
 
 TEST_CASE("A broadcast in a single process is what the root sends", "[work]") {
