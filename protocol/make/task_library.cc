@@ -1,8 +1,10 @@
 #include "protocol/make/task_library.h"
 
 #include <dlfcn.h>
+#include <elf.h>
 
 #include <algorithm>
+#include <fstream>
 #include <memory>
 #include <span>
 #include <string>
@@ -25,10 +27,38 @@ using OpenLibrary = std::unique_ptr<void, CloseLibrary>;
 
 [[noreturn]] void refuse(const std::string& why) { throw Error(Error::kInvalidArgument, why); }
 
-std::string quoted(const char* text) { return "'" + std::string(text) + "'"; }
+std::string_view view(const char* text) { return text == nullptr ? std::string_view() : text; }
+std::string quoted(const char* text) { return "'" + std::string(view(text)) + "'"; }
+
+// Throws Error unless the file is as long as its own headers say: dlopen maps what they name, and
+// the process would end where the file has ended.
+void require_whole(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const auto read = [&stream](std::uint64_t offset, auto& header) {
+    stream.seekg(static_cast<std::streamoff>(offset));
+    return static_cast<bool>(stream.read(reinterpret_cast<char*>(&header), sizeof header));
+  };
+  const std::uint64_t size = fs::file_size(file);
+  const auto holds = [size](std::uint64_t offset, std::uint64_t bytes) {
+    return offset <= size && bytes <= size - offset;
+  };
+  Elf64_Ehdr elf{};
+  if (!read(0, elf) ||
+      !std::ranges::equal(std::span(elf.e_ident, SELFMAG), std::string_view(ELFMAG))) {
+    refuse("not a library");
+  }
+  bool whole = holds(elf.e_shoff, std::uint64_t{elf.e_shnum} * elf.e_shentsize);
+  for (std::uint64_t i = 0; whole && i < elf.e_phnum; ++i) {
+    Elf64_Phdr segment{};
+    whole = read(elf.e_phoff + i * sizeof segment, segment) &&
+            holds(segment.p_offset, segment.p_filesz);
+  }
+  if (!whole) refuse("a library that is cut off, at " + std::to_string(size) + " bytes");
+}
 
 // Nothing of the library is visible to others, and all that it needs is found now, not later.
 OpenLibrary open_library(const fs::path& file) {
+  require_whole(file);
   // A name without a folder would be looked for in the system's folders.
   const std::string path = fs::absolute(file).string();
   OpenLibrary library(::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL));
@@ -42,21 +72,24 @@ const TaskLibrary& described_by(void* library) {
     refuse("a library without the function " + std::string(kTaskLibraryFunction) +
            "; one with ENGRAM_TASKS(...) in a source file needed");
   }
-  return *reinterpret_cast<TaskLibraryFunction*>(symbol)();
+  const TaskLibrary* description = reinterpret_cast<TaskLibraryFunction*>(symbol)();
+  if (description == nullptr) {
+    refuse(std::string(kTaskLibraryFunction) + " returned NULL; one with ENGRAM_TASKS(...) needed");
+  }
+  return *description;
 }
 
 // The version first: what else it says may differ because of it.
 void require_compatible(const TaskLibrary& library) {
-  if (std::string_view(library.version) != ENGRAM_TASKS_VERSION) {
+  if (view(library.version) != ENGRAM_TASKS_VERSION) {
     refuse("made for engram " + quoted(library.version) + ", this is " +
            quoted(ENGRAM_TASKS_VERSION) + kRebuild);
   }
-  if (std::string_view(library.abi) != ENGRAM_TASKS_ABI) {
+  if (view(library.abi) != ENGRAM_TASKS_ABI) {
     refuse("another ABI: made with " + quoted(library.abi) + ", this engram with " +
            quoted(ENGRAM_TASKS_ABI) + "; the same compiler and flags needed");
   }
-  if (library.bytes != sizeof(TaskLibrary) ||
-      std::string_view(library.headers) != ENGRAM_TASKS_HEADERS) {
+  if (library.bytes != sizeof(TaskLibrary) || view(library.headers) != ENGRAM_TASKS_HEADERS) {
     refuse("made with other headers of engram " + quoted(ENGRAM_TASKS_VERSION) + ": checksum " +
            quoted(library.headers) + ", this engram has " + quoted(ENGRAM_TASKS_HEADERS) +
            kRebuild);
@@ -77,6 +110,9 @@ void register_library(const fs::path& file) {
   const TaskLibrary& description = described_by(library.get());
   require_compatible(description);
   const std::span families(description.families, description.count);
+  if (std::ranges::find(families, nullptr) != families.end()) {
+    refuse("a library with NULL in place of a family; ENGRAM_TASKS(...) names families");
+  }
   if (std::ranges::all_of(families, [](const Family* family) { return family->tasks.empty(); })) {
     refuse("a library without tasks; one row of a family's table or more needed");
   }

@@ -25,6 +25,14 @@ fs::path library(const std::string& name) {
 // The library of docs/cpp_tasks.md.
 void load_page() { load_tasks(library("touch_spot")); }
 
+// The first bytes of that library.
+fs::path cut(const fs::path& folder, std::uintmax_t bytes) {
+  const fs::path file = folder / ("libcut_" + std::to_string(bytes) + ".so");
+  fs::copy_file(library("touch_spot"), file);
+  fs::resize_file(file, bytes);
+  return file;
+}
+
 // An episode's bytes in the batch's last step, by the number of threads.
 test::Bytes played(int threads, int num_envs) {
   const auto batch = test::make_running(kId, {.num_envs = num_envs, .threads = threads});
@@ -95,7 +103,12 @@ TEST_CASE("What is no library of tasks of this version is refused by name", "[ta
   const std::vector<Case> cases = {
       {folder.path() / "none.so", Error::kIo, "cannot be read; a library of tasks needed"},
       {folder.path(), Error::kIo, "cannot be read; a library of tasks needed"},
-      {text, Error::kInvalidArgument, "not a library that can be loaded"},
+      {text, Error::kInvalidArgument, "not a library"},
+      {cut(folder.path(), 40), Error::kInvalidArgument, "not a library"},
+      {cut(folder.path(), 700), Error::kInvalidArgument, "cut off, at 700 bytes"},
+      {cut(folder.path(), 9000), Error::kInvalidArgument, "cut off, at 9000 bytes"},
+      {library("null_version"), Error::kInvalidArgument, "made for engram ''"},
+      {library("null_description"), Error::kInvalidArgument, "returned NULL"},
       {library("no_entry"), Error::kInvalidArgument, "without the function engram_task_library"},
       {library("no_tasks"), Error::kInvalidArgument, "a library without tasks"},
       {library("other_version"), Error::kInvalidArgument, "made for engram '0.0.1', this is '"},

@@ -16,6 +16,10 @@ extern "C" __attribute__((visibility("default"))) const engram::TaskLibrary* eng
   library.version = "0.0.1";
 #elif defined(OTHER_HEADERS)
   library.headers = "0123456789abcdef";
+#elif defined(NULL_VERSION)
+  library.version = nullptr;
+#elif defined(NULL_DESCRIPTION)
+  return nullptr;
 #endif
   return &library;
 }
