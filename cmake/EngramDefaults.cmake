@@ -5,7 +5,7 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
 endif()
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)  # for scripts/tidy.sh
 option(ENGRAM_PCH "Precompile the headers that most files include, for faster cold builds" ON)
-option(ENGRAM_UNITY "Compile files of a folder as one, for faster cold builds" OFF)
+option(ENGRAM_UNITY "Compile files of a folder as one, for faster cold builds" ON)
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)

@@ -92,12 +92,15 @@ void narrow(TaskConstant& constant, double low, double high, const Accepts& acce
 
 void narrow_range(TaskConstant& constant, Trial& trial) {
   const auto& ends = std::get<ConstantList>(constant.value.value);
-  const Accepts low = [&](double bound) {
-    return trial.accepts(ConstantList{number(constant, bound), ends.back()});
+  const auto accepts = [&](double low, double high) {
+    ConstantList changed = ends;
+    changed.front() = number(constant, low);
+    changed.back() = number(constant, high);
+    return trial.accepts(std::move(changed));
   };
-  const Accepts high = [&](double bound) {
-    return trial.accepts(ConstantList{number(constant, constant.low), number(constant, bound)});
-  };
+  const double last = *as_number(ends.back());
+  const Accepts low = [&](double bound) { return accepts(bound, last); };
+  const Accepts high = [&](double bound) { return accepts(constant.low, bound); };
   narrow(constant, *as_number(ends.front()), *as_number(ends.back()), low, high);
 }
 
