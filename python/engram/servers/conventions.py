@@ -46,58 +46,79 @@ def matrix_of(angles: Array) -> Array:
 
 def rotation_vector(angles: Array) -> Array:
     """Rotation vectors (..., 3), 0 to pi long, of roll, pitch, yaw about fixed axes."""
+    turn = quaternion(angles)
+    return _vector_of(np.where(turn[..., :1] < 0, -turn, turn))
+
+
+def quaternion(angles: Array) -> Array:
+    """Quaternions (..., 4), w first, of roll, pitch, yaw about fixed axes."""
     half = np.asarray(angles, np.float64) / 2
     (cr, cp, cy), (sr, sp, sy) = (np.moveaxis(f(half), -1, 0) for f in (np.cos, np.sin))
-    w = cy * cp * cr + sy * sp * sr
-    axis = np.stack(
-        [
-            cy * cp * sr - sy * sp * cr,
-            cy * sp * cr + sy * cp * sr,
-            sy * cp * cr - cy * sp * sr,
-        ],
-        -1,
-    )
-    axis = np.where(w[..., None] < 0, -axis, axis)
-    sine = np.linalg.norm(axis, axis=-1, keepdims=True)
-    angle = 2 * np.arctan2(sine, np.abs(w)[..., None])
+    parts = [
+        cy * cp * cr + sy * sp * sr,
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+    ]
+    return np.stack(parts, -1)
+
+
+def next_rotation_vector(angles: Array, before: Array | None) -> Array:
+    """The rotation vector (3), 0 to 2 pi long, of a frame's roll, pitch, yaw.
+
+    before: that of the frame before. The quaternion goes on from there, as that of a simulated
+    robot does; the first one has x > 0, as of a hand that points down.
+    """
+    turn = quaternion(angles)
+    along = turn[1] if before is None else turn @ _quaternion_of(before)
+    return _vector_of(-turn if along < 0 else turn)
+
+
+def _vector_of(turn: Array) -> Array:
+    axis, sine = turn[..., 1:], np.linalg.norm(turn[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(sine, turn[..., :1])
     return axis * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0)
+
+
+def _quaternion_of(vector: Array) -> Array:
+    half = np.linalg.norm(vector) / 2
+    return np.append(np.cos(half), np.sinc(half / np.pi) / 2 * vector)
 
 
 # --- state ---
 
 
-def _libero8(proprio: Array) -> Array:
+def _libero8(proprio: Array, before: Array | None) -> Array:
     """Position, rotation vector, both fingers (the right one negative), as of LIBERO."""
-    half = proprio[..., 6:] / 2
-    return np.concatenate([proprio[..., :3], rotation_vector(proprio[..., 3:6]), half, -half], -1)
+    turn = next_rotation_vector(proprio[3:6], None if before is None else before[3:6])
+    return np.concatenate([proprio[:3], turn, proprio[6:] / 2, -proprio[6:] / 2])
 
 
-def _libero_rpy8(proprio: Array) -> Array:
-    """The pose with roll, pitch, yaw."""
-    half = proprio[..., 6:] / 2
-    return np.concatenate([proprio[..., :6], half, -half], -1)
+def _libero_rpy8(proprio: Array, _: Array | None) -> Array:
+    """The pose with angles that do not jump, and both fingers."""
+    return np.concatenate([continuous(proprio)[:6], proprio[6:] / 2, -proprio[6:] / 2])
 
 
-def _oxe8(proprio: Array) -> Array:
-    """Position, roll, pitch, yaw, 0, gripper from 0 (closed) to 1 (open), as of Open X."""
-    gripper = proprio[..., 6:] / _OPEN
-    return np.concatenate([proprio[..., :6], np.zeros_like(gripper), gripper], -1)
+def _oxe8(proprio: Array, _: Array | None) -> Array:
+    """Position, angles that do not jump, 0, gripper from 0 (closed) to 1 (open), as of Open X."""
+    return np.concatenate([continuous(proprio)[:6], [0], proprio[6:] / _OPEN])
 
 
-LAYOUTS: dict[str, Callable[[Array], Array]] = {
-    "tcp7": lambda proprio: proprio,
-    "tcp7_continuous": continuous,
+# Functions of a frame's proprio and of the state of the frame before, None in the first one.
+LAYOUTS: dict[str, Callable[[Array, Array | None], Array]] = {
+    "tcp7": lambda proprio, _: proprio,
+    "tcp7_continuous": lambda proprio, _: continuous(proprio),
     "libero8": _libero8,
     "libero_rpy8": _libero_rpy8,
     "oxe8": _oxe8,
-    "joints8": lambda proprio: proprio,
+    "joints8": lambda proprio, _: proprio,
 }
 _OF_TCP = [name for name in LAYOUTS if name != "joints8"]
 JOINTS = 8  # numbers of joint_proprio: seven angles and the gripper's width
 
 
-def state_of(layout: str, proprio: Array) -> Array:
-    """Rows of proprio (..., 7 or 8) in that layout, float32."""
+def state_of(layout: str, proprio: Array, before: Array | None = None) -> Array:
+    """A frame's proprio (7 or 8) in that layout, float32; before: the state of the frame before."""
     joints = proprio.shape[-1] == JOINTS
     if joints != (layout == "joints8"):
         given = "joint angles" if joints else "the TCP's pose"
@@ -111,7 +132,7 @@ def state_of(layout: str, proprio: Array) -> Array:
             )
             + " allowed"
         )
-    return LAYOUTS[layout](np.asarray(proprio, np.float32)).astype(np.float32)
+    return LAYOUTS[layout](np.asarray(proprio, np.float32), before).astype(np.float32)
 
 
 # --- actions ---

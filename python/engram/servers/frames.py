@@ -19,7 +19,7 @@ class Frame:
     """What a policy sees in one step."""
 
     rgb: Array | None  # (H, W, 6)
-    proprio: Array
+    state: Array | None  # in the layout of the keys; None: they name no part of it
     row: Array | None  # of obs="objects" or "state"
 
 
@@ -30,9 +30,11 @@ class FrameHistory:
         self._history = history
         longest = None if history.frames == 0 else (history.frames - 1) * history.stride + 1
         self._frames: collections.deque[Frame] = collections.deque(maxlen=longest)
+        self.last: Frame | None = None
 
     def add(self, frame: Frame) -> None:
         self._frames.append(frame)
+        self.last = frame
 
     def take(self) -> list[Frame]:
         """Frames of a question, the oldest first.

@@ -69,7 +69,7 @@ _GR00T = {
         "objects",
         "annotation.human.action.task_description",
         _XYZ,
-        "libero_rpy8",
+        "libero8",  # GR00T's client of LIBERO sends the rotation vector under these names
         "libero",
         (256, 256),
     ),

@@ -98,7 +98,7 @@ class ServerPolicy:
         slots = [self._slot_of(observation, row) for row in range(count)]
         asked = []
         for row, slot in enumerate(slots):
-            slot.history.add(_frame(observation, row))
+            slot.history.add(self._frame(slot.history.last, observation, row))
             if not slot.queue:
                 asked.append(self._ask(slot, observation, row))
         if asked:
@@ -204,6 +204,16 @@ class ServerPolicy:
 
     # --- questions ---
 
+    def _frame(self, last: Frame | None, observation: dict[str, Any], row: int) -> Frame:
+        rgb, numbers = observation["rgb"], observation["state"]
+        state = None
+        if self._keys.state:
+            before = None if last is None else last.state
+            state = state_of(self._keys.layout, observation["proprio"][row], before)
+        return Frame(
+            None if rgb is None else rgb[row], state, None if numbers is None else numbers[row]
+        )
+
     def _size(self, connection: Connection, frames: list[Frame]) -> tuple[int, int] | None:
         if self.options.image == "native":
             return None
@@ -271,7 +281,7 @@ class _Draft:
         if keys.row is not None and self.frames[0].row is not None:
             state[keys.row] = self._over_time([f.row for f in self.frames])
         if keys.state:
-            whole = state_of(keys.layout, self._over_time([f.proprio for f in self.frames]))
+            whole = self._over_time([f.state for f in self.frames])
             for name, (start, stop) in keys.state.items():
                 state[name] = whole[..., start:stop]
         return Question(images, state, self.prompt, self.has_time, self.env_id, self.episode)
@@ -296,15 +306,6 @@ async def _all(work: list[Coroutine[Any, Any, None]]) -> None:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-
-
-def _frame(observation: dict[str, Any], row: int) -> Frame:
-    rgb, state = observation["rgb"], observation["state"]
-    return Frame(
-        None if rgb is None else rgb[row],
-        observation["proprio"][row],
-        None if state is None else state[row],
-    )
 
 
 def _episode_facts(observation: dict[str, Any], row: int) -> dict[str, Any] | None:

@@ -262,20 +262,68 @@ def test_rotation_vectors():
 
 
 def test_state_layouts():
-    proprio = np.array([[0.1, 0.2, 0.3, np.pi, 0, 0.5, 0.06]], np.float32)
+    proprio = np.array([0.1, 0.2, 0.3, np.pi, 0, 0.5, 0.06], np.float32)
     assert conventions.state_of("tcp7", proprio).tolist() == proprio.tolist()
-    flipped = proprio * [1, 1, 1, -1, 1, 1, 1]  # the same turn, but for rounding
+    flipped = proprio * [1, 1, 1, -1, 1, 1, 1]  # the same rotation, but for rounding
+    turn = conventions.matrix_of(proprio[3:6])
     for given in (proprio, flipped):
         state = conventions.state_of("tcp7_continuous", given)
         np.testing.assert_allclose(state, proprio, atol=1e-6)
-    libero = conventions.state_of("libero8", proprio)[0]
-    assert libero[:3].tolist() == proprio[0, :3].tolist()
-    turn = conventions.matrix_of(proprio[0, 3:6])
-    assert np.allclose(matrix_of_vector(libero[3:6]), turn, atol=1e-6)
-    assert np.allclose(libero[6:], [0.03, -0.03])
-    oxe = conventions.state_of("oxe8", proprio)[0]
-    assert np.allclose(oxe, [0.1, 0.2, 0.3, np.pi, 0, 0.5, 0, 0.75])
-    assert conventions.state_of("libero_rpy8", proprio)[0, 3:6].tolist() == proprio[0, 3:6].tolist()
+        libero = conventions.state_of("libero8", given)
+        assert libero[:3].tolist() == proprio[:3].tolist()
+        assert libero[3] > 3
+        assert np.allclose(matrix_of_vector(libero[3:6]), turn, atol=1e-6)
+        assert np.allclose(libero[6:], [0.03, -0.03])
+        oxe = conventions.state_of("oxe8", given)
+        assert np.allclose(oxe, [0.1, 0.2, 0.3, np.pi, 0, 0.5, 0, 0.75])
+        rpy = conventions.state_of("libero_rpy8", given)
+        assert np.allclose(rpy, [0.1, 0.2, 0.3, np.pi, 0, 0.5, 0.03, -0.03])
+
+
+FAMILIES = {task["family"]: task["id"] for task in engram.list() if task["action_dim"] == 7}
+
+
+def frames_of(id, steps=60):
+    """Proprio (episodes, steps + 1, 7) of the oracle."""
+    env = engram.make_vec(id, 2, after_end="hold")
+    frames = [env.reset(seed=1)[1]["proprio"].copy()]
+    for _ in range(steps):
+        frames.append(env.step(env.act("oracle"))[-1]["proprio"].copy())
+    env.close()
+    return np.stack(frames, 1)
+
+
+def turns_of(layout, frames):
+    """The three numbers of rotation in the states of an episode."""
+    states = [conventions.state_of(layout, frames[0])]
+    for frame in frames[1:]:
+        states.append(conventions.state_of(layout, frame, states[-1]))
+    return np.array(states)[:, 3:6]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_states_do_not_jump_in_a_demonstration(family):
+    """A jump is by pi or more; the hand of ShellGamePick really turns by 0.8 rad in a step."""
+    for frames in frames_of(FAMILIES[family]):
+        for layout in ("tcp7_continuous", "libero8", "libero_rpy8", "oxe8"):
+            turns = turns_of(layout, frames)
+            assert np.abs(np.diff(turns, axis=0)).max() < 1.5, layout
+            assert turns[0, 0] > 0
+
+
+def test_rotation_vectors_go_on_through_every_direction_of_the_hand():
+    down = conventions.matrix_of(np.array([np.pi, 0, 0]))
+    frames = []
+    for turn in np.linspace(0, 5, 101):  # about an axis between the world's
+        m = matrix_of_vector((turn + 1e-6) * np.array([0.6, 0.64, 0.48])) @ down
+        angles = np.arctan2(m[2, 1], m[2, 2]), -np.arcsin(m[2, 0]), np.arctan2(m[1, 0], m[0, 0])
+        frames.append([0, 0, 0, *angles, 0])
+    turns = turns_of("libero8", np.array(frames, np.float32))
+    angle = np.linalg.norm(turns, axis=-1, keepdims=True)
+    whole = np.concatenate([np.cos(angle / 2), np.sin(angle / 2) * turns / angle], -1)
+    assert ((whole[1:] * whole[:-1]).sum(-1) > np.cos(0.026)).all()  # half of 0.05 rad
+    assert whole[0, 1] > 0.9
+    assert whole[-1, 1] < 0  # in the other half by then
 
 
 @pytest.mark.parametrize("convention", ["libero", "oxe"])
