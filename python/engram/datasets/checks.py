@@ -61,6 +61,18 @@ def reading(path: Path | str | IO[bytes]) -> Iterator[None]:
         raise DatasetError(f"'{path}' is damaged, or not engram's: {reason}") from error
 
 
+def regular_file(path: Path, most: int | None = None) -> Path:
+    """The path, which must lead to a regular file of at most `most` bytes.
+
+    Opening a pipe would wait for its other end, for ever in a set of somebody else.
+    """
+    if not path.is_file():
+        raise DatasetError("missing, or no file")
+    if most is not None and path.stat().st_size > most:
+        raise DatasetError(f"more than {most >> 20} MB")
+    return path
+
+
 def whole_number(what: str, value: Any, low: int, high: int) -> int:
     """The value, which must be an int from low to high."""
     if type(value) is not int or not low <= value <= high:

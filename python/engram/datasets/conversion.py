@@ -85,9 +85,9 @@ class Writer(contextlib.ExitStack):
                         writer.segments.add(segments)
                     progress(done, len(folder))
                 words = writer.finish()
-            source.write_json(path / source.NAME, source.with_additions(folder, added))
             (path / "metadata.json").write_bytes(folder.metadata_bytes)
             (path / "README.md").write_text(card.text(folder, sorted(instructions), words))
+            source.write(path, source.with_additions(folder, added))
         return Path(root).joinpath(*place)
 
     @classmethod

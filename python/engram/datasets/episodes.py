@@ -223,11 +223,7 @@ class DemonstrationFolder(Metadata, Sequence):
 
 def _read(path: Path) -> bytes:
     with reading(path):
-        if not path.is_file():  # opening a pipe would wait for its other end
-            raise DatasetError("missing, or no file")
-        if path.stat().st_size > _LARGEST_METADATA:
-            raise DatasetError(f"more than {_LARGEST_METADATA >> 20} MB")
-        return path.read_bytes()
+        return checks.regular_file(path, _LARGEST_METADATA).read_bytes()
 
 
 def read_metadata(content: bytes) -> dict[str, Any]:

@@ -1,12 +1,14 @@
 """Statistics by which LeRobot's policies normalise: per episode, and of a whole data set.
 
 Policies divide by a standard deviation or by the distance of two bounds. Of numbers that hardly
-change these are tiny, and a little noise would be a huge input; so they have a floor.
+change these are tiny, and a little noise would be a huge input; so data sets have a floor.
 """
 
 from __future__ import annotations
 
 import numpy as np
+
+Stats = dict[str, np.ndarray]
 
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
 _PAIRS = (("min", "max"), ("q01", "q99"), ("q10", "q90"))  # each within the one before it
@@ -14,7 +16,66 @@ _MAX_IMAGES = 100  # of an episode, evenly spread
 FLOOR = 0.01  # of standard deviations, in m, rad, or shares of an action's range
 
 
-def of_values(values: np.ndarray) -> dict[str, np.ndarray]:
+class Numbers:
+    """Statistics of numbers, (T,) or (T, n): one value per component."""
+
+    def __init__(self) -> None:
+        self._episodes: list[np.ndarray] = []
+
+    def add(self, values: np.ndarray) -> Stats:
+        """Statistics of an episode."""
+        self._episodes.append(values)
+        return of_values(values)
+
+    def total(self) -> Stats:
+        """Those of all frames; quantiles cannot be combined from those of episodes."""
+        return of_values(np.concatenate(self._episodes))
+
+
+class Levels:
+    """Statistics of images: one value per channel, shaped (C, 1, 1), of up to 100 an episode.
+
+    unit: what a step of the pixels' numbers stands for.
+    """
+
+    def __init__(self, unit: float = 1.0) -> None:
+        self._unit = unit
+        self._counts: np.ndarray = np.zeros((1, 0), np.int64)
+        self._images = 0
+
+    def add(self, images: np.ndarray) -> Stats:
+        """Statistics of an episode, (T, H, W, C) or (T, H, W)."""
+        chosen = np.unique(np.linspace(0, len(images) - 1, _MAX_IMAGES).round().astype(int))
+        pixels = images[chosen].reshape(len(chosen), *images.shape[1:3], -1)
+        known = self._counts.shape[-1]
+        levels = max(known, int(pixels.max()) + 1)
+        channels = range(pixels.shape[-1])
+        counts = np.stack([np.bincount(pixels[..., c].ravel(), minlength=levels) for c in channels])
+        self._counts = counts + np.pad(self._counts, ((0, 0), (0, levels - known)))
+        self._images += len(chosen)
+        return self._of(counts, len(chosen))
+
+    def total(self) -> Stats:
+        """Those of all episodes."""
+        return self._of(self._counts, self._images)
+
+    def _of(self, counts: np.ndarray, images: int) -> Stats:
+        levels = self._unit * np.arange(counts.shape[-1])
+        below = np.cumsum(counts, -1)
+        pixels = below[0, -1]
+        mean = counts @ levels / pixels
+        squares = (counts * (levels - mean[:, None]) ** 2).sum(-1) / pixels
+        ranks = {"min": 1 / pixels, "max": 1.0, **_QUANTILES}
+        stats = {
+            name: levels[[np.searchsorted(row, rank * pixels) for row in below]]
+            for name, rank in ranks.items()
+        }
+        stats |= {"mean": mean, "std": np.sqrt(squares)}
+        shaped = {name: values.reshape(-1, 1, 1) for name, values in stats.items()}
+        return shaped | {"count": np.array([images])}
+
+
+def of_values(values: np.ndarray) -> Stats:
     """Statistics of numbers, (T,) or (T, n): one value per component."""
     table = values.reshape(len(values), -1).astype(np.float64)
     stats = {
@@ -27,7 +88,7 @@ def of_values(values: np.ndarray) -> dict[str, np.ndarray]:
     return stats | {name: np.quantile(table, q, axis=0) for name, q in _QUANTILES.items()}
 
 
-def floored(stats: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def floored(stats: Stats) -> Stats:
     """The statistics with a standard deviation of FLOOR and bounds 2 FLOOR apart, or more.
 
     Of two bounds that are closer, the next wider ones take the place; the widest move apart.
@@ -43,68 +104,32 @@ def floored(stats: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return result
 
 
-def of_images(images: np.ndarray) -> dict[str, np.ndarray]:
-    """Statistics of images, (T, H, W, 3) bytes: values of 0 to 1 per channel, shaped (3, 1, 1)."""
-    return _of_channels(images, np.arange(256) / 255)
+def raised(episode: Stats, total: Stats, floor: Stats) -> Stats:
+    """Statistics of an episode from which readers combine `floor`, where it differs from `total`.
 
-
-def of_maps(maps: np.ndarray) -> dict[str, np.ndarray]:
-    """Statistics of depth or segmentation, (T, H, W): the numbers as they are, shaped (1, 1, 1)."""
-    return _of_channels(maps[..., None], np.arange(int(maps.max()) + 1, dtype=np.float64))
-
-
-def _of_channels(images: np.ndarray, levels: np.ndarray) -> dict[str, np.ndarray]:
-    """levels: what the pixels' numbers, from 0 on, stand for."""
-    chosen = np.unique(np.linspace(0, len(images) - 1, _MAX_IMAGES).round().astype(int))
-    channels = []
-    for channel in range(images.shape[-1]):
-        counts = np.bincount(images[chosen, ..., channel].ravel(), minlength=len(levels))
-        share = counts / counts.sum()
-        present = np.flatnonzero(counts)
-        mean = share @ levels
-        cumulated = np.cumsum(share)
-        stats = {
-            "min": levels[present[0]],
-            "max": levels[present[-1]],
-            "mean": mean,
-            "std": np.sqrt(share @ (levels - mean) ** 2),
-        }
-        stats |= {
-            name: levels[min(len(levels) - 1, int(np.searchsorted(cumulated, q)))]
-            for name, q in _QUANTILES.items()
-        }
-        channels.append(stats)
-    stats = {name: np.array([s[name] for s in channels]).reshape(-1, 1, 1) for name in channels[0]}
-    return stats | {"count": np.array([len(chosen)])}
-
-
-def combined(episodes: list[dict[str, dict[str, np.ndarray]]]) -> dict[str, dict[str, list]]:
-    """Statistics over all episodes, as LeRobot combines them: quantiles are weighted means."""
-    result = {}
-    for key in episodes[0]:
-        parts = {
-            name: np.stack([episode[key][name] for episode in episodes])
-            for name in episodes[0][key]
-        }
-        counts = parts["count"]
-        weights = counts.reshape(-1, *[1] * (parts["mean"].ndim - 1)) / counts.sum()
-        mean = (parts["mean"] * weights).sum(0)
-        total = {
-            "min": parts["min"].min(0),
-            "max": parts["max"].max(0),
-            "mean": mean,
-            "std": np.sqrt(((parts["std"] ** 2 + (parts["mean"] - mean) ** 2) * weights).sum(0)),
-            "count": counts.sum(0),
-        }
-        total |= {name: (parts[name] * weights).sum(0) for name in _QUANTILES}
-        result[key] = {name: value.tolist() for name, value in total.items()}
+    Readers of version 2.1 combine episodes: variances about the common mean, outermost bounds.
+    """
+    result = dict(episode)
+    for name in floor:
+        if name != "count":
+            result[name] = np.where(floor[name] == total[name], episode[name], floor[name])
+    missing = floor["std"] ** 2 - total["std"] ** 2
+    result["std"] = np.sqrt(episode["std"] ** 2 + missing)
     return result
 
 
-def flat(prefix: str, stats: dict[str, dict[str, np.ndarray]]) -> dict[str, list]:
+def as_lists(stats: dict[str, Stats]) -> dict[str, dict[str, list]]:
+    """The statistics of features as JSON has them."""
+    return {
+        key: {name: value.tolist() for name, value in values.items()}
+        for key, values in stats.items()
+    }
+
+
+def flat(prefix: str, stats: dict[str, Stats]) -> dict[str, list]:
     """Columns of a table, named prefix/feature/statistic."""
     return {
-        f"{prefix}/{key}/{name}": value.tolist()
-        for key, values in stats.items()
-        for name, value in values.items()
+        f"{prefix}/{key}/{name}": values
+        for key, lists in as_lists(stats).items()
+        for name, values in lists.items()
     }

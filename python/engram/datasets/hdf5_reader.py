@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from engram.datasets import additions, checks
+from engram.datasets import additions, checks, source
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.episodes import HDF5_FILE, HDF5_FOLDER, Metadata
 from engram.datasets.spaces import Spaces
@@ -21,13 +21,11 @@ _FILTERS = {h5py.h5z.FILTER_DEFLATE}  # gzip alone; for others plugins may be lo
 def read(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
     """The episodes of <root>/data_hdf5/<id>, in order."""
     path = root / HDF5_FOLDER / folder.env_id / HDF5_FILE
-    with reading(path):
-        if not path.is_file():
-            raise DatasetError("missing, or no file")
-        with h5py.File(path, "r") as file:
-            for number in range(len(folder)):
-                group = _child(file, f"data/demo_{number}", h5py.Group)
-                yield _episode(group, folder.spaces)
+    source.verify(path.parent)
+    with reading(path), h5py.File(checks.regular_file(path), "r") as file:
+        for number in range(len(folder)):
+            group = _child(file, f"data/demo_{number}", h5py.Group)
+            yield _episode(group, folder.spaces)
 
 
 def _episode(group: h5py.Group, spaces: Spaces) -> StoredEpisode:

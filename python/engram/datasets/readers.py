@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from engram.datasets import additions, checks
+from engram.datasets import additions, checks, source
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.episodes import RLDS_FOLDER, DemonstrationFolder, Metadata
 from engram.datasets.spaces import Spaces
@@ -39,11 +39,12 @@ def _from_rlds(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
     from engram.datasets import rlds, tf_example
 
     path = root / RLDS_FOLDER / folder.env_id / rlds.VERSION
+    source.verify(path)
     shards = sorted(path.glob(f"{rlds.NAME}-{rlds.SPLIT}.tfrecord-*"))
     if not shards:
         raise DatasetError(f"'{path}' holds no records")
     for shard in shards:
-        with reading(shard), open(shard, "rb") as file:
+        with reading(shard), open(checks.regular_file(shard), "rb") as file:
             for record in tf_example.read_records(file):
                 yield _rlds_episode(tf_example.parse_example(record), folder.spaces)
 

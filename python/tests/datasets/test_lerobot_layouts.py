@@ -16,8 +16,9 @@ import pyarrow.parquet as pq
 
 from engram.datasets import find_folders, lerobot
 from engram.datasets.__main__ import main
+from engram.datasets.frame_stats import floored, of_values
 from engram.datasets.lerobot import gr00t
-from engram.datasets.spaces import Spaces
+from engram.datasets.spaces import Spaces, continuous
 
 LONG = "RememberColor5-Long-VLA-v0"  # 360 steps, of which most are waiting
 
@@ -50,6 +51,27 @@ def test_version_2_1_has_a_file_per_episode_and_camera(demonstrations, folder, f
                 place["video_key"] = key
                 assert (path / info["video_path"].format(**place)).stat().st_size > 1000
     assert info["total_videos"] == (2 * count if frames == "videos" else 0)
+
+
+@pytest.mark.parametrize("version", ["3.0", "2.1"])
+def test_statistics_are_of_all_frames_and_floored_at_the_end(folder, version, tmp_path):
+    path = lerobot.convert(folder, tmp_path, version=version)
+    stats = json.loads((path / "meta" / "stats.json").read_text())
+    frames = {
+        "observation.state": np.concatenate([continuous(one.proprio) for one in folder]),
+        "action": np.concatenate([one.action for one in folder]),
+        "frame_index": np.concatenate([np.arange(len(one)) for one in folder])[:, None],
+    }
+    for key, values in frames.items():
+        exact = values.astype(np.float64)
+        expected = of_values(exact) if key == "frame_index" else floored(of_values(exact))
+        for name, q in (("q01", 0.01), ("q10", 0.1), ("q50", 0.5), ("q90", 0.9), ("q99", 0.99)):
+            assert (of_values(exact)[name] == np.quantile(exact, q, axis=0)).all()
+        assert stats[key] == {name: found.tolist() for name, found in expected.items()}
+    if version == "3.0":  # episodes as they are
+        row = pq.read_table(path / "meta/episodes/chunk-000/file-000.parquet").to_pylist()[0]
+        std = row["stats/observation.state/std"]
+        np.testing.assert_array_equal(std, continuous(folder[0].proprio).astype(np.float64).std(0))
 
 
 @pytest.mark.parametrize(

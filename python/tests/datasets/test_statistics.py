@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engram.datasets.frame_stats import FLOOR, combined, floored, of_values
+from engram.datasets.frame_stats import FLOOR, Levels, Numbers, floored, of_values, raised
 from engram.datasets.spaces import continuous
 
 BOUNDS = (("min", "max"), ("q01", "q99"), ("q10", "q90"))
@@ -59,12 +59,53 @@ def test_bounds_stay_in_order_and_wide_columns_as_they_are():
     assert (stats["q01"][2], stats["q10"][2]) == (-1, -1)  # a gripper that closes once
 
 
-def test_the_floor_outlives_the_combination_of_episodes():
-    episodes = [{"state": floored(of_values(columns(steps)))} for steps in (3, 50, 200)]
-    stats = combined(episodes)["state"]
-    assert min(stats["std"]) >= FLOOR * (1 - 1e-9)
-    for low, high in BOUNDS:
-        assert min(np.subtract(stats[high], stats[low])) >= 2 * FLOOR * (1 - 1e-9)
+def test_statistics_are_those_of_all_frames():
+    rng = np.random.default_rng(3)
+    episodes = [rng.normal(shift, 1, (steps, 2)) for shift, steps in ((0, 40), (5, 200), (-3, 7))]
+    numbers = Numbers()
+    for episode in episodes:
+        stats = numbers.add(episode)
+        assert (stats["std"] == episode.std(0)).all()
+    frames = np.concatenate(episodes)
+    total = numbers.total()
+    for name, q in (("min", 0), ("q01", 0.01), ("q50", 0.5), ("q99", 0.99), ("max", 1)):
+        np.testing.assert_array_equal(total[name], np.quantile(frames, q, axis=0))
+    np.testing.assert_array_equal(total["std"], frames.std(0))
+    assert total["count"] == [247]
+
+
+def test_statistics_of_images_are_those_of_all_their_pixels():
+    rng = np.random.default_rng(4)
+    episodes = [rng.integers(0, most, (5, 4, 6, 3), np.uint8) for most in (20, 250)]
+    levels = Levels(1 / 255)
+    for episode in episodes:
+        stats = levels.add(episode)
+        np.testing.assert_allclose(stats["max"].ravel(), episode.max((0, 1, 2)) / 255)
+    pixels = np.concatenate(episodes).reshape(-1, 3) / 255
+    total = levels.total()
+    assert total["mean"].shape == (3, 1, 1)
+    np.testing.assert_allclose(total["mean"].ravel(), pixels.mean(0))
+    np.testing.assert_allclose(total["std"].ravel(), pixels.std(0))
+    for name, q in (("min", 0), ("q10", 0.1), ("q90", 0.9), ("max", 1)):
+        expected = np.quantile(pixels, q, axis=0, method="inverted_cdf")
+        np.testing.assert_allclose(total[name].ravel(), expected)
+
+
+def test_readers_that_combine_episodes_find_the_floors():
+    numbers = Numbers()
+    parts = [numbers.add(columns(steps)) for steps in (3, 50, 200)]
+    total = numbers.total()
+    floor = floored(total)
+    episodes = [raised(part, total, floor) for part in parts]
+    weights = np.array([3, 50, 200])[:, None] / 253
+    means = np.stack([episode["mean"] for episode in episodes])
+    stds = np.stack([episode["std"] for episode in episodes])
+    variance = (weights * (stds**2 + (means - total["mean"]) ** 2)).sum(0)
+    np.testing.assert_allclose(np.sqrt(variance), floor["std"], rtol=1e-6)
+    for low, high in BOUNDS[:1]:
+        np.testing.assert_array_equal(np.min([one[low] for one in episodes], 0), floor[low])
+        np.testing.assert_array_equal(np.max([one[high] for one in episodes], 0), floor[high])
+    np.testing.assert_array_equal(episodes[1]["std"][3], parts[1]["std"][3])  # a wide column
 
 
 def test_angles_do_not_jump():

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 
-from engram.datasets import checks
+from engram.datasets import checks, source
 from engram.datasets.additions import MAPS
 from engram.datasets.checks import DatasetError, reading
 from engram.datasets.episodes import Metadata
@@ -19,7 +19,6 @@ from engram.datasets.spaces import ANGLES, Spaces
 from engram.datasets.stored import StoredEpisode, images, maps
 
 _MOST_ROWS = 10_000_000  # of a file
-_LARGEST_SOURCE = 1 << 20  # bytes
 _LARGEST_EPISODES = 1 << 30  # bytes
 
 
@@ -33,22 +32,17 @@ def read(folder: Metadata, root: Path) -> Iterator[StoredEpisode]:
             index = checks.whole_number(
                 "episode_index", row["episode_index"], 0, checks.MAX_EPISODES
             )
-        source = path / place
-        with reading(source):
-            if source not in data:
-                data = {source: _Rows(pq.ParquetFile(source))}
-            yield _episode(data[source].of_episode(index), row, folder.spaces, angles)
+        file = path / place
+        with reading(file):
+            if file not in data:
+                data = {file: _Rows(pq.ParquetFile(checks.regular_file(file)))}
+            yield _episode(data[file].of_episode(index), row, folder.spaces, angles)
 
 
 def _angles(path: Path, spaces: Spaces) -> str:
-    """The form of angles; data sets from before there was a choice do not say it."""
-    source = path / layout.SOURCE
-    if not source.exists():
-        return ANGLES[1]
-    with reading(source):
-        if not source.is_file() or source.stat().st_size > _LARGEST_SOURCE:
-            raise DatasetError(f"no file, or more than {_LARGEST_SOURCE >> 20} MB")
-        document = json.loads(source.read_text())
+    """The form of angles."""
+    document = source.verify(path, layout.SOURCE)
+    with reading(path / layout.SOURCE):
         found = Spaces(document["control_mode"], document["joint_proprio"])
         if found != spaces:
             raise DatasetError(f"a set of {found}, and its demonstrations are of {spaces}")
@@ -66,9 +60,8 @@ def _listed(path: Path) -> Iterator[tuple[Path, dict[str, Any], str]]:
     lines = path / v21.EPISODES
     if lines.exists():
         with reading(lines):
-            if not lines.is_file() or lines.stat().st_size > _LARGEST_EPISODES:
-                raise DatasetError(f"no file, or more than {_LARGEST_EPISODES >> 20} MB")
-            rows = [json.loads(line) for line in lines.read_text().splitlines()]
+            text = checks.regular_file(lines, _LARGEST_EPISODES).read_text()
+            rows = [json.loads(line) for line in text.splitlines()]
         for row in rows:
             with reading(lines):
                 index = _number(row, "episode_index")
@@ -79,7 +72,7 @@ def _listed(path: Path) -> Iterator[tuple[Path, dict[str, Any], str]]:
         raise DatasetError(f"'{path}' holds no episodes")
     for file in files:
         with reading(file):
-            parquet = pq.ParquetFile(file)
+            parquet = pq.ParquetFile(checks.regular_file(file))
             checks.whole_number("rows", parquet.metadata.num_rows, 0, checks.MAX_EPISODES)
             rows = parquet.read(use_threads=False).to_pylist()
         for row in rows:

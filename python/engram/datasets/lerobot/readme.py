@@ -58,10 +58,11 @@ def _notes(spaces: Spaces, options: Options) -> list[str]:
         + ", the gripper's opening in m.",
         f"`{layout.ACTION}`: {', '.join(spaces.action_names)}, of the control mode "
         f"`{spaces.control_mode}`; gripper from -1 (closed) to 1 (open).",
-        f"Statistics have floors: standard deviations of state and action are at least "
-        f"{frame_stats.FLOOR:g}, and the distances of min and max, q01 and q99, q10 and q90 at "
-        f"least {2 * frame_stats.FLOOR:g}. Otherwise numbers that hardly change would be huge "
-        "inputs after normalisation.",
+        "Statistics are of all frames; those of images of up to 100 per episode. They have floors: "
+        f"standard deviations of state and action are at least {frame_stats.FLOOR:g}, and the "
+        "distances of min and max, q01 and q99, q10 and q90 at least "
+        f"{2 * frame_stats.FLOOR:g}. Otherwise numbers that hardly change would be huge inputs "
+        "after normalisation.",
     ]
     if not spaces.joint_proprio:
         notes.insert(1, _ANGLES[options.angles])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from engram.datasets import frame_stats
 from engram.datasets.lerobot import layout
 from engram.datasets.lerobot.videos import VideoFile
 from engram.datasets.lerobot_options import Options
@@ -72,14 +73,9 @@ class Files:
         numbered = [{"task_index": i, "task": task} for i, task in enumerate(tasks)]
         _write_lines(meta / "tasks.jsonl", numbered)
         _write_lines(self.root / EPISODES, rows)
-        lists = [
-            {
-                key: {name: value.tolist() for name, value in values.items()}
-                for key, values in one.items()
-            }
-            for one in stats
+        rows_of_stats = [
+            {"episode_index": i, "stats": frame_stats.as_lists(one)} for i, one in enumerate(stats)
         ]
-        rows_of_stats = [{"episode_index": i, "stats": one} for i, one in enumerate(lists)]
         _write_lines(meta / "episodes_stats.jsonl", rows_of_stats)
 
     def info(self, episodes: int) -> dict[str, Any]:

@@ -55,9 +55,9 @@ def convert(
                 writer.add(episode)
                 progress(done, len(folder))
         writer.write_meta()
-        layout.write_json(path / layout.SOURCE, _source(folder, chosen))
         (path / "README.md").write_text(readme.text(folder, chosen, asked, list(writer.tasks)))
         (path / LEROBOT_METADATA).write_bytes(folder.metadata_bytes)
+        source.write(path, _source(folder, chosen), layout.SOURCE)
     return Path(root).joinpath(*place)
 
 
@@ -71,7 +71,7 @@ def is_written(folder: CollectedEpisodes, root: Path | str, **options: Any) -> b
     asked = Options(**options)
     frames = ("videos", "images") if asked.frames == "auto" else (asked.frames,)
     allowed = [_source(folder, dataclasses.replace(asked, frames=one)) for one in frames]
-    return source.is_same(path, path / layout.SOURCE, *allowed)
+    return source.is_same(path, layout.SOURCE, *allowed)
 
 
 class _Writer:
@@ -87,7 +87,8 @@ class _Writer:
         self.segments = SegmentNames()
         self.label_features: dict[str, dict[str, Any]] = {}
         self.rows: list[dict[str, Any]] = []
-        self.stats: list[dict[str, dict[str, np.ndarray]]] = []
+        self.stats: list[dict[str, frame_stats.Stats]] = []  # of episodes
+        self.all_stats: dict[str, frame_stats.Numbers | frame_stats.Levels] = {}  # by feature
         self.frames = 0
         self.files: v21.Files | v30.Files = _FILES[options.version](root, options)
 
@@ -121,11 +122,35 @@ class _Writer:
             table = label_columns.with_language(table, episode.labels, episode.language_instruction)
         row |= self.files.add(row | {"first_frame": self.frames}, table, filmed)
         self.rows.append(row)
-        stats = _stats(columns, images)
-        if self.options.version != "2.1":  # whose readers refuse those of images in one channel
-            stats |= {key: frame_stats.of_maps(values) for key, values in maps.items()}
-        self.stats.append(stats)
+        if self.options.version == "2.1":  # whose readers refuse statistics of one channel
+            maps = {}
+        self.stats.append(self._stats(columns, images, maps))
         self.frames += len(episode)
+
+    def _stats(
+        self,
+        columns: dict[str, np.ndarray],
+        images: dict[str, np.ndarray],
+        maps: dict[str, np.ndarray],
+    ) -> dict[str, frame_stats.Stats]:
+        """Statistics of an episode, which those of the data set then include."""
+        if not self.all_stats:
+            self.all_stats |= {key: frame_stats.Numbers() for key in columns}
+            self.all_stats |= {key: frame_stats.Levels(1 / 255) for key in images}
+            self.all_stats |= {key: frame_stats.Levels() for key in maps}
+        values = columns | images | maps
+        return {key: self.all_stats[key].add(values[key]) for key in values}
+
+    def _total_stats(self) -> dict[str, frame_stats.Stats]:
+        """Statistics of the data set, with floors for state and action."""
+        totals = {key: stats.total() for key, stats in self.all_stats.items()}
+        for key in (layout.STATE, layout.ACTION):
+            total = totals[key]
+            totals[key] = frame_stats.floored(total)
+            if self.options.version == "2.1":  # whose readers use those of episodes alone
+                for episode in self.stats:
+                    episode[key] = frame_stats.raised(episode[key], total, totals[key])
+        return totals
 
     def _columns(self, episode: Episode, task: int) -> dict[str, np.ndarray]:
         steps = len(episode)
@@ -159,8 +184,9 @@ class _Writer:
     def write_meta(self) -> None:
         meta = self.root / "meta"
         meta.mkdir(exist_ok=True)
+        totals = self._total_stats()
         self.files.write_meta(list(self.tasks), self.rows, self.stats)
-        layout.write_json(meta / "stats.json", frame_stats.combined(self.stats))
+        layout.write_json(meta / "stats.json", frame_stats.as_lists(totals))
         layout.write_json(meta / "info.json", self._info())
         if self.subtasks:
             layout.write_names(meta / "subtasks.parquet", label_columns.SUBTASK, self.subtasks)
@@ -191,12 +217,3 @@ class _Writer:
             **self.files.info(len(self.rows)),
             "features": features,
         }
-
-
-def _stats(
-    columns: dict[str, np.ndarray], images: dict[str, np.ndarray]
-) -> dict[str, dict[str, np.ndarray]]:
-    stats = {key: frame_stats.of_values(values) for key, values in columns.items()}
-    for key in (layout.STATE, layout.ACTION):
-        stats[key] = frame_stats.floored(stats[key])
-    return stats | {key: frame_stats.of_images(values) for key, values in images.items()}
