@@ -15,6 +15,9 @@ struct HostMode {
   std::uint16_t x87 = 0x037f;  // control word
   bool operator==(const HostMode&) const = default;
 
+  // Without the flags of exceptions that have occurred.
+  HostMode control() const { return {sse & ~0x3fU, x87}; }
+
   static HostMode current() {
     HostMode mode{_mm_getcsr(), 0};
     asm volatile("fnstcw %0" : "=m"(mode.x87));
