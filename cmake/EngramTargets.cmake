@@ -67,7 +67,7 @@ endfunction()
 # from the target: they form groups of their own, whose names begin with "member_". Files with
 # options of their own stay alone.
 function(engram_unity target)
-  if(NOT ENGRAM_UNITY)
+  if(NOT ENGRAM_UNITY OR NOT ENGRAM_PCH)
     return()
   endif()
   get_target_property(sources ${target} SOURCES)
