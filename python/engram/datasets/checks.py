@@ -64,7 +64,7 @@ def reading(path: Path | str | IO[bytes]) -> Iterator[None]:
 def regular_file(path: Path, most: int | None = None) -> Path:
     """The path, which must lead to a regular file of at most `most` bytes.
 
-    Opening a pipe would wait for its other end, for ever in a set of somebody else.
+    Opening a pipe would wait for its other end, which may never come.
     """
     if not path.is_file():
         raise DatasetError("missing, or no file")

@@ -28,7 +28,7 @@ class Numbers:
         return of_values(values)
 
     def total(self) -> Stats:
-        """Those of all frames; quantiles cannot be combined from those of episodes."""
+        """Statistics of all frames; quantiles of episodes cannot be combined."""
         return of_values(np.concatenate(self._episodes))
 
 
@@ -56,7 +56,7 @@ class Levels:
         return self._of(counts, len(chosen))
 
     def total(self) -> Stats:
-        """Those of all episodes."""
+        """Statistics of all episodes."""
         return self._of(self._counts, self._images)
 
     def _of(self, counts: np.ndarray, images: int) -> Stats:

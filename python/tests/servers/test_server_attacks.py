@@ -282,7 +282,7 @@ def test_a_server_that_ends_at_the_first_question():
     )
 
 
-# --- what strangers ask of `engram serve` ---
+# --- what unauthenticated clients ask of `engram serve` ---
 
 POLICY = """
 import time
