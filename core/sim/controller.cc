@@ -22,18 +22,6 @@ ArmVector measured_joints(const State& state, int env) {
   return Eigen::Map<const ArmVector>(state.qpos.row(env));
 }
 
-// Solves the inverse kinematics from the measured joints; false: out of reach, and `joints` are
-// where the search ended.
-bool find_joints(const Arm& arm, const State& state, int env, const Pose& target,
-                 ArmVector& joints) {
-  const Pose in_world{target.pos + arm.base_position(), target.quat};
-  return arm.inverse(in_world, state.qpos.row(env), joints);
-}
-
-ArmVector last_joint_target(const State& state, int env) {
-  return Eigen::Map<const ArmVector>(state.target_qpos.row(env));
-}
-
 ArmVector clipped_joints(const float* action, double scale) {
   ArmVector values;
   for (int i = 0; i < kArmJoints; ++i) values[i] = scale * clipped(action[i]);
@@ -184,7 +172,8 @@ ArmVector Controller::delta_position_target(const State& state, int env,
 
 ArmVector Controller::pose_target(const State& state, int env, const Pose& target) const {
   ArmVector joints;
-  find_joints(arm_, state, env, target, joints);  // as far as it came, on failure
+  const Pose in_world{target.pos + arm_.base_position(), target.quat};
+  arm_.inverse(in_world, state.qpos.row(env), joints);  // as far as it came, on failure
   return joints;
 }
 
@@ -201,11 +190,8 @@ ArmVector Controller::tracked_pose_target(const State& state, int env, const flo
   if (rotates) {
     target.quat = (from_xyz_euler(scaled_rotation(action)) * target.quat).normalized();
   }
-  ArmVector joints;
-  // A target out of reach would run away from the arm.
-  if (!find_joints(arm_, state, env, target, joints)) return last_joint_target(state, env);
   write_pose(target, state.target_pose.row(env));
-  return joints;
+  return pose_target(state, env, target);
 }
 
 ArmVector Controller::target_velocity(const float* action) const {

@@ -337,26 +337,6 @@ TEST_CASE("Target modes add to the target before and not to what is measured", "
   }
 }
 
-TEST_CASE("A tracked pose stays within reach", "[controller]") {
-  for (const bool rotates : {false, true}) {
-    Fixture fixture(rotates ? ControlMode::kPdEeTargetDeltaPose : ControlMode::kPdEeTargetDeltaPos);
-    const auto action = [rotates](float x, float z) {
-      return rotates ? std::vector<float>{x, 0, z, 0, 0, 0, 0} : std::vector<float>{x, 0, z, 0};
-    };
-    const double* target = fixture.controller.state_row(fixture.state, 0);
-    for (int i = 0; i < 30; ++i) {
-      const DriveTarget drive = fixture.drive(action(1, 1));
-      std::ranges::copy(drive.qpos, fixture.state.target_qpos.row(0));
-      CHECK((Fixture::target(drive) - fixture.q()).cwiseAbs().maxCoeff() < 2 * kPi);
-      CHECK(std::hypot(target[0], target[1], target[2]) < 1.3);
-    }
-    // It has not run away: the first step back moves it.
-    const double x = target[0];
-    fixture.drive(action(-1, 0));
-    CHECK(target[0] == Approx(x - 0.1));
-  }
-}
-
 TEST_CASE("Only target modes have controller state", "[controller]") {
   for (const ControlMode mode : kAllModes) {
     const bool target = std::string(name_of(mode)).find("target") != std::string::npos;
