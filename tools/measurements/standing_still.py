@@ -3,8 +3,6 @@
 Writes standing_still.csv. Needs an interpreter with the package.
 """
 
-import numpy as np
-
 from measurements.common import write_csv
 
 EPISODES = 20
@@ -19,6 +17,8 @@ def add_options(parser):
 
 def play(task, stops=None, **options):
     """Returns (N,) of oracle episodes, and the steps of success; stops: when the robot stops."""
+    import numpy as np
+
     import engram
 
     options = {"autoreset_mode": "DISABLED", "after_end": "hold", "threads": 1, **options}
@@ -42,6 +42,8 @@ def play(task, stops=None, **options):
 
 
 def measure(task):
+    import numpy as np
+
     success, first = play(task)
     solved = first < NEVER
     best = np.full(EPISODES, -np.inf)
