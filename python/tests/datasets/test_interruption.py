@@ -37,11 +37,14 @@ def test_a_ctrl_c_that_python_loses_is_noted_and_not_printed(capsys, monkeypatch
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1])
 def test_signals_that_end_a_process_are_taken_as_a_ctrl_c(number):
-    before = signal.getsignal(number)
-    with pytest.raises(KeyboardInterrupt), _Interruption() as interruption:
-        signal.raise_signal(number)
-    assert interruption.noted
-    assert signal.getsignal(number) is before
+    before = signal.signal(number, signal.SIG_DFL)  # nohup ignores SIGHUP
+    try:
+        with pytest.raises(KeyboardInterrupt), _Interruption() as interruption:
+            signal.raise_signal(number)
+        assert interruption.noted
+        assert signal.getsignal(number) is signal.SIG_DFL
+    finally:
+        signal.signal(number, before)
 
 
 class Slow:
