@@ -34,6 +34,7 @@ from sound_dataset import (
     ID,
     STEPS,
     arrays_of,
+    fit_checksums,
     is_sound,
     metadata_text,
     sound_metadata,
@@ -283,20 +284,8 @@ class Case:
             cut = self.random.randrange(len(data))
             path.write_bytes(self.random.choice([self.flipped(data), data[:cut], b""]))
         if self.random.random() < 0.9:
-            self.fit_checksums()
-
-    def fit_checksums(self) -> None:
-        """Writes as a user who knows how engram.json lists the files."""
-        from engram.datasets import source
-
-        for file in self.root.glob(f"data_{self.format}/**/{source.NAME}"):
-            folder = file.parent.parent if file.parent.name == "meta" else file.parent
-            with contextlib.suppress(ValueError):  # damaged already
-                content = json.loads(file.read_text())
-                content = {
-                    name: content[name] for name in content if name not in ("checksum", "files")
-                }
-                source.write(folder, content, str(file.relative_to(folder)))
+            with contextlib.suppress(ValueError):  # engram.json is damaged
+                fit_checksums(self.root / f"data_{self.format}")
 
     def record(self, path: Path, data: bytes) -> None:
         """A record whose checksums are right."""

@@ -91,3 +91,15 @@ def is_sound(folder: Path) -> bool:
             if listed != found or not np.isfinite(file["reward"]).all():
                 return False
     return metadata["env_id"] == ID
+
+
+def fit_checksums(root: Path) -> None:
+    """Lists files of converted sets as they are now, as a user could who knows engram.json."""
+    from engram.datasets import source
+
+    for file in root.glob(f"**/{source.NAME}"):
+        folder = file.parent.parent if file.parent.name == "meta" else file.parent
+        content = json.loads(file.read_text())
+        for name in ("checksum", "files"):
+            content.pop(name, None)
+        source.write(folder, content, str(file.relative_to(folder)))

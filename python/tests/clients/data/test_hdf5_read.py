@@ -23,7 +23,7 @@ from labelled_dataset import (
     write_labelled,
 )
 from mapped_dataset import MAPS, NAMES, maps_of, write_mapped
-from sound_dataset import EPISODES, ID, STEPS, arrays_of, write_sound
+from sound_dataset import EPISODES, ID, STEPS, arrays_of, fit_checksums, write_sound
 
 import engram
 from engram.datasets.__main__ import main
@@ -198,6 +198,7 @@ def test_damaged_files_are_refused(tmp_path, damage, words, capsys):
     path = convert(tmp_path)
     with h5py.File(path, "r+") as file:
         damage(file["data/demo_0"])
+    fit_checksums(tmp_path)
     capsys.readouterr()
     assert main(["replay", str(tmp_path), "--format", "hdf5"]) == 1
     error = capsys.readouterr().err
@@ -211,6 +212,7 @@ def test_a_file_that_was_cut_off(tmp_path, size, capsys):
     write_sound(tmp_path)
     path = convert(tmp_path)
     path.write_bytes(path.read_bytes()[:size])
+    fit_checksums(tmp_path)
     capsys.readouterr()
     assert main(["replay", str(tmp_path), "--format", "hdf5"]) == 1
     assert "is damaged, or not engram's" in capsys.readouterr().err
