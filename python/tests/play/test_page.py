@@ -167,7 +167,7 @@ def test_an_answer_is_named_by_keyboard_and_carried_out(opened):
 def test_several_answers_are_named_in_order_and_taken_back(opened):
     page = opened()
     page.fill("input[name=words]", "ChainOfColors")
-    page.click("button[aria-label='Play ChainOfColors3-v0']")
+    page.click("button[aria-label='Play ChainOfColors3-VLA-v0']")
     until(page, "document.activeElement.id === 'stage'")
     page.select_option("#speed", "1")
     page.check("#choices")
