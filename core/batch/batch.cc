@@ -137,6 +137,7 @@ std::pair<int, int> Batch::locate(int env) const {
     throw Error(Error::kInvalidArgument, "environment " + std::to_string(env) + " given, 0 to " +
                                              std::to_string(num_envs_ - 1) + " allowed");
   }
+  if (data_ != nullptr) return {0, env};  // also where it is a part of a larger one
   const auto first_env = [](const Part& part) { return part.data().first_env; };
   const auto after = std::ranges::upper_bound(parts_, env, {}, first_env);
   return {static_cast<int>(after - parts_.begin()) - 1, env - first_env(after[-1])};
