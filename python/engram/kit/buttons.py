@@ -43,8 +43,8 @@ class Buttons:
         """How far caps have sunk, m: (n,), of a group (n, k).
 
         The cap of a button sinks ahead of the tool, as in the benchmark: while the TCP is less than
-        65 mm from its axis, by as much as the TCP is below a height of 30 mm above the cap that
-        nobody presses, and by at most its ``travel``.
+        65 mm from its axis, by as much as the TCP is below a height of 30 mm above the
+        released cap, and by at most its ``travel``.
         """
         columns = self._columns_of(caps)
         if isinstance(caps, np.ndarray):
