@@ -23,6 +23,15 @@ _QUALITY = {
     "libsvtav1": {"crf": "30", "preset": "12"},
 }
 
+# Colours: BT.601 of limited range, as the stream says.
+_RANGE, _SMPTE170M = 1, 6  # of FFmpeg
+_TO_YUV = np.array(
+    [[65.481, 128.553, 24.966], [-37.797, -74.203, 112.0], [112.0, -93.786, -18.214]], np.float32
+) / np.float32(255)
+# FFmpeg's conversion back to RGB, which PyAV, torchcodec and OpenCV share, is too dark by these.
+_SHIFT = np.array([1.0, 1.5, 0.8], np.float32)
+_OFFSET = _TO_YUV @ _SHIFT + np.array([16, 128, 128], np.float32)
+
 
 class VideoFile:
     """One MP4 file, which grows by frames."""
@@ -45,12 +54,15 @@ class VideoFile:
             self.stream.codec_context.thread_count = 1  # images are small; cameras have theirs
             self.stream.pix_fmt = "yuv420p"
             self.stream.height, self.stream.width = size
+            context = self.stream.codec_context
+            context.color_range = _RANGE
+            context.colorspace = context.color_primaries = context.color_trc = _SMPTE170M
 
     def add(self, images: np.ndarray) -> None:
         """Appends frames, (T, H, W, 3) bytes."""
         with _encoding(self.codec):
             for image in images:
-                frame = av.VideoFrame.from_ndarray(packed(image), format="rgb24")
+                frame = av.VideoFrame.from_ndarray(_planes(packed(image)), format="yuv420p")
                 frame.pts = self.frames
                 frame.time_base = Fraction(1, self.fps)
                 self._mux(self.container, self.stream.encode(frame))
@@ -66,6 +78,17 @@ class VideoFile:
         for packet in packets:
             self.bytes += packet.size
             container.mux(packet)
+
+
+def _planes(image: np.ndarray) -> np.ndarray:
+    """An image (H, W, 3) in YUV: the rows of Y, then those of U and V at half the size."""
+    height, width = image.shape[:2]
+    rgb = image.astype(np.float32)
+    rows = rgb[::2] + rgb[1::2]
+    luma = rgb.reshape(-1, 3) @ _TO_YUV[0] + _OFFSET[0]
+    chroma = (rows[:, ::2] + rows[:, 1::2]).reshape(-1, 3) @ (_TO_YUV[1:].T / 4) + _OFFSET[1:]
+    values = np.concatenate([luma, chroma[:, 0], chroma[:, 1]])
+    return np.rint(values).clip(0, 255).astype(np.uint8).reshape(height * 3 // 2, width)
 
 
 def video_info(path: Path, fps: int, codec: str) -> dict[str, Any]:
