@@ -117,7 +117,7 @@ Json examine() {
                    {"egl_renderer", egl.renderer}};
 }
 
-std::string to_plain_text(const Json& facts) {
+std::string facts_text(const Json& facts) {
   std::vector<std::string> sets;
   for (const Json& set : list(part(facts, "instruction_sets"))) sets.push_back(text(set));
   const auto fact = [&facts](const char* key) { return text(part(facts, key)); };
@@ -138,7 +138,7 @@ std::string to_plain_text(const Json& facts) {
 
 void run(bool json) {
   const Json facts = examine();
-  print(json ? to_text(facts) : to_plain_text(facts));
+  print(json ? to_text(facts) : facts_text(facts));
 }
 
 }  // namespace

@@ -11,15 +11,15 @@ find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
   if(ENGRAM_PCH)
-    # ccache stores what is compiled with precompiled headers only if told that macros and times of
-    # files do not matter, and finds it from other build folders only by paths that are relative.
+    # ccache stores what is compiled with precompiled headers only if told that macros do not matter,
+    # and finds it from other build folders only by paths that are relative. It looks at times of
+    # files: a header that changes while it is precompiled would be stored in its old form.
     # The user's own settings stay.
     foreach(setting sloppiness base_dir)
       execute_process(COMMAND "${CCACHE_PROGRAM}" --get-config ${setting}
         OUTPUT_VARIABLE ccache_${setting} OUTPUT_STRIP_TRAILING_WHITESPACE)
     endforeach()
-    string(APPEND ccache_sloppiness
-      ",pch_defines,time_macros,include_file_mtime,include_file_ctime")
+    string(APPEND ccache_sloppiness ",pch_defines,time_macros")
     string(REGEX REPLACE "^," "" ccache_sloppiness "${ccache_sloppiness}")
     string(REPLACE ", " "," ccache_sloppiness "${ccache_sloppiness}")
     if(NOT ccache_base_dir)

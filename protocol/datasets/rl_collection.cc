@@ -9,12 +9,12 @@
 namespace engram {
 namespace {
 
-using Folders = std::vector<std::unique_ptr<RlFolder>>;
+using RlFolders = std::vector<std::unique_ptr<RlFolder>>;
 
 // Episodes of an item: their files lie in memory until all are played.
 constexpr int kMaxEpisodes = 10;
 
-struct EpisodeRecorder {
+struct RlEpisodeRecorder {
   const Batch& batch;
   std::vector<RlRecorder> recorders;          // one per environment
   std::vector<std::vector<std::byte>> files;  // one per episode
@@ -33,7 +33,7 @@ struct EpisodeRecorder {
 // Source of missing episodes, task by task; passes files to the folders.
 class EpisodeSource : public WorkSource {
  public:
-  EpisodeSource(Folders& folders, const CollectionOptions& options,
+  EpisodeSource(RlFolders& folders, const CollectionOptions& options,
                 const std::function<void(const CollectionProgress&)>& progress)
       : folders_(folders), options_(options), progress_(progress) {
     for (const auto& folder : folders) before_ += folder->episodes();
@@ -78,7 +78,7 @@ class EpisodeSource : public WorkSource {
     progress_(now);
   }
 
-  Folders& folders_;
+  RlFolders& folders_;
   const CollectionOptions& options_;
   const std::function<void(const CollectionProgress&)>& progress_;
   std::size_t task_ = 0;
@@ -92,7 +92,7 @@ class EpisodeSource : public WorkSource {
 std::vector<std::unique_ptr<RlFolder>> collect_rl(
     Ranks& ranks, std::span<const RegistryEntry* const> tasks, const CollectionOptions& options,
     const std::function<void(const CollectionProgress&)>& progress) {
-  Folders folders;
+  RlFolders folders;
   if (ranks.is_root()) {
     for (const RegistryEntry* task : tasks) {
       folders.push_back(std::make_unique<RlFolder>(options.out, *task, options.plan));
@@ -106,7 +106,7 @@ std::vector<std::unique_ptr<RlFolder>> collect_rl(
     const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
     EpisodeBatch& reusable = batches[static_cast<std::size_t>(context.worker())];
     Batch& batch = reusable.of(task.id, item.count, options.num_envs, env_options);
-    EpisodeRecorder recorder{
+    RlEpisodeRecorder recorder{
         batch, std::vector<RlRecorder>(static_cast<std::size_t>(batch.num_envs())),
         std::vector<std::vector<std::byte>>(static_cast<std::size_t>(item.count))};
     const ScriptedPolicy oracle(batch, Policy::kOracle);
