@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "api/media.h"
@@ -27,7 +29,8 @@ constexpr int kSheetSize = 320;  // of an image in a sheet, as in the published 
 constexpr int kMaxSize = 4096;   // of Batch::render
 constexpr int kMaxSheet = 60;
 constexpr int kSheetColumns = 3;
-constexpr int kFramesPerSecond = 30;
+constexpr int kFramesPerSecond = 20;  // as many as control steps: real time
+constexpr int kMaxHold = 60;          // seconds
 
 struct RecordOptions {
   std::string out;
@@ -35,8 +38,9 @@ struct RecordOptions {
   ViewOptions view;
   int size = 0;  // 0: not given, as below
   int frames_per_second = 0;
-  int sheet = 0;        // images of a sheet that is spread over the episode
-  std::vector<int> at;  // steps to take images of
+  std::optional<std::array<int, 2>> hold;  // seconds of a video's first and last frame
+  int sheet = 0;                           // images of a sheet that is spread over the episode
+  std::vector<int> at;                     // steps to take images of
   bool json = false;
 
   bool is_sheet() const { return sheet > 0 || at.size() > 1; }
@@ -66,12 +70,18 @@ RecordReport record_video(const RecordOptions& options, RecordedEpisode& episode
   VideoWriter video(options.out, view.width(), view.height(), options.frames_per_second);
   Progress progress("record", "frames");
   RecordReport report{.width = view.width(), .height = view.height()};
-  while (true) {
-    video.add(view.draw());
-    ++report.frames;
-    progress.update(report.frames / (episode.max_steps() + 1.0), report.frames);
-    if (episode.over()) break;
+  const auto [first, last] = *options.hold;
+  const auto add = [&](int seconds) {
+    const std::vector<std::uint8_t> frame = view.draw();
+    const int count = std::max(1, seconds * options.frames_per_second);
+    for (int i = 0; i < count; ++i) video.add(frame);
+    report.frames += count;
+    progress.update((episode.steps() + 1.0) / (episode.max_steps() + 1.0), report.frames);
+  };
+  add(first);
+  while (!episode.over()) {
     episode.step();
+    add(episode.over() ? last : 0);
   }
   video.finish();
   return report;
@@ -168,11 +178,13 @@ RecordOptions completed(RecordOptions options) {
                        options.out));
   }
   if (image && options.frames_per_second > 0) refuse("--fps: videos only; a .png stands still");
+  if (image && options.hold) refuse("--hold: videos only; a .png stands still");
   if (options.view.overlays && (options.view.camera == "base" || options.view.camera == "hand")) {
     refuse(fmt::format("--overlays: human views only; --camera: '{}' given, render|all allowed",
                        options.view.camera));
   }
   if (options.frames_per_second == 0) options.frames_per_second = kFramesPerSecond;
+  if (!options.hold) options.hold = {1, 2};
   if (options.at.empty()) options.at = {0};
   std::sort(options.at.begin(), options.at.end());
   complete_size(options);
@@ -233,10 +245,12 @@ void run(const RecordOptions& given) {
     print(to_text(to_document(options, report)));
     return;
   }
-  print(fmt::format("{}: {} of {}, {} x {} pixels, {}\n", options.out,
-                    report.frames == 1 ? "1 frame" : fmt::format("{} frames", report.frames),
-                    options.episode.id, report.width, report.height,
-                    report.success_once ? "success" : "no success"));
+  std::string length = report.frames == 1 ? "1 frame" : fmt::format("{} frames", report.frames);
+  if (extension_of(options.out) != ".png") {
+    length += fmt::format(" ({:.2f} s)", 1.0 * report.frames / options.frames_per_second);
+  }
+  print(fmt::format("{}: {} of {}, {} x {} pixels, {}\n", options.out, length, options.episode.id,
+                    report.width, report.height, report.success_once ? "success" : "no success"));
 }
 
 void add_camera(const Command& command, std::string& camera) {
@@ -270,6 +284,25 @@ void add_moments(const Command& command, RecordOptions& options) {
           ".png: a sheet of N images from the first step to the last")
       .default_str("")
       .excludes(at);
+}
+
+void add_time(const Command& command, RecordOptions& options) {
+  add_int(command, "--fps", options.frames_per_second, 1, 240,
+          "Videos: frames per second, one for each step; 20 is real time (.gif: at most 50)")
+      .default_str(std::to_string(kFramesPerSecond));
+  const auto assign = [&options](const std::string& text) {
+    const std::size_t comma = text.find(',');
+    if (comma == std::string::npos) {
+      refuse(fmt::format("--hold: '{}' given, FIRST,LAST needed, such as 0,0", text));
+    }
+    options.hold = {parse_int("--hold", text.substr(0, comma), 0, kMaxHold),
+                    parse_int("--hold", text.substr(comma + 1), 0, kMaxHold)};
+  };
+  command
+      .add_option("--hold", assign,
+                  "Videos: seconds for which the first and the last frame stay; 0: one frame")
+      .type_name("FIRST,LAST")
+      .default_str("1,2");
 }
 
 void add_view(const Command& command, RecordOptions& options) {
@@ -308,9 +341,7 @@ void add_record_command(const Command& program) {
       .type_name("FILE");
   add_view(command, *options);
   add_moments(command, *options);
-  add_int(command, "--fps", options->frames_per_second, 1, 240,
-          "Videos: frames per second, one for each step (.gif: at most 50)")
-      .default_str(std::to_string(kFramesPerSecond));
+  add_time(command, *options);
   add_int(command, "--steps", episode.steps, 1, 1'000'000, "Control steps, at most")
       .type_name("T")
       .default_str("to the end of the episode");
@@ -324,7 +355,9 @@ void add_record_command(const Command& program) {
   command.remove_option("--auto-reset");  // there is one episode
   add_json(command, options->json);
   command.footer(
-      "Videos have a frame of the beginning and one after every step. success_once is that of the "
+      "Videos have a frame of the beginning and one after every step; the first and the last stay "
+      "for "
+      "a while. success_once is that of the "
       "steps taken: a single image ends with its own, sheets and videos with the episode.");
   command.on_run([options] { run(*options); });
 }

@@ -67,7 +67,7 @@ TEST_CASE("record: videos have a frame of the beginning and one after every step
   const TemporaryFolder folder;
   for (const char* name : {"a.mp4", "a.gif"}) {
     const auto out = folder.path() / name;
-    const ParsedJson report = engram_command(arguments(out, "--size 64 --json")).json();
+    const ParsedJson report = engram_command(arguments(out, "--size 64 --hold 0,0 --json")).json();
     CHECK(report["frames"] == 26);
     CHECK(report["success_once"] == true);
     CHECK(report["obs_mode"] == "none");
@@ -77,11 +77,27 @@ TEST_CASE("record: videos have a frame of the beginning and one after every step
     REQUIRE(video.frames.size() == 26);
     CHECK(video.frames[0].width == 96);
     CHECK(video.frames[0].height == 64);
-    CHECK(video.rate == Approx(30).epsilon(0.1));
+    CHECK(video.rate == Approx(20).epsilon(0.1));
   }
-  CHECK(record(folder.path() / "b.mp4", "--camera base --size 64 --steps 4 --fps 10").rate == 10);
+  CHECK(record(folder.path() / "b.mp4", "--camera base --size 64 --steps 4 --fps 10 --hold 0,0")
+            .rate == 10);
   CHECK(read_video((folder.path() / "b.mp4").string()).frames.size() == 5);
   CHECK(files_in(folder.path()) == 3);
+}
+
+TEST_CASE("record: films last as long as their episode, ends held", "[apps]") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.mp4", "a.gif"}) {
+    const auto out = folder.path() / name;
+    CHECK(engram_command(arguments(out, "--size 64")).out.find("84 frames (4.20 s)") !=
+          std::string::npos);
+    const ReadVideo film = read_video(out.string());
+    // 25 control steps of 50 ms; the beginning stays for 1 s, the end for 2 s.
+    REQUIRE(film.frames.size() == 84);
+    CHECK(film.seconds == Approx(1 + 24 * 0.05 + 2).margin(0.02));
+    CHECK(engram_command(arguments(out, "--size 64 --fps 10 --hold 0,1 --json")).json()["frames"] ==
+          1 + 24 + 10);
+  }
 }
 
 TEST_CASE("record: every camera, at every size", "[apps]") {
@@ -186,7 +202,7 @@ TEST_CASE("record: an external policy observes the same as in an evaluation", "[
                                 .json()["tasks"][0];
     const ParsedJson report =
         engram_command(arguments(folder.path() / "a.mp4",
-                                 "--size 64 --seed 4242424242 --json --policy-name "
+                                 "--size 64 --seed 4242424242 --hold 0,0 --json --policy-name "
                                  "mine " +
                                      obs + command("recorded")))
             .json();
@@ -263,6 +279,9 @@ TEST_CASE("record: refusals are one line and leave nothing behind", "[apps]") {
   refuse("a.mp4", "--camera base --size 127", 2, "even");
   refuse("a.gif", "--fps 60", 2, "1 to 50");
   refuse("a.png", "--fps 60", 2, "videos only");
+  refuse("a.png", "--hold 0,0", 2, "videos only");
+  refuse("a.mp4", "--hold 3", 2, "FIRST,LAST");
+  refuse("a.mp4", "--hold 0,61", 2, "0 to 60");
   refuse("a.png", "--width 64", 2, "--size");
   refuse("a.png", "--camera base --size 64 --width 64", 2, "--size");
   refuse("a.png", "--camera base --overlays", 2, "render|all");

@@ -79,7 +79,7 @@ class Film(NamedTuple):
             policy = [sys.executable, "-m", "engram_learners.serve", str(self.agent)]
             policy += ["--wiped"] if self.kind == "wiped" else []
             words += ["--obs", "rgb", "--policy-command", shlex.join(policy)]
-        return [*words, *VIEW, "--fps", str(RATE), "--out", str(out), "--json"]
+        return [*words, *VIEW, "--fps", str(RATE), "--hold", "0,0", "--out", str(out), "--json"]
 
 
 FILMS = {
