@@ -10,7 +10,7 @@ import subprocess
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
-from engram.datasets import additions, checks
+from engram.datasets import additions, checks, frozen
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import DemonstrationFolder, Episode, read_metadata
 from engram.datasets.spaces import Spaces
@@ -70,6 +70,11 @@ class CollectedEpisodes:
 
     def __len__(self) -> int:
         return self._episodes
+
+    @property
+    def origin(self) -> dict[str, Any]:
+        """How the episodes are made, as far as the options say it."""
+        return frozen.origin_of_words(self.words)
 
     def __getitem__(self, index: slice) -> list[Episode]:
         """The first episodes, ahead of the iteration."""

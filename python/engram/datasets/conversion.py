@@ -12,6 +12,7 @@ from engram.datasets import additions, card, checks, source
 from engram.datasets.collected import CollectedEpisodes, EpisodeSource
 from engram.datasets.episodes import Episode, no_progress
 from engram.datasets.folders import new_folder
+from engram.datasets.frozen import FrozenCue
 from engram.datasets.work import in_order
 
 
@@ -22,6 +23,7 @@ class Writer(contextlib.ExitStack):
 
     def __init__(self, path: Path, folder: EpisodeSource, added: Collection[str]):
         super().__init__()
+        self.cue = self.enter_context(contextlib.closing(FrozenCue(folder.env_id, folder.origin)))
         self.path = path
         self.folder = folder
         self.added = added

@@ -161,10 +161,15 @@ class Metadata:
         with reading(metadata_path):
             self.metadata = read_metadata(self.metadata_bytes)
             self.spaces = Spaces.of_metadata(self.metadata)
-            origin = self.metadata.get("engram", {})
-            self.additions = additions.of_metadata(origin)
-            self.keeps_failures = origin.get("keep_failures") is True
+            self.additions = additions.of_metadata(self.origin)
+            self.keeps_failures = self.origin.get("keep_failures") is True
         self.env_id: str = self.metadata["env_id"]
+
+    @property
+    def origin(self) -> dict[str, Any]:
+        """How engram made the episodes; {} for those of the original benchmark."""
+        origin: dict[str, Any] = self.metadata.get("engram", {})
+        return origin
 
     def succeeds(self, index: int) -> bool:
         """Whether an episode is a success, as all are unless failures are kept."""

@@ -19,10 +19,11 @@ import h5py
 import numpy as np
 
 import engram
-from engram.datasets import additions, card
+from engram.datasets import additions, card, frozen
 from engram.datasets.collected import EpisodeSource
 from engram.datasets.conversion import Writer
 from engram.datasets.episodes import HDF5_FILE, HDF5_FOLDER, Episode
+from engram.datasets.frozen import FrozenCue
 from engram.datasets.labels import Labels
 from engram.datasets.work import packed
 
@@ -74,7 +75,7 @@ class _Frames:
 class _Demonstration:
     """What the file holds of an episode."""
 
-    def __init__(self, episode: Episode, added: Collection[str]):
+    def __init__(self, episode: Episode, added: Collection[str], cue: FrozenCue):
         self.steps = len(episode)
         self.attributes = {
             "num_samples": self.steps,
@@ -88,6 +89,8 @@ class _Demonstration:
             "dones": episode.done,
             "obs/proprio": episode.proprio,
         }
+        if cue:
+            self.arrays[frozen.COLUMN] = cue.mask(episode)
         cameras = (episode.image, episode.wrist_image)
         self.frames = {f"obs/{key}": _Frames(each) for key, each in zip(IMAGES, cameras)}
         for name, values in episode.maps(added).items():
@@ -120,7 +123,7 @@ class _Writer(Writer):
         self.data = self.enter_context(_new_file(self.path / HDF5_FILE))
 
     def pack(self, episode: Episode) -> _Demonstration:
-        return _Demonstration(episode, self.added)
+        return _Demonstration(episode, self.added, self.cue)
 
     def add(self, demonstration: _Demonstration) -> None:
         group = self.data.create_group(f"demo_{self.episodes}")
@@ -139,7 +142,7 @@ class _Writer(Writer):
         self.data.attrs["env_args"] = json.dumps(_env_args(self.folder, self.added))
         if self.segments.names is not None:
             self.data.attrs[additions.SEGMENT_NAMES] = self.segments.names
-        return _card(self.folder, self.added)
+        return _card(self.folder, self.added, bool(self.cue))
 
 
 convert = _Writer.convert
@@ -161,12 +164,13 @@ def _env_args(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
     }
 
 
-def _card(folder: EpisodeSource, added: Collection[str]) -> card.Card:
+def _card(folder: EpisodeSource, added: Collection[str], is_frozen: bool) -> card.Card:
     return card.of_steps(
         folder,
         added,
         ("obs/proprio", "actions", "privileged", "paraphrases"),
-        card.map_notes(added, "`obs/{}`, `wrist_{}`", "the attribute of `data`", "16 bits"),
+        card.map_notes(added, "`obs/{}`, `wrist_{}`", "the attribute of `data`", "16 bits")
+        + frozen.notes(is_frozen, "actions"),
         layout="HDF5 in robomimic's layout",
         command="hdf5",
         tags=("HDF5", "robomimic", "engram", "mikasa-robo-vla"),

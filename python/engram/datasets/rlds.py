@@ -10,10 +10,11 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from engram.datasets import additions, card, source, tf_example
+from engram.datasets import additions, card, frozen, source, tf_example
 from engram.datasets.collected import EpisodeSource
 from engram.datasets.conversion import Writer
 from engram.datasets.episodes import RLDS_FOLDER, RLDS_VERSION, Episode
+from engram.datasets.frozen import FrozenCue
 from engram.datasets.labels import Labels
 from engram.datasets.rlds_features import features, label_values
 from engram.datasets.work import pngs
@@ -43,7 +44,7 @@ class _Writer(Writer):
             self._shard(shard).rename(self._shard(shard, len(self._lengths)))
 
     def pack(self, episode: Episode) -> tuple[bytes, Labels | None]:
-        return serialize(episode, self.folder.env_id, self.added), episode.labels
+        return serialize(episode, self.folder.env_id, self.added, self.cue), episode.labels
 
     def add(self, packed: tuple[bytes, Labels | None]) -> None:
         record, self._labels = packed
@@ -58,12 +59,12 @@ class _Writer(Writer):
 
     def finish(self) -> card.Card:
         labels = self._labels if additions.LABELS in self.added else None
-        described = features(self.folder.spaces, self.added, labels)
+        described = features(self.folder.spaces, self.added, labels, bool(self.cue))
         source.write_json(self.path / "features.json", described)
         source.write_json(
             self.path / "dataset_info.json", _dataset_info(self._lengths, self._bytes)
         )
-        return _card(self.folder, self.added)
+        return _card(self.folder, self.added, bool(self.cue))
 
     def _shard(self, shard: int, shards: int | None = None) -> Path:
         name = f"{NAME}-{SPLIT}.tfrecord-{shard:05d}"
@@ -74,20 +75,25 @@ convert = _Writer.convert
 is_written = _Writer.is_written
 
 
-def serialize(episode: Episode, env_id: str, added: Collection[str] = ()) -> bytes:
+def serialize(
+    episode: Episode, env_id: str, added: Collection[str] = (), cue: FrozenCue | None = None
+) -> bytes:
     """One episode as a tf.train.Example, with these additions."""
     steps = len(episode)
-    last = [0] * (steps - 1) + [1]
+    before = steps - 1
+    # A kept failure that is as long as episodes may be was truncated.
+    horizon = cue.horizon if cue is not None else None
+    terminal = episode.success_once or (horizon is not None and steps < horizon)
     fields: dict[str, Sequence[Any]] = {
         "steps/observation/image": pngs(episode.image),
         "steps/observation/wrist_image": pngs(episode.wrist_image),
         "steps/observation/proprio": episode.proprio.ravel().tolist(),
         "steps/action": episode.action.ravel().tolist(),
         "steps/reward": episode.reward.tolist(),
-        "steps/discount": [1.0] * steps,
-        "steps/is_first": [1] + [0] * (steps - 1),
-        "steps/is_last": last,
-        "steps/is_terminal": last,
+        "steps/discount": [1.0] * before + [0.0 if terminal else 1.0],
+        "steps/is_first": [1] + [0] * before,
+        "steps/is_last": [0] * before + [1],
+        "steps/is_terminal": [0] * before + [int(terminal)],
         "steps/language_instruction": [episode.language_instruction.encode()] * steps,
         "episode_metadata/env_id": [env_id.encode()],
         "episode_metadata/episode_seed": [episode.episode_seed],
@@ -98,18 +104,21 @@ def serialize(episode: Episode, env_id: str, added: Collection[str] = ()) -> byt
     if additions.SEGMENTATION in added and episode.segmentation_names is not None:
         names = [name.encode() for name in episode.segmentation_names]
         fields[f"episode_metadata/{additions.SEGMENT_NAMES}"] = names
+    if cue:
+        fields[f"steps/{frozen.COLUMN}"] = cue.mask(episode).astype(int).tolist()
     if additions.LABELS in added and episode.labels is not None:
         fields |= label_values(episode.labels, episode.language_instruction)
     return tf_example.serialize_example(fields)
 
 
-def _card(folder: EpisodeSource, added: Collection[str]) -> card.Card:
+def _card(folder: EpisodeSource, added: Collection[str], is_frozen: bool) -> card.Card:
     fields = "steps/observation/proprio", "steps/action"
     return card.of_steps(
         folder,
         added,
         (*fields, "steps/privileged", "episode_metadata/paraphrases"),
-        card.map_notes(added, "`steps/observation/{}`, `wrist_{}`", "`episode_metadata`"),
+        card.map_notes(added, "`steps/observation/{}`, `wrist_{}`", "`episode_metadata`")
+        + frozen.notes(is_frozen, fields[1], f"steps/{frozen.COLUMN}"),
         layout="RLDS",
         command="rlds",
         tags=("RLDS", "engram", "mikasa-robo-vla"),

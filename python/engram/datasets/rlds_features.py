@@ -8,14 +8,20 @@ from typing import Any
 import numpy as np
 
 from engram.datasets import additions, checks
+from engram.datasets.frozen import COLUMN
 from engram.datasets.labels import STEP_FIELDS, Labels
 from engram.datasets.spaces import Spaces
 
 _DTYPES: dict[type, str] = {np.bool_: "bool", np.int32: "int32", np.float32: "float32"}
 
 
-def features(spaces: Spaces, added: Collection[str], labels: Labels | None) -> dict[str, Any]:
-    """The document; added: additions of the set; labels: those of an episode, if among them."""
+def features(
+    spaces: Spaces, added: Collection[str], labels: Labels | None, is_frozen: bool = False
+) -> dict[str, Any]:
+    """The document; added: additions of the set; labels: those of an episode, if among them.
+
+    is_frozen: whether steps say that their action was not executed.
+    """
     maps = [name for name in additions.MAPS if name in added]
     observation = {
         "image": _image(),
@@ -33,6 +39,8 @@ def features(spaces: Spaces, added: Collection[str], labels: Labels | None) -> d
         "is_terminal": _tensor("bool"),
         "language_instruction": _text(),
     }
+    if is_frozen:
+        steps[COLUMN] = _tensor("bool")
     metadata = {"env_id": _text(), "episode_seed": _tensor("int64")}
     if additions.SEGMENTATION in added:
         metadata[additions.SEGMENT_NAMES] = _sequence(_text())

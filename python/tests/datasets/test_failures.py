@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from engram.datasets import lerobot, replay
+from engram.datasets import frozen, lerobot, replay
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import find_folders
 
@@ -55,6 +55,25 @@ def test_conversion_and_replay(collected, tmp_path):
     subprocess.run(command, check=True, capture_output=True)
     direct = tmp_path / "data_lerobot" / WORDS[0] / "meta" / "episodes"
     assert pq.read_table(direct / "chunk-000" / "file-000.parquet").equals(rows)
+
+
+def test_rlds_says_which_ends_are_terminal(collected):
+    pytest.importorskip("google_crc32c")
+    from engram.datasets import rlds, tf_example
+
+    (folder,) = find_folders(collected)
+    cue = frozen.FrozenCue(folder.env_id, folder.origin)
+    for episode in folder:
+        fields = tf_example.parse_example(rlds.serialize(episode, folder.env_id, (), cue))
+        rest, success = [0] * (len(episode) - 1), int(episode.success_once)
+        assert fields["steps/is_last"] == [*rest, 1]
+        assert fields["steps/is_terminal"] == [*rest, success]  # truncated, all failures here
+        assert fields["steps/discount"] == [1.0 - one for one in [*rest, success]]
+    failure = folder[folder.metadata["success_once"].index(False)]
+    cue.horizon = len(failure) + 1
+    fields = tf_example.parse_example(rlds.serialize(failure, folder.env_id, (), cue))
+    assert fields["steps/is_terminal"][-1] == 1
+    cue.close()
 
 
 def test_a_failure_among_successes_is_refused(collected, tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from engram.datasets import card, frame_stats
+from engram.datasets import card, frame_stats, frozen
 from engram.datasets.collected import EpisodeSource
 from engram.datasets.lerobot import layout
 from engram.datasets.lerobot_options import FRAMES, Options
@@ -15,9 +15,17 @@ _READERS = {"3.0": "lerobot 0.4 and newer", "2.1": "lerobot 0.3"}
 
 
 def text(
-    folder: EpisodeSource, chosen: Options, asked: Options, instructions: Sequence[str]
+    folder: EpisodeSource,
+    chosen: Options,
+    asked: Options,
+    instructions: Sequence[str],
+    *,
+    is_frozen: bool,
 ) -> str:
-    """README.md; asked: the options as they were given, of which `chosen` were made."""
+    """README.md; asked: the options as they were given, of which `chosen` were made.
+
+    is_frozen: whether the set has the column of actions that were not executed.
+    """
     frames = f"videos ({chosen.encoder}, 4:2:0, lossy)"
     if chosen.frames != FRAMES[0]:
         frames = "PNG images (lossless)"
@@ -35,7 +43,7 @@ def text(
             tags=("LeRobot", "engram", "mikasa-robo-vla"),
             data_files="data/*/*.parquet",
             facts=facts,
-            notes=_notes(folder.spaces, chosen),
+            notes=_notes(folder.spaces, chosen) + frozen.notes(is_frozen, layout.ACTION),
             use=_use(folder.env_id, chosen),
         ),
     )
@@ -96,6 +104,15 @@ def _use(env_id: str, options: Options) -> str:
         f'data = LeRobotDataset("local/{env_id}", root="FOLDER")',
         f'data[0]["{layout.TOP}"], data[0]["{layout.STATE}"], data[0]["action"], data[0]["task"]',
     ]
+    if options.labels and options.version != "2.1":
+        lines += [
+            "",
+            "# Rows of language have empty fields, which torch's own collate function refuses.",
+            "from lerobot.utils.collate import lerobot_collate_fn",
+            "from torch.utils.data import DataLoader",
+            "",
+            "loader = DataLoader(data, batch_size=8, collate_fn=lerobot_collate_fn)",
+        ]
     if options.modality:
         lines.append("# Isaac-GR00T: --dataset-path FOLDER; its parts are in meta/modality.json")
     return "\n".join(lines)

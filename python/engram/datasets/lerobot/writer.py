@@ -19,6 +19,7 @@ from engram.datasets.episodes import (
     no_progress,
 )
 from engram.datasets.folders import new_folder
+from engram.datasets.frozen import COLUMN, FrozenCue
 from engram.datasets.lerobot import gr00t, label_columns, layout, map_columns, readme, v21, v30
 from engram.datasets.lerobot.choice import smaller_frames
 from engram.datasets.lerobot.videos import video_info
@@ -48,14 +49,16 @@ def convert(
     place = (layout.FOLDER, folder.env_id)
     with new_folder(root, *place) as path:
         with (
-            _Writer(path, folder.spaces, chosen, folder.keeps_failures) as writer,
+            contextlib.closing(FrozenCue(folder.env_id, folder.origin)) as cue,
+            _Writer(path, folder.spaces, chosen, folder.keeps_failures, cue) as writer,
             ahead(folder) as episodes,
         ):
             for done, episode in enumerate(episodes, 1):
                 writer.add(episode)
                 progress(done, len(folder))
         writer.write_meta()
-        (path / "README.md").write_text(readme.text(folder, chosen, asked, list(writer.tasks)))
+        words = readme.text(folder, chosen, asked, list(writer.tasks), is_frozen=bool(cue))
+        (path / "README.md").write_text(words)
         (path / LEROBOT_METADATA).write_bytes(folder.metadata_bytes)
         source.write(path, _source(folder, chosen), layout.SOURCE)
     return Path(root).joinpath(*place)
@@ -77,8 +80,11 @@ def is_written(folder: CollectedEpisodes, root: Path | str, **options: Any) -> b
 class _Writer:
     """A data set that grows by episodes."""
 
-    def __init__(self, root: Path, spaces: Spaces, options: Options, keeps_failures: bool):
+    def __init__(
+        self, root: Path, spaces: Spaces, options: Options, keeps_failures: bool, cue: FrozenCue
+    ):
         self.root = root
+        self.cue = cue
         self.keeps_failures = keeps_failures
         self.spaces = spaces
         self.options = options
@@ -113,6 +119,8 @@ class _Writer:
         if self.keeps_failures:
             row["episode_success"] = episode.success_once
         numbers = self._label_columns(episode)
+        if self.cue:
+            numbers[COLUMN] = self.cue.mask(episode)
         stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
         maps = map_columns.columns(episode.maps(self.options.additions))
         if self.options.segmentation:
@@ -203,6 +211,8 @@ class _Writer:
         maps = [name for name in MAPS if name in self.options.additions]
         features = layout.features(self.spaces, infos)
         features |= map_columns.features(maps, self.segments.names) | self.label_features
+        if self.cue:
+            features[COLUMN] = {"dtype": "bool", "shape": [1], "names": None}
         if self.options.modality:
             features[gr00t.ANNOTATION] = {"dtype": "int64", "shape": [1], "names": None}
         return {

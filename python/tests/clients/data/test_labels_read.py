@@ -24,6 +24,7 @@ from lerobot.annotations.steerable_pipeline.validator import StagingValidator
 from lerobot.datasets.language_render import active_at
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from sound_dataset import EPISODES, ID, STEPS
+from torch.utils.data import DataLoader
 
 from engram.datasets.__main__ import main
 
@@ -49,6 +50,16 @@ def test_lerobot_finds_what_is_said_at_each_time(dataset):
             box = item["privileged.object_box"].numpy().reshape(2, 4)
             np.testing.assert_array_equal(box, labels_of(number)["object_box"][step])
             assert bool(item["privileged.is_keyframe"]) == labels_of(number)["is_keyframe"][step]
+
+
+def test_batches_need_lerobots_collate_function(dataset):
+    collate = pytest.importorskip("lerobot.utils.collate").lerobot_collate_fn
+    batch = next(iter(DataLoader(dataset, batch_size=4, collate_fn=collate)))
+    assert len(batch["action"]) == len(batch["subtask_index"]) == 4
+    with pytest.raises(TypeError, match="NoneType"):
+        next(iter(DataLoader(dataset, batch_size=4)))
+    card = (dataset.root / "README.md").read_text()
+    assert "collate_fn=lerobot_collate_fn" in card
 
 
 def test_lerobots_validator_finds_nothing_wrong(dataset, tmp_path):

@@ -39,7 +39,7 @@ def test_tensorflow_datasets_reads_every_step(demonstrations, folder):
             np.testing.assert_array_equal(observation["proprio"], episode.proprio[number])
             np.testing.assert_array_equal(step["action"], episode.action[number])
             assert step["reward"] == episode.reward[number]
-            assert step["discount"] == 1
+            assert step["discount"] == (number + 1 < len(episode))  # all succeed
             assert step["language_instruction"].decode() == episode.language_instruction
             assert step["is_first"] == (number == 0)
             assert step["is_last"] == step["is_terminal"] == (number + 1 == len(episode))
