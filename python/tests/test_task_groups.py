@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 
+import gymnasium
 import numpy as np
 import pytest
 from conftest import registered_ids
@@ -42,6 +43,22 @@ def test_environments_are_what_they_are_alone() -> None:
                     assert (shown[:, : width[0]] if width else shown).tolist() == values.tolist()
                     assert info[f"_{name}"][part].all()
     assert (observed["task_cue"][: begins[2]] == 0).all()  # Rotate's alone
+
+
+@pytest.mark.skipif(not GYMNASIUM_1, reason="make_vec of 0.29 takes no specification")
+@pytest.mark.parametrize(
+    ("tasks", "options"),
+    [
+        ([COLOR, CUPS], {"num_envs": 5}),
+        ({COLOR: {"num_envs": np.int64(2), "pins": {"target": np.int64(1)}}, CUPS: 1}, {}),
+    ],
+)
+def test_the_specification_makes_the_group_again(tasks, options) -> None:
+    env = engram.make_vec(tasks, obs_mode="objects", **options)
+    spec = type(env.spec).from_json(env.spec.to_json())
+    other = gymnasium.make_vec(spec)
+    assert (other.num_envs, other.task_ids) == (env.num_envs, env.task_ids)
+    assert (other.reset(seed=1)[0] == env.reset(seed=1)[0]).all()
 
 
 def test_numbers_of_environments() -> None:
@@ -167,7 +184,7 @@ def test_pickled_and_async() -> None:
     env.reset()
     env.step_async(env.act("oracle"))
     assert env.step_wait()[1].shape == (3,)
-    assert env.spec is None
+    assert env.spec.id == "engram/Group"
 
 
 @pytest.mark.parametrize(

@@ -397,6 +397,18 @@ def test_the_specification_makes_the_same_batch(make):
         other.close()
 
 
+def test_a_specification_has_plain_numbers_alone():
+    out = {"reward": np.zeros(2, np.float32)}
+    pins = {"target": np.int64(1), "robot_noise": np.zeros(7, np.float32)}
+    env = engram.make_vec(TASK, 2, pins=pins, seed=np.int64(3), out=out)
+    again = type(env.spec).from_json(env.spec.to_json())
+    assert again.kwargs["pins"] == {"target": 1, "robot_noise": [0.0] * 7}
+    assert again.kwargs["seed"] == 3
+    assert "out" not in again.kwargs
+    single = engram.make(TASK, pins=pins)
+    assert '"target": 1' in single.spec.to_json()
+
+
 def test_views_outlive_the_batch(make):
     env = make(copy=False)
     obs, info = env.reset(seed=0)

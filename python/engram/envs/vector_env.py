@@ -233,9 +233,6 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         self._resetter = Resetter(self._batch, self._group, options.seed, self._ones)
         for text in self.description["warnings"]:
             warn(text)
-        self.spec = None  # of several tasks: Gymnasium has none
-        if shares is not None:
-            return
         defaults: Any = VectorEnv.__init__.__kwdefaults__
         self.spec = spec_of(self._arguments, {"num_envs": 1, **defaults})
         if GYMNASIUM_1:
