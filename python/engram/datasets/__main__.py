@@ -41,6 +41,13 @@ def main(arguments: list[str] | None = None) -> int:
             return 130
         print(f"engram.datasets: {DatasetError(str(error))}", file=sys.stderr)
         return 1
+    except UnicodeEncodeError as error:  # of a file's name, in a C locale without UTF-8 mode
+        print(
+            f"engram.datasets: {checks.short(error.object)} given, which the locale's encoding "
+            "cannot hold; a UTF-8 locale, or PYTHONUTF8=1, needed",
+            file=sys.stderr,
+        )
+        return 1
     except ModuleNotFoundError as error:
         extra = "hdf5" if error.name == "h5py" else "datasets"
         print(

@@ -88,7 +88,7 @@ class Writer(contextlib.ExitStack):
                     progress(done, len(folder))
                 words = writer.finish()
             (path / "metadata.json").write_bytes(folder.metadata_bytes)
-            (path / "README.md").write_text(card.text(folder, sorted(instructions), words))
+            (path / "README.md").write_text(card.text(folder, sorted(instructions), words), "utf-8")
             source.write(path, source.with_additions(folder, added))
         return Path(root).joinpath(*place)
 

@@ -92,7 +92,7 @@ def _files_in(folder: Path) -> Iterator[Path]:
 def _write_list(folder: Path) -> None:
     files = sorted(str(file.relative_to(folder)) for file in _files_in(folder))
     document = {"written_by": "engram.datasets", "files": files}
-    (folder / LIST).write_text(json.dumps(document, indent=1) + "\n")
+    (folder / LIST).write_text(json.dumps(document, indent=1) + "\n", "utf-8")
 
 
 def _require_own(target: Path) -> None:
@@ -117,7 +117,7 @@ def _listed(target: Path) -> list[str]:
     if not path.is_file() or path.is_symlink() or path.stat().st_size > _LARGEST_LIST:
         return []
     with reading(path):
-        return [str(name) for name in json.loads(path.read_text())["files"]]
+        return [str(name) for name in json.loads(path.read_text("utf-8"))["files"]]
 
 
 # --- unfinished folders ---

@@ -48,7 +48,7 @@ def is_written(path: Path, folder: CollectedEpisodes, **options: bool) -> bool:
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Writes a document of a converted folder."""
-    path.write_text(json.dumps(content, indent=2) + "\n")
+    path.write_text(json.dumps(content, indent=2) + "\n", "utf-8")
 
 
 def write(path: Path, content: dict[str, Any], name: str = NAME) -> None:
@@ -56,7 +56,7 @@ def write(path: Path, content: dict[str, Any], name: str = NAME) -> None:
     files = sorted(file for file in path.rglob("*") if file.is_file())
     sums = {str(file.relative_to(path)): _checksum(file) for file in files}
     listed = {file: sums[file] for file in sums if file not in (name, _CARD, folders.LIST)}
-    (path / name).write_text(documents.to_text(content | {"files": listed}))
+    (path / name).write_text(documents.to_text(content | {"files": listed}), "utf-8")
 
 
 def verify(path: Path, name: str = NAME) -> dict[str, Any]:
@@ -71,7 +71,7 @@ def verify(path: Path, name: str = NAME) -> dict[str, Any]:
 
 def _read(file: Path) -> dict[str, Any]:
     with reading(file):
-        document = documents.parse(checks.regular_file(file, _LARGEST).read_text())
+        document = documents.parse(checks.regular_file(file, _LARGEST).read_text("utf-8"))
         for name in document["files"]:
             if Path(name).is_absolute() or ".." in Path(name).parts:
                 raise DatasetError(f"files: {checks.short(name)} given; files of the folder needed")

@@ -87,4 +87,4 @@ def write_names(path: Path, column: str, names: Collection[str]) -> None:
 
 
 def write_json(path: Path, document: dict[str, Any]) -> None:
-    path.write_text(json.dumps(document, indent=4) + "\n")
+    path.write_text(json.dumps(document, indent=4) + "\n", "utf-8")

@@ -60,7 +60,7 @@ def _listed(path: Path) -> Iterator[tuple[Path, dict[str, Any], str]]:
     lines = path / v21.EPISODES
     if lines.exists():
         with reading(lines):
-            text = checks.regular_file(lines, _LARGEST_EPISODES).read_text()
+            text = checks.regular_file(lines, _LARGEST_EPISODES).read_text("utf-8")
             rows = [json.loads(line) for line in text.splitlines()]
         for row in rows:
             with reading(lines):

@@ -58,7 +58,7 @@ def convert(
                 progress(done, len(folder))
         writer.write_meta()
         words = readme.text(folder, chosen, asked, list(writer.tasks), is_frozen=bool(cue))
-        (path / "README.md").write_text(words)
+        (path / "README.md").write_text(words, "utf-8")
         (path / LEROBOT_METADATA).write_bytes(folder.metadata_bytes)
         source.write(path, _source(folder, chosen), layout.SOURCE)
     return Path(root).joinpath(*place)

@@ -20,26 +20,27 @@ class LeRobotEnv(VectorWrapper):
     """A batch whose observations are {"pixels": {camera: images}, "agent_pos": proprio}.
 
     ``envs[i].task_description`` is the instruction, and infos of ended episodes hold
-    "is_success": success at any time of the episode.
+    "is_success": success at any time of the episode. An environment whose episode has ended stands
+    still, with its last frame, until ``reset``.
 
     Args:
         id: Task, such as "RememberColor3-VLA-v0".
         num_envs: Number of environments.
         angles: Of the TCP in agent_pos: "continuous", as data sets have them that
             `python -m engram.datasets lerobot` writes, or as the "benchmark" has them.
-        **options: Those of ``VectorEnv``, except obs_mode, autoreset_mode and copy.
+        **options: Those of ``VectorEnv``, except obs_mode, autoreset_mode, after_end and copy.
     """
 
     def __init__(self, id: str, num_envs: int, *, angles: str = ANGLES[0], **options: Any) -> None:
         if angles not in ANGLES:
             raise InvalidArgumentError(f"angles: {angles!r} given, {', '.join(ANGLES)} allowed")
-        # LeRobot's own environments reset in the same step, and its rollout keeps the arrays.
-        batch = VectorEnv(
-            id, num_envs, obs_mode="rgb", autoreset_mode="SAME_STEP", copy=True, **options
-        )
+        # LeRobot's rollout steps all until the last one ends, and keeps the arrays.
+        given: Any = {"autoreset_mode": "DISABLED", "after_end": "hold", "copy": True, **options}
+        batch = VectorEnv(id, num_envs, obs_mode="rgb", **given)
         super().__init__(batch)
         self.batch = batch
         self._angles = angles
+        self._ended = np.zeros(num_envs, np.bool_)
         self._spaces = Spaces(
             options.get("control_mode", CONTROL_MODE), bool(options.get("joint_proprio", False))
         )
@@ -69,14 +70,19 @@ class LeRobotEnv(VectorWrapper):
     def reset(self, *, seed: Any = None, options: Any = None) -> tuple[dict[str, Any], Any]:
         """See ``engram.VectorEnv.reset``."""
         obs, info = self.batch.reset(seed=seed, options=options)
+        self._ended &= ~np.asarray((options or {}).get("reset_mask", True), np.bool_)
         return self._renamed(obs), info
 
     def step(self, actions: Any) -> tuple[Any, ...]:
         """See ``engram.VectorEnv.step``; actions beyond [-1, 1] are clipped by the controller."""
         obs, reward, terminated, truncated, info = self.batch.step(actions)
-        if "final_info" in info:
-            final = info["final_info"]
-            final["is_success"] = final["success_once"] & info["_final_info"]
+        over = terminated | truncated
+        ends = over & ~self._ended
+        self._ended |= over
+        if ends.any():
+            final = {"success_once": info["success_once"], "_success_once": ends}
+            info["final_info"] = {**final, "is_success": info["success_once"] & ends}
+            info["_final_info"] = ends
         return self._renamed(obs), reward, terminated, truncated, info
 
     def _renamed(self, obs: dict[str, np.ndarray]) -> dict[str, Any]:

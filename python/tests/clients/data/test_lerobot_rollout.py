@@ -171,6 +171,25 @@ def test_a_rollout_equals_that_of_engram(id, angles):
     env.close()
 
 
+def test_ended_environments_hold_their_last_frame():
+    env = engram.integrations.lerobot.LeRobotEnv(ENDING_TASK, 3)
+    env.reset(seed=[SEED, SEED + 1, SEED + 2])
+    held, reports, over = {}, np.zeros(3, int), np.zeros(3, bool)
+    while not over.all():
+        obs, reward, terminated, truncated, info = env.step(env.batch.act("oracle"))
+        for number, (image, state) in held.items():
+            np.testing.assert_array_equal(obs["pixels"]["top"][number], image)
+            np.testing.assert_array_equal(obs["agent_pos"][number], state)
+            assert reward[number] == 0
+        reports += info.get("_final_info", np.zeros(3, bool))
+        over |= terminated | truncated
+        for number in np.flatnonzero(over):
+            image, state = obs["pixels"]["top"][number], obs["agent_pos"][number]
+            held.setdefault(number, (image.copy(), state.copy()))
+    assert reports.tolist() == [1, 1, 1]
+    env.close()
+
+
 @pytest.mark.parametrize("policy_name", ["oracle", "zero"])
 def test_an_evaluation_counts_as_engram_does(envs, config, policy_name, tmp_path):
     policy = Player(policy_name)
