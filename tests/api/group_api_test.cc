@@ -53,6 +53,36 @@ TEST_CASE("A group of tasks through the C API equals its batches", "[c_api]") {
   CHECK(std::string(text) == description["tasks"][1]["instruction"]);
 }
 
+std::string words_of(const BatchHandle& batch, std::int32_t env) {
+  std::size_t length = 0;
+  REQUIRE(engram_words(batch.get(), env, nullptr, 0, &length) == ENGRAM_OK);
+  std::string text(length, ' ');
+  REQUIRE(engram_words(batch.get(), env, text.data(), length + 1, nullptr) == ENGRAM_OK);
+  return text;
+}
+
+TEST_CASE("Words of a group are those of each environment's task", "[c_api][labels]") {
+  engram_options options = default_options();
+  const BatchHandle group = make_two(options);
+  options.num_envs = 2;
+  const BatchHandle first = test::make_running(options);
+  options.num_envs = 3;
+  const BatchHandle other = test::make_batch(options, kOther);
+  REQUIRE(engram_reset(other.get(), nullptr) == ENGRAM_OK);
+  REQUIRE(engram_reset(group.get(), nullptr) == ENGRAM_OK);
+  for (int step = 0; step < 4; ++step) {
+    for (std::int32_t env = 0; env < 2; ++env) CHECK(words_of(group, env) == words_of(first, env));
+    for (std::int32_t env = 0; env < 3; ++env) {
+      CHECK(words_of(group, 2 + env) == words_of(other, env));
+    }
+    CHECK_THAT(words_of(group, 1), Contains("the cue was a"));
+    CHECK_THAT(words_of(group, 4), !Contains("the cue was a"));
+    test::step_by(group, ENGRAM_POLICY_ZERO);
+    test::step_by(first, ENGRAM_POLICY_ZERO);
+    test::step_by(other, ENGRAM_POLICY_ZERO);
+  }
+}
+
 TEST_CASE("Tasks of a group have constants and pins of their own", "[c_api]") {
   const double red = 1;
   const engram_pin pin = {"target", &red, 1};
