@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -49,6 +50,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         check_single(type(self).__name__, options)
         self._arguments = {"id": option_args.task_id(id), "obs_mode": obs_mode, **options}
         self._window = None
+        self.metadata = deepcopy(METADATA)
         allowed = self.metadata["render_modes"]
         self.render_mode = option_args.render_mode(options.get("render_mode"), allowed)
         given: Any = {"threads": 1, **options, "render_mode": self.render_mode and "rgb_array"}
@@ -153,11 +155,11 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickling keeps the specification: the copy is new, not yet reset."""
-        return _remake, (self._arguments,), {"spec": self.spec}
+        return _remake, (deepcopy(self._arguments),), {"spec": deepcopy(self.spec)}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Env[ObsT]:
-        copy = _remake(self._arguments)
-        copy.spec = self.spec
+        copy = _remake(deepcopy(self._arguments))
+        copy.spec = deepcopy(self.spec)
         return copy
 
     def __repr__(self) -> str:

@@ -7,6 +7,7 @@ import contextlib
 import json
 import weakref
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any, Generic
 
 import numpy as np
@@ -443,10 +444,10 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickling keeps the specification: the copy is a new batch, not yet reset."""
-        return _remake, (self._arguments,)
+        return _remake, (deepcopy(self._arguments),)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> VectorEnv[ObsT]:
-        return _remake(self._arguments)
+        return _remake(deepcopy(self._arguments))
 
     def __len__(self) -> int:
         return self.num_envs
