@@ -29,12 +29,13 @@ void run(const InfoOptions& options) {
                 "is needed");
   }
   const auto batch = make(options.id, options.env);
+  if (!options.mjcf.empty()) batch->reset();
   warn_of_unused_constants(options.id, options.env);
   if (options.mjcf == "-") {
-    print(Queries(*batch).document());
+    print(Queries(*batch).drawn_document(0));
     return;
   }
-  if (!options.mjcf.empty()) write_output(options.mjcf, Queries(*batch).document());
+  if (!options.mjcf.empty()) write_output(options.mjcf, Queries(*batch).drawn_document(0));
   const ConstantTable description = describe_task(*batch);
   print(options.json ? to_text(description) : task_text(description));
 }
@@ -49,8 +50,11 @@ void add_info_command(const Command& program) {
       .type_name("ID");
   command
       .add_option("--mjcf", options->mjcf,
-                  "Also writes the scene as MJCF to FILE (-: to standard output, instead)")
+                  "Also writes the scene of an episode's begin as MJCF to FILE (-: to standard "
+                  "output, instead), for MuJoCo's own step")
       .type_name("FILE");
+  add_seed(command, options->env.seed, "Seed of that episode");
+  add_pins(command, options->env.pins);
   add_layout(command, options->env.obs_mode);
   add_constants(command, options->env.constants);
   add_rules(command, options->env.rules);

@@ -316,14 +316,7 @@ void add_env_options(const Command& command, MakeOptions& options) {
       command, "--max-episode-steps", options.max_episode_steps, 0, kMaxMaxEpisodeSteps,
       "Control steps after which episodes are truncated, even before success is possible; 0: the "
       "task's horizon");
-  const auto add_pin = [&options](const std::string& text) {
-    options.pins.push_back(parse_pin(text));
-  };
-  command
-      .add_repeatable("--pin", add_pin,
-                      "Fixes a random quantity of every episode, such as target=2 (repeatable; "
-                      "`engram info ID` lists them)")
-      .type_name("NAME=VALUE");
+  add_pins(command, options.pins);
   add_constants(command, options.constants);
   add_rules(command, options.rules);
   add_task_options(
@@ -351,6 +344,15 @@ void add_env_options(const Command& command, MakeOptions& options) {
   add_switch(command, "--no-terminate-on-failure", options.terminate_on_failure, false,
              "Episodes do not end at failure");
   // end generated
+}
+
+void add_pins(const Command& command, std::vector<Pin>& pins) {
+  const auto take = [&pins](const std::string& text) { pins.push_back(parse_pin(text)); };
+  command
+      .add_repeatable("--pin", take,
+                      "Fixes a random quantity of every episode, such as target=2 (repeatable; "
+                      "`engram info ID` lists them)")
+      .type_name("NAME=VALUE");
 }
 
 void add_task_options(const Command& command, std::vector<TaskOptionValue>& choices,

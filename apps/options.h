@@ -87,6 +87,9 @@ std::string renderer_name(const BatchOptions& options);
 // Further options of a batch: control mode, reward, pins, ... .
 void add_env_options(const Command& command, MakeOptions& options);
 
+// --pin NAME=VALUE, which may be given several times.
+void add_pins(const Command& command, std::vector<Pin>& pins);
+
 // --option NAME=VALUE, which may be given several times.
 void add_constants(const Command& command, ConstantTable& constants);
 void add_task_options(const Command& command, std::vector<TaskOptionValue>& choices,

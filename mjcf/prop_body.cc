@@ -55,7 +55,7 @@ void add_free_joint(Element& body, const Prop& prop) {
 
 }  // namespace
 
-void add_prop(Element& worldbody, const Prop& prop, bool visuals) {
+Element& add_prop(Element& worldbody, const Prop& prop, bool visuals) {
   Element& body = add(worldbody, "body");
   set(body, "name", prop.name);
   set(body, "pos", prop.pos);
@@ -73,6 +73,7 @@ void add_prop(Element& worldbody, const Prop& prop, bool visuals) {
     const Geom& geom = prop.geoms[i];
     if (geom.collides || (visuals && geom.visible)) add_geom_of(prop, i, visuals, body);
   }
+  return body;
 }
 
 void add_prop_materials(Element& assets, const Prop& prop) {

@@ -9,9 +9,9 @@
 
 namespace engram::mjcf {
 
-// Writes the prop's body; geoms are named after the geom's index. Without visuals only the
-// colliding geoms are written.
-void add_prop(Element& worldbody, const Prop& prop, bool visuals);
+// Writes the prop's body and returns it; geoms are named after the geom's index. Without visuals
+// only the colliding geoms are written.
+Element& add_prop(Element& worldbody, const Prop& prop, bool visuals);
 
 // Materials for the emissive geoms of a prop, children of the assets.
 void add_prop_materials(Element& assets, const Prop& prop);

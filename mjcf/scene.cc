@@ -1,9 +1,14 @@
 #include "mjcf/scene.h"
 
 #include <algorithm>
+#include <array>
+#include <functional>
+#include <initializer_list>
 
 #include "mjcf/cameras.h"
+#include "mjcf/carrier.h"
 #include "mjcf/contact_pairs.h"
+#include "mjcf/drawn_props.h"
 #include "mjcf/panda.h"
 #include "mjcf/panda_collision.h"
 #include "mjcf/panda_visual.h"
@@ -24,7 +29,7 @@ void add_compiler(Element& root) {
 void add_options(Element& root) {
   Element& option = add(root, "option");
   set(option, "timestep", 0.01);
-  set(option, "gravity", {0, 0, -9.81});
+  set(option, "gravity", {0, 0, -kGravity});
   set(option, "integrator", "Euler");
   set(option, "collision", "predefined");
   set(option, "cone", "elliptic");
@@ -69,18 +74,25 @@ void add_statistic(Element& root, const std::vector<Prop>& props) {
   set(statistic, "center", {-0.2, 0, 0.2});
 }
 
-// A keyframe "start": the tasks' start pose, held by the drives.
-void add_start_keyframe(Element& root, const std::vector<Prop>& props) {
-  std::vector<double> qpos(kStartPose.begin(), kStartPose.end());
+// Keyframes of these names: this pose of the robot, held by the drives. Carriers need no control.
+void add_keyframes(Element& root, std::initializer_list<const char*> names,
+                   const std::vector<Prop>& props, const std::array<double, 9>& robot,
+                   std::size_t carriers) {
+  std::vector<double> qpos(robot.begin(), robot.end());
   for (const Prop& prop : props) {
     if (prop.body_type != BodyType::kDynamic) continue;
     qpos.insert(qpos.end(), prop.pos.begin(), prop.pos.end());
     qpos.insert(qpos.end(), prop.quat.begin(), prop.quat.end());
   }
-  Element& key = add(add(root, "keyframe"), "key");
-  set(key, "name", "start");
-  set(key, "qpos", qpos);
-  set(key, "ctrl", kStartPose);
+  std::vector<double> ctrl(robot.begin(), robot.end());
+  ctrl.resize(ctrl.size() + carriers, 0.0);
+  Element& keyframe = add(root, "keyframe");
+  for (const char* name : names) {
+    Element& key = add(keyframe, "key");
+    set(key, "name", name);
+    set(key, "qpos", qpos);
+    set(key, "ctrl", ctrl);
+  }
 }
 
 void add_assets(Element& root, const std::vector<Prop>& props, bool visuals) {
@@ -94,13 +106,59 @@ void add_assets(Element& root, const std::vector<Prop>& props, bool visuals) {
   for (const Prop& prop : props) add_prop_meshes(assets, prop);
 }
 
-}  // namespace
+// A document: what it contains, and for a drawn scene what holds the weight that engram leaves out.
+struct Contents {
+  std::vector<Prop> props;
+  Detail detail = Detail::kFull;
+  std::array<double, 9> qpos = kStartPose;
+  bool carries_robot = false;
+  std::vector<bool> carries_prop = {};  // of each prop; empty: of none
 
-std::string compose(const Scene& scene, Detail detail) {
-  const bool visuals = detail == Detail::kFull;
-  const bool collisions = detail != Detail::kRobotDynamics;
-  const bool with_props = detail == Detail::kFull || detail == Detail::kPhysics;
-  const std::vector<Prop> props = with_props ? scene.props : std::vector<Prop>{};
+  bool carries(std::size_t prop) const { return prop < carries_prop.size() && carries_prop[prop]; }
+};
+
+// The robot's bodies; the hand is returned.
+Element& add_robot(Element& world, const Contents& contents,
+                   const std::function<bool(Link link)>& is_carried) {
+  return add_panda(world, is_carried, [&](Element& body, Link link) {
+    if (contents.detail != Detail::kRobotDynamics) add_collision_geoms(body, link);
+    if (contents.detail == Detail::kFull) add_visual_geoms(body, link);
+    if (contents.carries_robot) add_carrier_site(body, link_name(link), link_spec(link).com);
+  });
+}
+
+// Actuators that carry the robot's links and props without weight; their number.
+std::size_t add_carriers(Element& root, const Contents& contents,
+                         const std::function<bool(Link link)>& is_carried) {
+  if (!contents.carries_robot) return 0;
+  Element& actuators = add(root, "actuator");
+  std::size_t count = 0;
+  for (int i = 0; i < kLinkCount; ++i) {
+    const LinkSpec& link = link_spec(static_cast<Link>(i));
+    if (!is_carried(static_cast<Link>(i))) continue;
+    add_carrier(actuators, link.name, link.mass);
+    ++count;
+  }
+  for (std::size_t i = 0; i < contents.props.size(); ++i) {
+    if (!contents.carries(i)) continue;
+    add_carrier(actuators, contents.props[i].name, contents.props[i].mass);
+    ++count;
+  }
+  return count;
+}
+
+void add_props(Element& world, const Contents& contents) {
+  for (std::size_t i = 0; i < contents.props.size(); ++i) {
+    const Prop& prop = contents.props[i];
+    Element& body = add_prop(world, prop, contents.detail == Detail::kFull);
+    if (contents.carries(i)) add_carrier_site(body, prop.name, prop.center_of_mass);
+  }
+}
+
+std::string print(const Scene& scene, const Contents& contents) {
+  const bool visuals = contents.detail == Detail::kFull;
+  const bool collisions = contents.detail != Detail::kRobotDynamics;
+  const std::vector<Prop>& props = contents.props;
   check_props(props);
 
   tinyxml2::XMLDocument document;
@@ -122,25 +180,45 @@ std::string compose(const Scene& scene, Detail detail) {
     add_surroundings(world);
     add_world_cameras(world, scene.render_view);
   }
+  if (contents.carries_robot) add_carrier_frame(world);
   const auto is_carried = [&scene](Link link) {
     return scene.wrist_camera || link != Link::kCamera;
   };
-  Element& hand = add_panda(world, is_carried, [&](Element& body, Link link) {
-    if (collisions) add_collision_geoms(body, link);
-    if (visuals) add_visual_geoms(body, link);
-  });
+  Element& hand = add_robot(world, contents, is_carried);
   if (visuals) add_hand_camera(hand);
   add_tcp_site(hand);
-  for (const Prop& prop : props) add_prop(world, prop, visuals);
+  add_props(world, contents);
 
   if (collisions) add_contact_pairs(root, props, scene.table_ends, is_carried);
   add_finger_tendon(root);
   add_drives(root);
-  add_start_keyframe(root, props);
+  const std::size_t carriers = add_carriers(root, contents, is_carried);
+  if (contents.carries_robot) {  // testspeed begins with "test"
+    add_keyframes(root, {"start", "test"}, props, contents.qpos, carriers);
+  } else {
+    add_keyframes(root, {"start"}, props, contents.qpos, carriers);
+  }
 
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
   return printer.CStr();
+}
+
+}  // namespace
+
+std::string compose(const Scene& scene, Detail detail) {
+  const bool with_props = detail == Detail::kFull || detail == Detail::kPhysics;
+  return print(scene, {.props = with_props ? scene.props : std::vector<Prop>{}, .detail = detail});
+}
+
+std::string compose_drawn(const Scene& scene, const DrawnScene& drawn) {
+  Contents contents{.props = drawn_props(scene.props, drawn), .qpos = drawn.qpos};
+  contents.carries_robot = true;
+  for (std::size_t i = 0; i < contents.props.size(); ++i) {
+    contents.carries_prop.push_back(drawn.props[i].hidden &&
+                                    contents.props[i].body_type == BodyType::kDynamic);
+  }
+  return print(scene, contents);
 }
 
 }  // namespace engram::mjcf

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/task/drawn_scene.h"
 #include "mjcf/prop.h"
 #include "mjcf/render_view.h"
 
@@ -29,5 +30,10 @@ enum class Detail {
 // Returns the MJCF text. Bodies are link0..link7, hand, camera_link, leftfinger, rightfinger and
 // the props by name; the TCP is the site "tcp".
 std::string compose(const Scene& scene, Detail detail);
+
+// Returns the text of everything in one drawn episode, for MuJoCo's own step: poses and colours are
+// drawn, hidden props are parked without contact, the keyframe is that moment at rest, and
+// actuators carry what has no weight in engram, the robot's links and hidden props.
+std::string compose_drawn(const Scene& scene, const DrawnScene& drawn);
 
 }  // namespace engram::mjcf

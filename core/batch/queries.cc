@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/base/ieee_scope.h"
+#include "core/batch/resting_scene.h"
 
 namespace engram {
 namespace {
@@ -177,6 +178,24 @@ std::span<const RangedField> Queries::ranged_fields() const {
 std::string Queries::document() const {
   const IeeeScope scope;
   return data().task->document();
+}
+
+std::string Queries::drawn_document(int env) const {
+  const IeeeScope scope;
+  require_started("drawn scene");
+  const auto [part, own] = batch_.locate(env);
+  const State& state = data(part).state;
+  DrawnScene drawn;
+  std::copy_n(state.qpos.row(own), kRobotJoints, drawn.qpos.begin());
+  for (int i = 0; i < state.num_props; ++i) {
+    DrawnProp& prop = drawn.props.emplace_back();
+    std::copy_n(state.prop_pos_of(own, i), 3, prop.pos.begin());
+    std::copy_n(state.prop_quat_of(own, i), 4, prop.quat.begin());
+    std::copy_n(state.prop_rgba.row(own) + 4 * i, 4, prop.rgba.begin());
+    prop.hidden = state.status_of(own, i) == PropStatus::kHidden;
+  }
+  const Task& task = *data(part).task;
+  return task.drawn_document(resting_scene(task, *data(part).model, drawn));
 }
 
 std::size_t Queries::bytes_per_env() const {

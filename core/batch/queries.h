@@ -64,6 +64,8 @@ class Queries {
   std::span<const RangedField> ranged_fields() const;
   // MJCF text of the whole scene.
   std::string document() const;
+  // MJCF text of an environment's episode as it is now, at rest, for MuJoCo's own step. Privileged.
+  std::string drawn_document(int env) const;
 
   // Environment steps that have diverged since construction.
   std::uint64_t unstable_count() const;

@@ -14,6 +14,7 @@
 #include "core/sim/control_mode.h"
 #include "core/sim/state.h"
 #include "core/task/answers.h"
+#include "core/task/drawn_scene.h"
 #include "core/task/episode.h"
 #include "core/task/object_descriptor.h"
 #include "core/task/task_constant.h"
@@ -126,6 +127,8 @@ class Task {
   virtual SceneSpec scene() const = 0;
   // The whole scene for tools and renderers, lights and visual geometry included.
   virtual std::string document() const = 0;
+  // The scene of a drawn episode, for MuJoCo's own step.
+  virtual std::string drawn_document(const DrawnScene& drawn) const = 0;
 
   // Appearance of the scene's props, in their order.
   virtual std::vector<ObjectDescriptor> object_descriptors() const { return {}; }

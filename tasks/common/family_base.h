@@ -17,6 +17,9 @@ class FamilyBase : public Task {
   const TaskInfo& info() const final { return info_; }
   SceneSpec scene() const final;
   std::string document() const final { return mjcf::compose(scene_, mjcf::Detail::kFull); }
+  std::string drawn_document(const DrawnScene& drawn) const final {
+    return mjcf::compose_drawn(scene_, drawn);
+  }
   std::vector<ObjectDescriptor> object_descriptors() const final;
   std::vector<std::string> paraphrases(std::string_view instruction) const final;
   void bind(const Bindings& bindings) override { engine_ = bindings; }

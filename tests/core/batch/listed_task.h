@@ -21,6 +21,9 @@ class ListedTask final : public Task, public BatchTask {
   const TaskInfo& info() const override { return task_->info(); }
   SceneSpec scene() const override { return task_->scene(); }
   std::string document() const override { return task_->document(); }
+  std::string drawn_document(const DrawnScene& drawn) const override {
+    return task_->drawn_document(drawn);
+  }
   std::vector<ObjectDescriptor> object_descriptors() const override {
     return task_->object_descriptors();
   }

@@ -44,6 +44,9 @@ class SceneTask final : public Task {
   const TaskInfo& info() const override { return description; }
   SceneSpec scene() const override { return tasks::scene_source(parts); }
   std::string document() const override { return mjcf::compose(parts, mjcf::Detail::kFull); }
+  std::string drawn_document(const DrawnScene& drawn) const override {
+    return mjcf::compose_drawn(parts, drawn);
+  }
   void bind(const Bindings& bindings) override { engine = bindings; }
   int cue_end(int /*env*/) const override { return 0; }
   void reset(const Episode& episode) override { on_reset(episode.env()); }
