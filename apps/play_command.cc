@@ -33,6 +33,16 @@ void add_play_command(const Command& program,
       options->arguments.push_back(name + "=" + value);
     };
   };
+  command
+      .add_option(
+          "id",
+          [options](const std::string& id) {
+            if (id.empty())
+              throw Error(Error::kInvalidArgument, "id: '' given, a task's id needed");
+            options->arguments.push_back(id);
+          },
+          "The task to begin with, such as RememberColor9-VLA-v0; default: the page asks")
+      .type_name("ID");
   command.add_option("--port", pass_on("--port"), "Port to listen at; default: one that is free")
       .type_name("INT");
   command

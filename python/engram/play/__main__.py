@@ -37,6 +37,8 @@ def main(arguments: list[str] | None = None) -> int:
 
             options.policy_command = bridge_command(options)
             options.policy_timeout += _GRACE
+        if options.id is not None:
+            engram.describe(options.id)  # or an error that names ids like it
         return app.serve(options)
     except (SourceError, OSError, engram.Error) as error:
         print(f"engram play: {printable(str(error))}", file=sys.stderr)
@@ -48,6 +50,9 @@ def parser() -> argparse.ArgumentParser:
     result = argparse.ArgumentParser(
         prog="engram play",
         description="Opens a page to choose, play and watch episodes, and ends with it.",
+    )
+    result.add_argument(
+        "id", nargs="?", metavar="ID", help="the task to begin with; default: the page asks"
     )
     result.add_argument("--port", type=_port, default=0, help="default: a free one (0 to 65535)")
     result.add_argument(

@@ -79,6 +79,7 @@ class Server:
             self._engine,
             dict(options.perturb),
             options.choices,
+            options.id,
         )
         self._library.submit(self._context.catalogue.list)  # while the browser starts
         self._tabs = Tabs()

@@ -54,6 +54,7 @@ class ServerContext:
     engine: concurrent.futures.Executor
     perturb: Mapping[str, float]  # of every episode that is begun
     choices: bool = False  # the page begins with answers by name
+    task: str | None = None  # the page begins with this id
 
 
 class Channel:
@@ -103,6 +104,7 @@ class Session:
                 "envs": ENVS,
                 "columns": COLUMNS,
                 "choices": self._context.choices,
+                "task": self._context.task,
                 **self._context.sources.message(),
             }
         )

@@ -1,6 +1,6 @@
 // Views of the page, their navigation and notices.
 import * as choose from './choose.js';
-import { setCurrent } from './current.js';
+import { current, setCurrent } from './current.js';
 import { find } from './draw.js';
 import { connect, on, send } from './link.js';
 import * as play from './play.js';
@@ -99,6 +99,10 @@ on('hello', (message) => {
   watch.sources(message);
   grid.setColumns(message.columns);
   play.setChoices(message.choices);
+  // The task that the command names, unless the page has gone on to another view.
+  if (message.task !== null && current() === null && ['', '#play'].includes(location.hash)) {
+    document.dispatchEvent(new CustomEvent('chosen', { detail: { id: message.task, view: 'play' } }));
+  }
   document.body.dataset.ready = 'yes';
 });
 window.addEventListener('hashchange', show);
