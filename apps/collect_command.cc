@@ -20,6 +20,7 @@
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/collection_report.h"
 #include "protocol/datasets/rl_collection.h"
+#include "protocol/eval/run/settings.h"
 #include "protocol/io/files.h"
 #include "protocol/io/json.h"
 #include "protocol/make/control_mode_choice.h"
@@ -254,6 +255,10 @@ void run(Ranks& ranks, CollectOptions& options) {
   }
   const bool rl = options.format == kRl;
   if (options.format != kNpz && !rl) collect_converted(tasks, options);
+  if (!ranks.is_single()) {
+    const std::vector<std::string> ids = ids_in_order(tasks);
+    require_definitions_of_root(ids, broadcast(ranks, definitions_message(ids)));
+  }
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
   if (rl) {

@@ -156,7 +156,7 @@ void run_worker(Ranks& ranks, const EvalOptions& options) {
   const Bytes bytes = broadcast(ranks, {});
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const EvaluationSettings settings =
-      EvaluationSettings::of(parse_json(text).value_or(Json()), "settings");
+      EvaluationSettings::of(parse_json(text).value_or(Json()), "settings of rank 0");
   evaluate(ranks, {}, protocol_of(options, settings), {});
 }
 

@@ -1,7 +1,11 @@
 #include "apps/mpi_run.h"
 
+#include <span>
+#include <string_view>
+
 #include "apps/output.h"
 #include "core/base/error.h"
+#include "protocol/make/definitions.h"
 
 namespace engram::apps {
 
@@ -31,6 +35,17 @@ void with_mpi(const std::function<void(Ranks&)>& body) {
     }
     throw;
   }
+}
+
+Bytes definitions_message(const std::vector<std::string>& ids) {
+  const std::string text = to_line(definitions_of(ids));
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+void require_definitions_of_root(const std::vector<std::string>& ids, const Bytes& message) {
+  const std::string_view text(reinterpret_cast<const char*>(message.data()), message.size());
+  require_definitions(ids, parse_json(text).value_or(Json()), "rank 0");
 }
 
 }  // namespace engram::apps

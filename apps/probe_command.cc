@@ -89,6 +89,12 @@ void refuse_options_of_eval(const PolicyCommand& policy) {
   }
 }
 
+std::vector<std::string> ids_of(const EvaluationSettings& settings, const ProbeOptions& probe) {
+  std::vector<std::string> ids = settings.tasks;
+  if (!probe.other.empty()) ids.push_back(probe.other);
+  return ids;
+}
+
 void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
   refuse_options_of_eval(options.eval.policy);
   const EvaluationSettings settings = settings_of(options.eval);
@@ -96,7 +102,7 @@ void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
   probe.output = options.eval.out;
   ProbeRun run(settings, protocol_of(options.eval, settings), probe);
   // The others wait until all is checked, so that mistakes are reported once.
-  broadcast(ranks, {});
+  broadcast(ranks, definitions_message(ids_of(settings, probe)));
   Json document;
   {
     Progress view("probe", "steps");
@@ -111,10 +117,11 @@ void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
   print(options.eval.json ? to_text(document) : to_plain_text(document, options.probe));
 }
 
-// The settings follow from the command line alone, which all ranks have.
+// The settings follow from the command line alone, which all ranks have; files of tasks may differ.
 void run_worker(Ranks& ranks, const ProbeCommandOptions& options) {
-  broadcast(ranks, {});
+  const Bytes definitions = broadcast(ranks, {});
   const EvaluationSettings settings = settings_of(options.eval);
+  require_definitions_of_root(ids_of(settings, options.probe), definitions);
   ProbeRun(settings, protocol_of(options.eval, settings), options.probe).play(ranks, {});
 }
 

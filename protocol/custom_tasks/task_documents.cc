@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/sha256.h"
 #include "protocol/custom_tasks/keyed_table.h"
 #include "protocol/custom_tasks/prop_documents.h"
 
@@ -225,7 +226,7 @@ CustomDefinition parse_definition(std::string_view json) {
   const Json document = parsed(json, what);
   const KeyedTable table(document, what);
   table.allow(std::array{"id", "family", "horizon", "instruction", "memory_type", "oracle_floor",
-                         "constants"});
+                         "constants", "source"});
   CustomDefinition definition;
   definition.id = table.text("id");
   definition.family = table.text("family");
@@ -234,6 +235,8 @@ CustomDefinition parse_definition(std::string_view json) {
   definition.memory_type = table.text("memory_type", "");
   definition.oracle_floor = table.number("oracle_floor", definition.oracle_floor);
   definition.constants = all_of(table, "constants", what, constant_of);
+  (void)table.text("source", "");  // it counts as a part of the content
+  definition.content = to_hex(sha256(to_line(document)));
   return definition;
 }
 

@@ -11,6 +11,7 @@
 #include "protocol/io/files.h"
 #include "protocol/io/json_checksum.h"
 #include "protocol/io/json_values.h"
+#include "protocol/make/definitions.h"
 #include "protocol/make/perturbations_document.h"
 #include "protocol/make/variants.h"
 
@@ -23,6 +24,7 @@ constexpr std::string_view kFilePrefix = "train_data_";
 constexpr std::string_view kFileSuffix = ".npz";
 constexpr const char* kMetadata = "metadata.json";
 // In the metadata of folders that have them.
+constexpr const char* kDefinition = "definition";
 constexpr const char* kLabels = "labels";
 constexpr const char* kDepth = "depth";
 constexpr const char* kSegmentation = "segmentation";
@@ -81,16 +83,19 @@ CollectionRule rule_of(const RegistryEntry& entry, const CollectionPlan& plan) {
 }  // namespace
 
 JsonTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
-  return {{"version", version()},
-          {"start_seed", plan.start_seed},
-          {"renderer", plan.renderer},
-          {"rules", name_of(plan.rules)},
-          {"control_mode", name_of(control_mode_of(entry, plan))},
-          {"joint_proprio", plan.joint_proprio},
-          {"keep_failures", plan.keep_failures},
-          {"reward_mode", "normalized_dense"},
-          {"variant", variant_document(entry, plan.constants)},
-          {"perturbations", perturbations_document(plan.perturbations)}};
+  JsonTable made_how = {{"version", version()},
+                        {"start_seed", plan.start_seed},
+                        {"renderer", plan.renderer},
+                        {"rules", name_of(plan.rules)},
+                        {"control_mode", name_of(control_mode_of(entry, plan))},
+                        {"joint_proprio", plan.joint_proprio},
+                        {"keep_failures", plan.keep_failures},
+                        {"reward_mode", "normalized_dense"},
+                        {"variant", variant_document(entry, plan.constants)},
+                        {"perturbations", perturbations_document(plan.perturbations)}};
+  Json definition = definition_of(entry);
+  if (!is_null(definition)) made_how.emplace_back(kDefinition, std::move(definition));
+  return made_how;
 }
 
 DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEntry& entry,
@@ -192,6 +197,8 @@ int DemonstrationFolder::count_files() const {
 // Refuses to mix episodes of different plans. Without the file, those in the folder are trusted.
 void require_same_provenance(const fs::path& folder, const Json& found, const RegistryEntry& entry,
                              const CollectionPlan& plan) {
+  require_same_definition(std::string(entry.id), value_or_null(found, kDefinition),
+                          "'" + folder.string() + "'", definition_of(entry));
   for (const auto& [key, value] : provenance(entry, plan)) {
     const Json before = value_or_null(found, key);
     if (before == value) continue;

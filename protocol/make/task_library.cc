@@ -10,6 +10,9 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/sha256.h"
+#include "protocol/io/files.h"
+#include "tasks/family_content.h"
 #include "tasks/registry.h"
 #include "tasks/task_library.h"
 
@@ -117,6 +120,8 @@ void register_library(const fs::path& file) {
     refuse("a library without tasks; one row of a family's table or more needed");
   }
   if (are_registered(families)) return;
+  const std::string content = to_hex(sha256(read_input(file).value_or("")));
+  for (const Family* family : families) set_content(*family, content);
   register_families(families);
   library.release();  // NOLINT(bugprone-unused-return-value): it stays for the process's life
 }

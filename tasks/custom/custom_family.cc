@@ -8,6 +8,7 @@
 #include "tasks/common/constant_binder.h"
 #include "tasks/common/variant.h"
 #include "tasks/custom/custom_task.h"
+#include "tasks/family_content.h"
 #include "tasks/registry.h"
 
 namespace engram::tasks {
@@ -172,6 +173,7 @@ void register_custom(CustomDefinition definition, std::shared_ptr<const CustomFa
                                .definition = &own->family,
                                .base = row.id};
   (void)own->family.make(trial, {});
+  if (!own->definition.content.empty()) set_content(own->family, own->definition.content);
   register_family(own->family);
   (void)own.release();  // the registry points to it for the life of the process
 }

@@ -18,6 +18,7 @@ struct CustomDefinition {
   std::string memory_type;
   double oracle_floor = 0.95;
   std::vector<CustomConstant> constants;
+  std::string content = {};  // SHA-256 of what defines it; "": results do not name it
 };
 
 // Registers the task for the life of the process, with which the factory lives on; the same id of

@@ -8,6 +8,7 @@
 #include "protocol/eval/results/statistics.h"
 #include "protocol/eval/results/success_rates.h"
 #include "protocol/io/json_values.h"
+#include "protocol/make/definitions.h"
 
 namespace engram {
 namespace {
@@ -269,6 +270,10 @@ class Comparison {
   }
 
   void check_environments(const Json& a, const Json& b) const {
+    if (!allowed_.contains(AllowedDifference::kConstants)) {
+      require_same_definition(id_of(a), value_or_null(a, "definition"), "'" + a_.source + "'",
+                              value_or_null(b, "definition"), "'" + b_.source + "'");
+    }
     for (const AllowedDifference what :
          {AllowedDifference::kVersion, AllowedDifference::kRules, AllowedDifference::kConstants,
           AllowedDifference::kChoices}) {

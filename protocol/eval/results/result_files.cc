@@ -18,6 +18,7 @@
 #include "protocol/io/json_checksum.h"
 #include "protocol/io/json_values.h"
 #include "protocol/make/baseline_scores.h"
+#include "protocol/make/definitions.h"
 #include "protocol/make/perturbations_document.h"
 #include "protocol/make/variants.h"
 
@@ -36,6 +37,7 @@ constexpr const char* kSampleFolder = "samples";
 // Keys that only some runs have.
 constexpr const char* kSealed = "sealed";
 constexpr const char* kPerturbations = "perturbations";
+constexpr const char* kDefinition = "definition";
 
 // The spelling of result files; tasks outside the benchmark's splits are "Custom".
 std::string title(Split split) {
@@ -198,6 +200,8 @@ JsonTable own_keys(const TaskResult& result, const EvaluationSettings& settings)
   add_settings(settings, keys);
   Json variant = variant_document(*result.entry, settings.constants);
   if (!is_null(variant)) keys.emplace_back("variant", std::move(variant));
+  Json definition = definition_of(*result.entry);
+  if (!is_null(definition)) keys.emplace_back(kDefinition, std::move(definition));
   return keys;
 }
 
@@ -356,6 +360,8 @@ std::map<std::string, Json> ResultFolder::finished(const EvaluationSettings& set
     }
     check_protocol(file, *task, expected);
     check_variant(file, *task, variant_document(*entry, settings.constants));
+    require_same_definition(id, value_or_null(*task, kDefinition), "'" + file.string() + "'",
+                            definition_of(*entry));
     // Edited files count as damaged, too.
   }
   return tasks;

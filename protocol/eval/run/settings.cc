@@ -7,7 +7,9 @@
 #include <limits>
 
 #include "protocol/io/json_checksum.h"
+#include "protocol/io/json_values.h"
 #include "protocol/make/control_mode_choice.h"
+#include "protocol/make/definitions.h"
 #include "protocol/make/make.h"
 #include "protocol/make/perturbations_document.h"
 #include "protocol/make/variants.h"
@@ -177,6 +179,8 @@ Json EvaluationSettings::document() const {
       {"choices_stride", choices_stride},
       // end generated
   };
+  JsonTable definitions = definitions_of(tasks);
+  if (!definitions.empty()) document.emplace_back("definitions", std::move(definitions));
   add_checksum(document);
   return document;
 }
@@ -191,7 +195,8 @@ EvaluationSettings EvaluationSettings::of(const Json& document, const std::files
     throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
                                 error.what() + "); remove it to give the settings anew");
   }
-  for (const std::string& id : settings.tasks) (void)require_entry(id);
+  require_definitions(settings.tasks, value_or_null(document, "definitions"),
+                      "'" + file.string() + "'");
   return settings;
 }
 

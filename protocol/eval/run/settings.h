@@ -49,8 +49,8 @@ struct EvaluationSettings : RunOptions {
   Json document() const;
   // {sha256, secret} of a sealed run, null for others. The secret is null until it is opened.
   Json commitment_document() const;
-  // Registers the variants that it is about. Throws Error (kIo) if the document is not one of
-  // settings, or one of another version.
+  // Registers the variants that it is about. Throws Error: kIo if the document is not one of
+  // settings, or one of another version; kInvalidArgument if tasks are defined in another way here.
   static EvaluationSettings of(const Json& document, const std::filesystem::path& file);
 };
 
