@@ -65,6 +65,7 @@ engram_options default_options() noexcept {
   options.terminate_on_failure = 1;
   options.after_end = ENGRAM_AFTER_END_HOLD;
   options.max_episode_steps = 0;
+  options.physics = ENGRAM_PHYSICS_ENGRAM;
   // end generated
   return options;
 }
@@ -100,6 +101,7 @@ MakeOptions to_make_options(const engram_options& options) {
   convert("terminate_on_failure", options.terminate_on_failure, out.terminate_on_failure);
   convert("after_end", options.after_end, out.after_end);
   convert("max_episode_steps", options.max_episode_steps, out.max_episode_steps);
+  convert("physics", options.physics, out.physics);
   // end generated
   out.pins = to_pins(options.pins, options.num_pins);
   if (options.constants != nullptr) out.constants = parse_constants(options.constants);
@@ -176,6 +178,8 @@ static_assert(static_cast<int>(Policy::kBlind) == ENGRAM_POLICY_BLIND);
 static_assert(static_cast<int>(Policy::kSweep) == ENGRAM_POLICY_SWEEP);
 static_assert(static_cast<int>(Rules::kReference) == ENGRAM_RULES_REFERENCE);
 static_assert(static_cast<int>(Rules::kOriginal) == ENGRAM_RULES_ORIGINAL);
+static_assert(static_cast<int>(Physics::kEngram) == ENGRAM_PHYSICS_ENGRAM);
+static_assert(static_cast<int>(Physics::kMujoco) == ENGRAM_PHYSICS_MUJOCO);
 // end generated
 
 TaskShare to_share(const engram_task_share& share) {

@@ -244,6 +244,12 @@ Option add_rules(const Command& command, Rules& rules) {
       "Rule set of the tasks: the defaults of their options, which --option overrides");
 }
 
+Option add_physics(const Command& command, Physics& physics) {
+  static constexpr std::array kBoth = {Physics::kEngram, Physics::kMujoco};
+  return add_choice(command, "--physics", physics, named<Physics>(kBoth),
+                    "Engine that moves robot and props: engram's own, or MuJoCo's step");
+}
+
 Option add_split(const Command& command, std::optional<Split>& split) {
   std::vector<Choice<Split>> choices;
   for (const Split value :
@@ -319,6 +325,7 @@ void add_env_options(const Command& command, MakeOptions& options) {
   add_pins(command, options.pins);
   add_constants(command, options.constants);
   add_rules(command, options.rules);
+  add_physics(command, options.physics);
   add_task_options(
       command, options.task_options,
       "Chooses a variant of the task's rules (repeatable; `engram info ID` lists them)");

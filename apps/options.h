@@ -64,6 +64,7 @@ Option add_joint_proprio(const Command& command, bool& joint_proprio);
 Option add_reward(const Command& command, RewardMode& mode);
 Option add_auto_reset(const Command& command, AutoReset& mode);
 Option add_rules(const Command& command, Rules& rules);
+Option add_physics(const Command& command, Physics& physics);
 Option add_split(const Command& command, std::optional<Split>& split);
 // --obs of commands with a default of their own, which default_str describes.
 Option add_obs_mode(const Command& command, std::optional<ObsMode>& mode,

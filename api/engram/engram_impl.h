@@ -138,6 +138,7 @@ engram_env* with_options(const EnvOptions& options, F&& f) {
   c.terminate_on_failure = plain(options.terminate_on_failure);
   c.after_end = plain(options.after_end);
   c.max_episode_steps = plain(options.max_episode_steps);
+  c.physics = plain(options.physics);
   // end generated
   c.pins = pins.data();
   c.num_pins = pins.size();

@@ -91,6 +91,12 @@ enum class Rules {
   kOriginal = ENGRAM_RULES_ORIGINAL,
 };
 
+/// Engine that moves robot and props.
+enum class Physics {
+  kEngram = ENGRAM_PHYSICS_ENGRAM,  ///< engram's own, which follows the original's
+  kMujoco = ENGRAM_PHYSICS_MUJOCO,  ///< MuJoCo's own step, one mjData per environment
+};
+
 /// Meaning of actions; in brackets their dimension.
 enum class ControlMode {
   kPdJointDeltaPos,        ///< (8)
@@ -205,6 +211,8 @@ struct EnvOptions {
   /// Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
   /// docs/variants.md.
   std::vector<Perturbation> perturbations = {};
+  /// Engine that moves robot and props.
+  Physics physics = Physics::kEngram;
   // end generated
   ImageOptions images = {};
 };

@@ -88,6 +88,16 @@ typedef enum engram_rules {
 } engram_rules;
 /* end generated */
 
+/* begin generated: physics */
+/** Engine that moves robot and props. */
+typedef enum engram_physics {
+  /** Engram's own, which follows the original's. */
+  ENGRAM_PHYSICS_ENGRAM = 0,
+  /** MuJoCo's own step, one mjData per environment. */
+  ENGRAM_PHYSICS_MUJOCO = 1
+} engram_physics;
+/* end generated */
+
 /** A sampled quantity of the episode, fixed by the user. */
 typedef struct engram_pin {
   const char* name;     /**< a draw of engram_describe_json */
@@ -191,6 +201,8 @@ typedef struct engram_options {
    * docs/variants.md. Default none. */
   const engram_perturbation* perturbations; /**< num_perturbations of them */
   size_t num_perturbations;
+  /** Engine that moves robot and props. An engram_physics; default ENGRAM_PHYSICS_ENGRAM. */
+  int32_t physics;
   /* end generated */
 } engram_options;
 

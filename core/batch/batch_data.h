@@ -19,6 +19,7 @@
 #include "core/perturb/command_queue.h"
 #include "core/perturb/perturbation.h"
 #include "core/sim/controller.h"
+#include "core/sim/mujoco_physics.h"
 #include "core/sim/simulator.h"
 #include "core/task/batch_task.h"
 #include "core/task/task.h"
@@ -54,6 +55,10 @@ struct BatchData {
 
   const TaskInfo& info() const { return task->info(); }
   int num_envs() const { return options.num_envs; }
+  // The physics of the batch.
+  PhysicsEngine& physics() const {
+    return mujoco != nullptr ? static_cast<PhysicsEngine&>(*mujoco) : *simulator;
+  }
   // Environments that threads do not share.
   int range_unit() const;
   int action_dim() const { return controller->action_space().dim(); }
@@ -120,7 +125,8 @@ struct BatchData {
   std::vector<double> option_values;          // of the task's own options
   std::shared_ptr<const PhysicsModel> model;  // of all batches of this task
   std::unique_ptr<Controller> controller;
-  std::unique_ptr<Simulator> simulator;
+  std::unique_ptr<Simulator> simulator;   // kinematics, and engram's own physics
+  std::unique_ptr<MujocoPhysics> mujoco;  // MuJoCo's; null: engram's own
   RendererFactory renderers;
   std::unique_ptr<ImageBatch> images;  // modes with images only
   ObjectTokens tokens;

@@ -50,7 +50,7 @@ void BatchData::simulate_active(int worker, Range envs, const StepActions& actio
   for_runs(envs, EnvStage::kStepping, [&](Range run) {
     for (int env = run.begin; env < run.end;) {
       const int first = env;
-      const int end = std::min(run.end, first + Simulator::kMaxTogether);
+      const int end = std::min(run.end, first + PhysicsEngine::kMaxTogether);
       while (env < end && actions.has(env) == actions.has(first)) ++env;
       run_physics(worker, {first, env}, actions.has(first) ? actions.values : nullptr);
     }
@@ -60,8 +60,8 @@ void BatchData::simulate_active(int worker, Range envs, const StepActions& actio
 // Controller and physics of environments that move together.
 void BatchData::run_physics(int worker, Range envs, const float* actions) {
   StepClock::Worker* const time = clock(worker);
-  std::array<DriveTarget, Simulator::kMaxTogether> drives;
-  std::array<bool, Simulator::kMaxTogether> stable{};
+  std::array<DriveTarget, PhysicsEngine::kMaxTogether> drives;
+  std::array<bool, PhysicsEngine::kMaxTogether> stable{};
   const std::span<DriveTarget> used(drives.data(), at(envs.end - envs.begin));
   if (commands.delays()) {
     drive_by_queue(worker, envs, used);
@@ -73,7 +73,7 @@ void BatchData::run_physics(int worker, Range envs, const float* actions) {
     }
   }
   mark(time, StepPart::kController);
-  simulator->step(state, envs.begin, worker, used, stable.data(), time);
+  physics().step(state, envs.begin, worker, used, stable.data(), time);
   for (int env = envs.begin; env < envs.end; ++env) {
     unstable[env] = stable[at(env - envs.begin)] ? 0 : 1;
     if (unstable[env] != 0) unstable_count.fetch_add(1, std::memory_order_relaxed);

@@ -104,6 +104,14 @@ enum class Policy {
 };
 inline constexpr std::array kPolicyNames = {"zero", "random", "oracle", "blind", "sweep"};
 constexpr const auto& names_of(Policy) { return kPolicyNames; }
+
+// Engine that moves robot and props.
+enum class Physics {
+  kEngram,  // engram's own, which follows the original's
+  kMujoco,  // MuJoCo's own step, one mjData per environment
+};
+inline constexpr std::array kPhysicsNames = {"engram", "mujoco"};
+constexpr const auto& names_of(Physics) { return kPhysicsNames; }
 // end generated
 
 // Modes with a row of the state, which shows the hidden quantity.
@@ -188,6 +196,8 @@ struct BatchOptions {
   // Departures from the task's usual scene, robot and words, by axis, from 0 (none) to 1:
   // docs/variants.md.
   std::vector<PerturbationLevel> perturbations = {};
+  // Engine that moves robot and props.
+  Physics physics = Physics::kEngram;
   // end generated
   // Further random numbers for the policies random and blind: of the episode's seed and this one.
   std::uint64_t policy_seed = 0;

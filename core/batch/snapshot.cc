@@ -80,6 +80,9 @@ std::string label_of(const BatchData& data) {
   for (std::size_t i = 0; i < data.option_values.size(); ++i) {
     label += ", " + info.options[i].name + "=" + shortest(data.option_values[i]);
   }
+  if (options.physics != Physics::kEngram) {
+    label += std::string(", physics=") + name_of(options.physics);
+  }
   // Their levels count for the next episodes only.
   for (std::size_t i = 0; i < kPerturbationAxes; ++i) {
     const auto axis = static_cast<PerturbationAxis>(i);

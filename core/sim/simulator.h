@@ -23,6 +23,7 @@
 #include "core/robot/lane_kernel.h"
 #include "core/robot/robot_model.h"
 #include "core/scene/robot_bounds.h"
+#include "core/sim/physics_engine.h"
 #include "core/sim/state.h"
 
 namespace engram {
@@ -38,30 +39,21 @@ struct SimulatorOptions {
   int lanes = 0;      // robots side by side: 1, 2, 4, 8; 0: as many as the batch fills
 };
 
-class Simulator {
+class Simulator final : public PhysicsEngine {
  public:
   // One workspace for each of `workers` threads. `model` must outlive this object. Throws Error if
   // the processor has no vectors of that many lanes.
   Simulator(const PhysicsModel& model, const SimulatorOptions& options, int workers, int num_envs);
-  Simulator(const Simulator&) = delete;
-  Simulator& operator=(const Simulator&) = delete;
-  ~Simulator();
-
-  // Most environments of one call of step.
-  static constexpr int kMaxTogether = 64;
+  ~Simulator() override;
 
   // Environments that move side by side.
   int lanes() const { return kernel_.lanes; }
   // Memory of a worker's lanes, free between two calls of step.
   LaneBlock& block(int worker);
 
-  // One control step of the environments from `first` on, one for each of the drives, at most
-  // kMaxTogether, on the workspace of `worker`. Those with like contacts move side by side. Their
-  // drives must agree in their mode. Sets `good` of each environment; false: its physics diverged
-  // (non-finite or huge values, or an error of MuJoCo), and its state stays as it was. `clock` may
-  // be null.
+  // Environments with like contacts move side by side.
   void step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
-            bool* ok, StepClock::Worker* clock = nullptr);
+            bool* ok, StepClock::Worker* clock) override;
   // One control step of one environment.
   bool step(const State& state, int env, int worker, const DriveTarget& drive,
             StepClock::Worker* clock = nullptr);

@@ -56,6 +56,7 @@ RewardMode = Literal["none", "sparse", "dense", "normalized_dense"]
 AfterEnd = Literal["hold", "continue", "refuse"]
 Policy = Literal["zero", "random", "oracle", "blind", "sweep"]
 Rules = Literal["reference", "original"]
+Physics = Literal["engram", "mujoco"]
 ControlMode = Literal[
     "pd_joint_delta_pos",
     "pd_joint_pos",
@@ -120,6 +121,7 @@ class EnvOptions(TypedDict, total=False):
     terminate_on_failure: bool
     after_end: AfterEnd
     perturb: Mapping[str, float] | None
+    physics: Physics
     privileged: bool
 
 

@@ -91,6 +91,7 @@ void bind_options(nb::module_& module) {
   field("terminate_on_failure", &engram_options::terminate_on_failure);
   field("after_end", &engram_options::after_end);
   field("max_episode_steps", &engram_options::max_episode_steps);
+  field("physics", &engram_options::physics);
   // end generated
   options.def_rw("cameras", &Options::cameras)
       .def_rw("pins", &Options::pins)

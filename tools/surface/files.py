@@ -38,6 +38,7 @@ FILES = {
         "auto_reset": cpp.enum_in_c("auto_reset"),
         "after_end": cpp.enum_in_c("after_end"),
         "rules": cpp.enum_in_c("rules"),
+        "physics": cpp.enum_in_c("physics"),
         "fields": cpp.c_fields(ordered(OPTIONS, LIST["order"]["c"])),
     },
     "api/engram/engram_c.h": {

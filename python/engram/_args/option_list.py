@@ -19,6 +19,7 @@ AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}
 AFTER_END = {"hold": 0, "continue": 1, "refuse": 2}
 POLICY = {"zero": 0, "random": 1, "oracle": 2, "blind": 3, "sweep": 4}
 RULES = {"reference": 0, "original": 1}
+PHYSICS = {"engram": 0, "mujoco": 1}
 CAMERAS = ("base_camera", "hand_camera", "render_camera")
 IMAGE_SIDE = (1, 4096)  # pixels
 
@@ -46,6 +47,7 @@ KINDS: dict[str, str | dict[str, int]] = {
     "antialias": "bool",
     "render_shadows": "bool",
     "terminate_on_failure": "bool",
+    "physics": PHYSICS,
 }
 # end generated
 

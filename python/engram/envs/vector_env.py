@@ -149,6 +149,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             endings as in any step.
         perturb: Departures from the task's usual scene, robot and words, by axis, from 0 (none) to
             1: {"camera": 0.5, "light": 1}; docs/variants.md has the axes.
+        physics: "engram": its own; "mujoco": MuJoCo's, by ``mj_step``. Snapshots of one do not fit
+            the other.
         out: Arrays or torch tensors (pinned ones too) by output: {"rgb": ..., "proprio": ...,
             "reward": ...}. engram writes there, and ``reset`` and ``step`` return them instead of
             copies. Each needs the dtype and shape of the output. Two such dicts take turns: steps
@@ -205,6 +207,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         terminate_on_failure: bool = True,
         after_end: AfterEnd = "refuse",
         perturb: Mapping[str, float] | None = None,
+        physics: Physics = "engram",
         out: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
         privileged: bool = False,
         # end generated

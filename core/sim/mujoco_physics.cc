@@ -1,0 +1,194 @@
+#include "core/sim/mujoco_physics.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "core/scene/physics_model.h"
+
+namespace engram {
+namespace {
+
+// Height of hidden props, one above the other, m.
+constexpr double kHiddenHeight = 100;
+
+ModelPtr compile_scene(const SceneSpec& scene) {
+  std::vector<int> all(scene.props.size());
+  std::iota(all.begin(), all.end(), 0);
+  ModelPtr model = compile_model(scene.compose(all, RobotDetail::kCollision));
+  std::fill_n(model->opt.gravity, 3, 0.0);
+  return model;
+}
+
+bool all_below_limit(const mjtNum* values, int count) {
+  return std::all_of(values, values + count, [](mjtNum x) { return std::abs(x) < mjMAXVAL; });
+}
+
+// Warnings that MuJoCo has counted: bad numbers, after which it resets the data without a word, and
+// full buffers.
+int count_warnings(const mjData& data) {
+  int count = 0;
+  for (const mjWarningStat& warning : data.warning) count += warning.number;
+  return count;
+}
+
+}  // namespace
+
+MujocoPhysics::MujocoPhysics(const SceneSpec& scene, const PhysicsModel& model, int substeps,
+                             int num_envs, ColumnStore& memory)
+    : substeps_(substeps),
+      drive_damping_(model.robot_params().drive.damping),
+      mujoco_(compile_scene(scene)) {
+  const mjModel& compiled = *mujoco_;
+  prop_of_body_.assign(at(compiled.nbody), -1);
+  finger_of_body_.assign(at(compiled.nbody), -1);
+  finger_of_body_[at(mj_name2id(&compiled, mjOBJ_BODY, "leftfinger"))] = 0;
+  finger_of_body_[at(mj_name2id(&compiled, mjOBJ_BODY, "rightfinger"))] = 1;
+  for (const std::string& name : scene.props) {
+    PropPlace place;
+    place.body = mj_name2id(&compiled, mjOBJ_BODY, name.c_str());
+    place.mocap = compiled.body_mocapid[place.body];
+    if (place.mocap < 0) {
+      const int joint = compiled.body_jntadr[place.body];
+      place.qpos = compiled.jnt_qposadr[joint];
+      place.dof = compiled.jnt_dofadr[joint];
+      place.weight = model.gravity() * compiled.body_mass[place.body];
+    }
+    prop_of_body_[at(place.body)] = static_cast<int>(props_.size());
+    props_.push_back(place);
+  }
+  data_.reserve(at(num_envs));
+  for (int env = 0; env < num_envs; ++env) data_.push_back(make_data_lazy_contacts(compiled));
+  warm_start_ = memory.add<double>("qacc_warmstart", compiled.nv, "rad/s^2, m/s^2");
+}
+
+void MujocoPhysics::step(const State& state, int first, int /*worker*/,
+                         std::span<const DriveTarget> drives, bool* ok, StepClock::Worker* clock) {
+  std::fill_n(ok, drives.size(), true);
+  if (substeps_ == 0) return;
+  const MujocoScope scope;
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    ok[i] = step_env(state, first + static_cast<int>(i), drives[i]);
+  }
+  mark(clock, StepPart::kDynamics);
+}
+
+bool MujocoPhysics::step_env(const State& state, int env, const DriveTarget& drive) {
+  mjData& data = *data_[at(env)];
+  load(state, env, data);
+  try {
+    for (int substep = 0; substep < substeps_; ++substep) {
+      move_kinematic_props(state, env, substep, data);
+      apply_drive(drive, data);
+      mj_step(mujoco_.get(), &data);
+      if (count_warnings(data) > 0) return false;
+    }
+  } catch (const Error&) {
+    return false;  // MuJoCo failed in the middle of a step; nothing has been stored
+  }
+  if (!all_below_limit(data.qpos, mujoco_->nq) || !all_below_limit(data.qvel, mujoco_->nv) ||
+      !all_below_limit(data.qacc_warmstart, mujoco_->nv)) {
+    return false;
+  }
+  store(state, env, data);
+  return true;
+}
+
+// --- from the columns ---
+
+void MujocoPhysics::load(const State& state, int env, mjData& data) const {
+  data.pstack = 0;  // a step that failed in its middle leaves it
+  std::fill(std::begin(data.warning), std::end(data.warning), mjWarningStat{});
+  data.time = state.elapsed[env] * substeps_ * mujoco_->opt.timestep;
+  std::copy_n(state.qpos.row(env), kRobotJoints, data.qpos);
+  std::copy_n(state.qvel.row(env), kRobotJoints, data.qvel);
+  std::copy_n(warm_start_.row(env), mujoco_->nv, data.qacc_warmstart);
+  for (int prop = 0; prop < state.num_props; ++prop) load_prop(state, env, prop, data);
+}
+
+void MujocoPhysics::load_prop(const State& state, int env, int prop, mjData& data) const {
+  const PropPlace& place = props_[at(prop)];
+  const bool hidden = state.status_of(env, prop) == PropStatus::kHidden;
+  const bool free = place.mocap < 0;
+  mjtNum* const pos = free ? data.qpos + place.qpos : data.mocap_pos + 3 * place.mocap;
+  mjtNum* const quat = free ? pos + 3 : data.mocap_quat + 4 * place.mocap;
+  std::copy_n(state.prop_pos_of(env, prop), 3, pos);
+  std::copy_n(state.prop_quat_of(env, prop), 4, quat);
+  if (hidden) pos[2] = kHiddenHeight * (prop + 1);
+  if (!free) return;
+  std::copy_n(state.prop_qvel_of(env, prop), 6, data.qvel + place.dof);
+  if (hidden) std::fill_n(data.qvel + place.dof, 6, 0.0);
+  data.xfrc_applied[6 * place.body + 2] = hidden ? 0.0 : -place.weight;
+}
+
+// Kinematic props in motion are where they will be at the end of the substep.
+void MujocoPhysics::move_kinematic_props(const State& state, int env, int substep,
+                                         mjData& data) const {
+  const double part = static_cast<double>(substep + 1) / substeps_;
+  for (int prop = 0; prop < state.num_props; ++prop) {
+    const PropPlace& place = props_[at(prop)];
+    if (place.mocap < 0 || state.status_of(env, prop) != PropStatus::kAwake) continue;
+    const double* from = state.prop_pos_of(env, prop);
+    const double* displacement = state.prop_qvel_of(env, prop);
+    for (int i = 0; i < 3; ++i) {
+      data.mocap_pos[3 * place.mocap + i] = from[i] + part * displacement[i];
+    }
+  }
+}
+
+// The damping is the joints' own, which MuJoCo takes implicitly; a target velocity adds to it.
+void MujocoPhysics::apply_drive(const DriveTarget& drive, mjData& data) const {
+  for (std::size_t i = 0; i < kRobotJoints; ++i) {
+    const bool arm = i < kArmJoints;
+    data.ctrl[i] = drive.velocity_mode && arm ? data.qpos[i] : drive.qpos[i];
+    data.qfrc_applied[i] = arm ? drive_damping_ * drive.qvel[i] : 0.0;
+  }
+}
+
+// --- into the columns ---
+
+void MujocoPhysics::store(const State& state, int env, const mjData& data) const {
+  std::copy_n(data.qpos, kRobotJoints, state.qpos.row(env));
+  std::copy_n(data.qvel, kRobotJoints, state.qvel.row(env));
+  std::copy_n(data.qacc_warmstart, mujoco_->nv, warm_start_.row(env));
+  for (int prop = 0; prop < state.num_props; ++prop) {
+    const PropPlace& place = props_[at(prop)];
+    std::uint8_t& status = state.prop_status.row(env)[prop];
+    if (status == static_cast<std::uint8_t>(PropStatus::kHidden)) continue;
+    if (place.mocap < 0) {
+      std::copy_n(data.qpos + place.qpos, 3, state.prop_pos_of(env, prop));
+      std::copy_n(data.qpos + place.qpos + 3, 4, state.prop_quat_of(env, prop));
+      std::copy_n(data.qvel + place.dof, 6, state.prop_qvel_of(env, prop));
+      status = static_cast<std::uint8_t>(PropStatus::kAwake);
+    } else if (status == static_cast<std::uint8_t>(PropStatus::kAwake)) {
+      std::copy_n(data.mocap_pos + 3 * place.mocap, 3, state.prop_pos_of(env, prop));
+      std::fill_n(state.prop_qvel_of(env, prop), 6, 0.0);
+      status = static_cast<std::uint8_t>(PropStatus::kAsleep);
+    }
+  }
+  store_finger_forces(state, env, data);
+}
+
+void MujocoPhysics::store_finger_forces(const State& state, int env, const mjData& data) const {
+  std::fill_n(state.finger_force.row(env), state.finger_force.width(), 0.0);
+  for (int i = 0; i < data.ncon; ++i) {
+    const mjContact& contact = data.contact[i];
+    const std::array<int, 2> bodies = {mujoco_->geom_bodyid[contact.geom1],
+                                       mujoco_->geom_bodyid[contact.geom2]};
+    for (std::size_t side = 0; side < 2; ++side) {
+      const int finger = finger_of_body_[at(bodies[side])];
+      const int prop = prop_of_body_[at(bodies[1 - side])];
+      if (finger < 0 || prop < 0) continue;
+      mjtNum force[6];
+      mj_contactForce(mujoco_.get(), &data, i, force);
+      mjtNum world[3];  // on the second geom
+      mju_rotVecMatT(world, force, contact.frame);
+      double* const sum = state.finger_force.row(env) + 6 * prop + 3 * finger;
+      for (int k = 0; k < 3; ++k) sum[k] += side == 1 ? world[k] : -world[k];
+    }
+  }
+}
+
+}  // namespace engram
