@@ -68,6 +68,7 @@ inline std::int32_t plain(RewardMode value) { return static_cast<std::int32_t>(v
 inline std::int32_t plain(AutoReset value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(AfterEnd value) { return static_cast<std::int32_t>(value); }
 inline std::int32_t plain(Rules value) { return static_cast<std::int32_t>(value); }
+inline std::int32_t plain(Physics value) { return static_cast<std::int32_t>(value); }
 inline const char* plain(ControlMode value) {
   const auto index = static_cast<std::size_t>(value);
   return index < kControlModeNames.size() ? kControlModeNames[index] : "unknown";

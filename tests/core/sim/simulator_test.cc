@@ -49,7 +49,7 @@ struct Environments {
   // Returns which environments were good.
   std::array<bool, kEnvs> step() {
     std::array<bool, kEnvs> good{};
-    simulator.step(columns.state, 0, 0, drives, good.data());
+    simulator.step(columns.state, 0, 0, drives, good.data(), nullptr);
     return good;
   }
 
