@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         Camera,
         ControlMode,
         ObsMode,
+    Physics,
         Policy,
         Renderer,
         RenderMode,
