@@ -24,6 +24,7 @@
 #include "protocol/io/files.h"
 #include "protocol/io/json.h"
 #include "protocol/make/control_mode_choice.h"
+#include "protocol/make/definitions.h"
 
 namespace engram::apps {
 namespace {
@@ -257,7 +258,7 @@ void run(Ranks& ranks, CollectOptions& options) {
   if (options.format != kNpz && !rl) collect_converted(tasks, options);
   if (!ranks.is_single()) {
     const std::vector<std::string> ids = ids_in_order(tasks);
-    require_definitions_of_root(ids, broadcast(ranks, definitions_message(ids)));
+    require_definitions(ids, broadcast(ranks, definitions_of(ids)), "rank 0");
   }
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;

@@ -116,9 +116,7 @@ void conceal_memory(const Ranks& ranks) {
 void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   if (!options.seed_file.empty()) conceal_memory(ranks);  // before there is anything to conceal
   EvaluationRun run = begin(options);
-  const std::string settings = to_text(run.settings().document());
-  const auto bytes = std::as_bytes(std::span(settings.data(), settings.size()));
-  broadcast(ranks, {bytes.begin(), bytes.end()});
+  broadcast(ranks, run.settings().document());
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
   Protocol protocol = protocol_of(options, run.settings());
   warn_of_unused_constants(tasks, protocol.environment);
@@ -153,10 +151,8 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
 }
 
 void run_worker(Ranks& ranks, const EvalOptions& options) {
-  const Bytes bytes = broadcast(ranks, {});
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const EvaluationSettings settings =
-      EvaluationSettings::of(parse_json(text).value_or(Json()), "settings of rank 0");
+      EvaluationSettings::of(broadcast(ranks, Json()), "settings of rank 0");
   evaluate(ranks, {}, protocol_of(options, settings), {});
 }
 

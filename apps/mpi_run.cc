@@ -1,11 +1,10 @@
 #include "apps/mpi_run.h"
 
 #include <span>
-#include <string_view>
+#include <string>
 
 #include "apps/output.h"
 #include "core/base/error.h"
-#include "protocol/make/definitions.h"
 
 namespace engram::apps {
 
@@ -37,15 +36,11 @@ void with_mpi(const std::function<void(Ranks&)>& body) {
   }
 }
 
-Bytes definitions_message(const std::vector<std::string>& ids) {
-  const std::string text = to_line(definitions_of(ids));
+Json broadcast(Ranks& ranks, const Json& document) {
+  const std::string text = to_line(document);
   const auto bytes = std::as_bytes(std::span(text));
-  return {bytes.begin(), bytes.end()};
-}
-
-void require_definitions_of_root(const std::vector<std::string>& ids, const Bytes& message) {
-  const std::string_view text(reinterpret_cast<const char*>(message.data()), message.size());
-  require_definitions(ids, parse_json(text).value_or(Json()), "rank 0");
+  const Bytes sent = engram::broadcast(ranks, {bytes.begin(), bytes.end()});
+  return parse_json({reinterpret_cast<const char*>(sent.data()), sent.size()}).value_or(Json());
 }
 
 }  // namespace engram::apps

@@ -2,9 +2,8 @@
 #pragma once
 
 #include <functional>
-#include <string>
-#include <vector>
 
+#include "protocol/io/json.h"
 #include "protocol/parallel/ranks.h"
 
 namespace engram::apps {
@@ -13,9 +12,7 @@ namespace engram::apps {
 // and ends them all.
 void with_mpi(const std::function<void(Ranks&)>& body);
 
-// Definitions of tasks by content, for the root to broadcast.
-Bytes definitions_message(const std::vector<std::string>& ids);
-// Throws Error (kInvalidArgument) if this rank defines one of them in another way than the root.
-void require_definitions_of_root(const std::vector<std::string>& ids, const Bytes& message);
+// Broadcast of a document: gives every rank that of rank 0, null if it is none.
+Json broadcast(Ranks& ranks, const Json& document);
 
 }  // namespace engram::apps

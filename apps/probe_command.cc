@@ -15,6 +15,7 @@
 #include "apps/task_choice.h"
 #include "protocol/eval/probe/probe_report.h"
 #include "protocol/eval/probe/probe_run.h"
+#include "protocol/make/definitions.h"
 
 namespace engram::apps {
 namespace {
@@ -102,7 +103,7 @@ void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
   probe.output = options.eval.out;
   ProbeRun run(settings, protocol_of(options.eval, settings), probe);
   // The others wait until all is checked, so that mistakes are reported once.
-  broadcast(ranks, definitions_message(ids_of(settings, probe)));
+  broadcast(ranks, definitions_of(ids_of(settings, probe)));
   Json document;
   {
     Progress view("probe", "steps");
@@ -119,9 +120,9 @@ void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
 
 // The settings follow from the command line alone, which all ranks have; files of tasks may differ.
 void run_worker(Ranks& ranks, const ProbeCommandOptions& options) {
-  const Bytes definitions = broadcast(ranks, {});
+  const Json definitions = broadcast(ranks, Json());
   const EvaluationSettings settings = settings_of(options.eval);
-  require_definitions_of_root(ids_of(settings, options.probe), definitions);
+  require_definitions(ids_of(settings, options.probe), definitions, "rank 0");
   ProbeRun(settings, protocol_of(options.eval, settings), options.probe).play(ranks, {});
 }
 

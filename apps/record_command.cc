@@ -356,9 +356,8 @@ void add_record_command(const Command& program) {
   add_json(command, options->json);
   command.footer(
       "Videos have a frame of the beginning and one after every step; the first and the last stay "
-      "for "
-      "a while. success_once is that of the "
-      "steps taken: a single image ends with its own, sheets and videos with the episode.");
+      "for a while. success_once is that of the steps taken: a single image ends with its own, "
+      "sheets and videos with the episode.");
   command.on_run([options] { run(*options); });
 }
 
