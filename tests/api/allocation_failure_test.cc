@@ -234,7 +234,6 @@ struct Evaluation {
 
   // The document, or none and the status that says why.
   Text run(engram_status& status) const {
-    static constexpr const char* kIds[] = {"RememberColor3-VLA-v0"};
     const auto still = [](void*, const engram_policy_request* request,
                           engram_policy_reply* reply) -> int {
       constexpr float kZeros[7] = {};
@@ -244,12 +243,8 @@ struct Evaluation {
       }
       return 0;
     };
-    engram_evaluation_options options;
-    engram_evaluation_options_init(&options);
-    options.ids = kIds;
-    options.num_ids = 1;
-    options.episodes = options.num_envs = options.threads = 1;
-    options.obs_mode = ENGRAM_OBS_STATE;
+    engram_evaluation_options options = test::evaluation_options(1);
+    options.num_envs = options.threads = 1;
     options.config_json = R"({"weights": ["a", 1.5, null], "of": {"more": true}})";
     options.resume = resume.empty() ? nullptr : resume.c_str();
     char* text = nullptr;

@@ -27,6 +27,18 @@ inline engram_options default_options(int num_envs = 4) {
   return options;
 }
 
+// An evaluation of kId from the state.
+inline engram_evaluation_options evaluation_options(std::int32_t episodes) {
+  static constexpr const char* kIds[] = {kId};
+  engram_evaluation_options options;
+  engram_evaluation_options_init(&options);
+  options.ids = kIds;
+  options.num_ids = 1;
+  options.episodes = episodes;
+  options.obs_mode = ENGRAM_OBS_STATE;
+  return options;
+}
+
 inline BatchHandle make_batch(const engram_options& options, const char* id = kId) {
   engram_env* env = nullptr;
   const engram_status status = engram_make(id, &options, &env);

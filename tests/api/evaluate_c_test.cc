@@ -5,23 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "engram/engram_c.h"
+#include "tests/api/c_api_fixture.h"
 
 namespace {
 
 using ParsedJson = nlohmann::ordered_json;
-
-const char* const kIds[] = {"RememberColor3-VLA-v0"};
-
-engram_evaluation_options options_of(int32_t episodes) {
-  engram_evaluation_options options;
-  engram_evaluation_options_init(&options);
-  options.ids = kIds;
-  options.num_ids = 1;
-  options.episodes = episodes;
-  options.obs_mode = ENGRAM_OBS_STATE;
-  return options;
-}
 
 struct Call {
   int requests = 0;
@@ -60,7 +48,7 @@ TEST_CASE("C API: an empty text is no name and no folder", "[evaluation]") {
   for (const char* engram_evaluation_options::*const field :
        {&engram_evaluation_options::name, &engram_evaluation_options::output,
         &engram_evaluation_options::resume}) {
-    engram_evaluation_options options = options_of(1);
+    engram_evaluation_options options = engram::test::evaluation_options(1);
     options.*field = "";
     char* text = nullptr;
     CHECK(engram_evaluate(&options, &still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
@@ -81,7 +69,7 @@ TEST_CASE("C API: an evaluation has a control mode and a proprio", "[evaluation]
     }
     return 0;
   };
-  engram_evaluation_options options = options_of(1);
+  engram_evaluation_options options = engram::test::evaluation_options(1);
   std::pair<int, int> seen;
   evaluated(options, dims, &seen);
   CHECK(seen == std::pair(7, 7));
@@ -106,21 +94,21 @@ TEST_CASE("C API: suites are named lists of tasks", "[evaluation]") {
 }
 
 TEST_CASE("C API: a callback is evaluated", "[evaluation]") {
-  const engram_evaluation_options options = options_of(3);
+  const engram_evaluation_options options = engram::test::evaluation_options(3);
   Call call;
   const ParsedJson document = evaluated(options, still, &call);
   const ParsedJson& task = document["tasks"][0];
-  CHECK(task["env_id"] == kIds[0]);
+  CHECK(task["env_id"] == engram::test::kId);
   CHECK(task["obs_mode"] == "state");
   CHECK(task["action_chunk_size"] == 4);
   CHECK(task["model"]["name"] == "external");
   CHECK(task["episode_lengths"] == std::vector<int>(3, 25));
   CHECK(call.requests >= 7);
-  CHECK(document["summary"]["tasks"][0] == kIds[0]);
+  CHECK(document["summary"]["tasks"][0] == engram::test::kId);
 }
 
 TEST_CASE("C API: a policy may observe objects", "[evaluation][objects]") {
-  engram_evaluation_options options = options_of(2);
+  engram_evaluation_options options = engram::test::evaluation_options(2);
   options.obs_mode = ENGRAM_OBS_OBJECTS;
   const auto policy = [](void* user, const engram_policy_request* request,
                          engram_policy_reply* reply) {
@@ -146,7 +134,7 @@ TEST_CASE("C API: a policy may observe objects", "[evaluation][objects]") {
 
 TEST_CASE("C API: results name the rule set", "[evaluation][rules]") {
   for (const bool original : {false, true}) {
-    engram_evaluation_options options = options_of(1);
+    engram_evaluation_options options = engram::test::evaluation_options(1);
     if (original) options.rules = ENGRAM_RULES_ORIGINAL;
     Call call;
     const ParsedJson document = evaluated(options, still, &call);
@@ -155,7 +143,7 @@ TEST_CASE("C API: results name the rule set", "[evaluation][rules]") {
 }
 
 TEST_CASE("C API: a policy's name may be any bytes", "[evaluation]") {
-  engram_evaluation_options options = options_of(1);
+  engram_evaluation_options options = engram::test::evaluation_options(1);
   options.name = "caf\xe9";
   Call call;
   const ParsedJson document = evaluated(options, still, &call);
@@ -171,33 +159,33 @@ TEST_CASE("C API: an evaluation that cannot be says why", "[evaluation]") {
     CHECK(text == nullptr);
     CHECK_THAT(engram_last_error(), Catch::Contains(words));
   };
-  engram_evaluation_options options = options_of(0);
+  engram_evaluation_options options = engram::test::evaluation_options(0);
   refused(options, ENGRAM_INVALID_ARGUMENT, "episodes: 0 given");
-  options = options_of(1);
+  options = engram::test::evaluation_options(1);
   options.num_ids = 0;
   refused(options, ENGRAM_INVALID_ARGUMENT, "ids");
-  options = options_of(1);
+  options = engram::test::evaluation_options(1);
   options.rules = -1;
   refused(options, ENGRAM_INVALID_ARGUMENT, "rules: -1 given, 0 to 1 allowed");
-  options = options_of(1);
+  options = engram::test::evaluation_options(1);
   options.num_task_options = 1;
   refused(options, ENGRAM_INVALID_ARGUMENT, "task_options: NULL given, 1 values needed");
   const engram_task_option nameless = {nullptr, 1};
   options.task_options = &nameless;
   refused(options, ENGRAM_INVALID_ARGUMENT, "name of a task option: NULL given");
-  options = options_of(1);
+  options = engram::test::evaluation_options(1);
   const engram_perturbation beyond = {"light", 2};
   options.perturbations = &beyond;
   options.num_perturbations = 1;
   refused(options, ENGRAM_INVALID_ARGUMENT, "perturbation 'light': level 2 given");
-  options = options_of(1);
+  options = engram::test::evaluation_options(1);
   const std::string deep = "{\"a\":" + std::string(300'000, '[') + std::string(300'000, ']') + "}";
   options.config_json = deep.c_str();
   refused(options, ENGRAM_INVALID_ARGUMENT, "config_json: a JSON object needed");
-  options = options_of(1);
+  options = engram::test::evaluation_options(1);
   options.output = "/proc/nowhere";
   refused(options, ENGRAM_IO, "/proc/nowhere");
-  options = options_of(1);
+  options = engram::test::evaluation_options(1);
   call.shape[1] = 0;
   refused(options, ENGRAM_UNAVAILABLE, "empty chunk");
   CHECK(call.status == ENGRAM_INVALID_ARGUMENT);
@@ -211,7 +199,7 @@ TEST_CASE("C API: an evaluation that cannot be says why", "[evaluation]") {
 }
 
 TEST_CASE("C API: rounds with policy seeds, and latency", "[evaluation][latency]") {
-  engram_evaluation_options options = options_of(2);
+  engram_evaluation_options options = engram::test::evaluation_options(2);
   CHECK(options.repeat == 1);
   CHECK(options.policy_seed == 0);
   CHECK(options.latency == nullptr);
@@ -249,7 +237,7 @@ TEST_CASE("C API: rounds with policy seeds, and latency", "[evaluation][latency]
 }
 
 TEST_CASE("C API: results are compared and tabulated", "[evaluation][compare]") {
-  const engram_evaluation_options options = options_of(3);
+  const engram_evaluation_options options = engram::test::evaluation_options(3);
   Call call;
   char* results = nullptr;
   REQUIRE(engram_evaluate(&options, &still, &call, &results) == ENGRAM_OK);
@@ -313,7 +301,7 @@ int choose(void* user, const engram_choice_question* question, engram_choice_ans
 }  // namespace
 
 TEST_CASE("C API: a policy names answers", "[evaluation][choices]") {
-  engram_evaluation_options options = options_of(3);
+  engram_evaluation_options options = engram::test::evaluation_options(3);
   options.obs_mode = ENGRAM_OBS_OBJECTS;
   Choosing call;
   char* text = nullptr;
@@ -330,7 +318,7 @@ TEST_CASE("C API: a policy names answers", "[evaluation][choices]") {
 }
 
 TEST_CASE("C API: choices of another form are refused", "[evaluation][choices]") {
-  engram_evaluation_options options = options_of(1);
+  engram_evaluation_options options = engram::test::evaluation_options(1);
   char* text = nullptr;
   Choosing call;
   call.index = 3;
@@ -354,7 +342,7 @@ TEST_CASE("C API: choices of another form are refused", "[evaluation][choices]")
 
 TEST_CASE("C API: choices are refused where there are none", "[evaluation][choices]") {
   const char* const ids[] = {"InterceptSlow-VLA-v0"};
-  engram_evaluation_options options = options_of(1);
+  engram_evaluation_options options = engram::test::evaluation_options(1);
   Choosing call;
   char* text = nullptr;
   options.choices_stride = 0;
@@ -370,7 +358,7 @@ TEST_CASE("C API: choices are refused where there are none", "[evaluation][choic
 
 TEST_CASE("C API: a probe asks the callback, and says what it has found", "[evaluation][probe]") {
   Call call;
-  engram_evaluation_options options = options_of(2);
+  engram_evaluation_options options = engram::test::evaluation_options(2);
   options.obs_mode = ENGRAM_OBS_OBJECTS;
   char* text = nullptr;
   REQUIRE(engram_probe(&options, "twins,interference", nullptr, &still, &call, &text) == ENGRAM_OK);

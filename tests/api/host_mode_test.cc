@@ -175,13 +175,7 @@ int still(void* /*user*/, const engram_policy_request* request, engram_policy_re
 
 // Results of an evaluation, and what is made of them.
 void evaluate(Program& program) {
-  const char* const ids[] = {test::kId};
-  engram_evaluation_options options;
-  engram_evaluation_options_init(&options);
-  options.ids = ids;
-  options.num_ids = 1;
-  options.episodes = 3;
-  options.obs_mode = ENGRAM_OBS_STATE;
+  engram_evaluation_options options = test::evaluation_options(3);
   options.threads = 2;
   const std::string results = program.note_document(
       [&](char** text) { return engram_evaluate(&options, still, nullptr, text); });

@@ -69,15 +69,9 @@ TEST_CASE("C API: without a thread of its own a batch still steps", "[api][fault
 }
 
 TEST_CASE("C API: an evaluation whose threads are refused ends with that", "[api][fault]") {
-  const char* const ids[] = {test::kId};
-  engram_evaluation_options options;
-  engram_evaluation_options_init(&options);
-  options.ids = ids;
-  options.num_ids = 1;
-  options.episodes = 3;
+  engram_evaluation_options options = test::evaluation_options(3);
   options.num_envs = 1;
   options.threads = 3;
-  options.obs_mode = ENGRAM_OBS_STATE;
   const auto refuse = [](void*, const engram_policy_request*, engram_policy_reply*) { return 1; };
   const std::ptrdiff_t before = threads_at_the_start();
   for (int number = 1; number <= 3; ++number) {
