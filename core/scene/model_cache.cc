@@ -1,7 +1,6 @@
 #include "core/scene/model_cache.h"
 
 #include <map>
-#include <numeric>
 #include <string>
 
 #include "core/threads/process_mutex.h"
@@ -19,9 +18,7 @@ Models& models() {
 
 // Cache key of a scene: the text of the whole scene, and names and types of its props.
 std::string key_of(const SceneSpec& source) {
-  std::vector<int> all(source.props.size());
-  std::iota(all.begin(), all.end(), 0);
-  std::string key = source.compose(all, RobotDetail::kCollision);
+  std::string key = source.compose_all();
   for (const std::string& prop : source.props) key += prop + '\n';
   return key;
 }

@@ -1,7 +1,6 @@
 #include "core/scene/physics_model.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/index.h"
@@ -58,12 +57,6 @@ RobotParams read_robot_params(const mjModel& model) {
   return params;
 }
 
-std::vector<int> all_props(const SceneSpec& source) {
-  std::vector<int> all(source.props.size());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
-
 // Throws Error unless the robot's joints come first, with one coordinate each.
 void validate_joints(const mjModel& model) {
   if (model.nu != kRobotJoints || model.nv < kRobotJoints) {
@@ -94,7 +87,7 @@ void release_robot(mjModel& model) {
 }  // namespace
 
 PhysicsModel::PhysicsModel(const SceneSpec& source)
-    : full_(compile_model(source.compose(all_props(source), RobotDetail::kCollision))),
+    : full_(compile_model(source.compose_all())),
       robot_(compile_model(source.compose({}, RobotDetail::kCollision))),
       arm_(*full_),
       gravity_(-full_->opt.gravity[2]) {

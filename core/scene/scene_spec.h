@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,13 @@ struct SceneSpec {
   std::vector<std::string> props;  // body names, in the order in which tasks index them
   // Composes the text of robot, table and the props of these indices (ascending).
   std::function<std::string(std::span<const int> props, RobotDetail detail)> compose;
+
+  // The text with all props, and with what collides.
+  std::string compose_all() const {
+    std::vector<int> all(props.size());
+    std::iota(all.begin(), all.end(), 0);
+    return compose(all, RobotDetail::kCollision);
+  }
 };
 
 }  // namespace engram

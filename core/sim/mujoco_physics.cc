@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/error.h"
 #include "core/scene/physics_model.h"
@@ -15,9 +14,7 @@ namespace {
 constexpr double kHiddenHeight = 100;
 
 ModelPtr compile_scene(const SceneSpec& scene) {
-  std::vector<int> all(scene.props.size());
-  std::iota(all.begin(), all.end(), 0);
-  ModelPtr model = compile_model(scene.compose(all, RobotDetail::kCollision));
+  ModelPtr model = compile_model(scene.compose_all());
   std::fill_n(model->opt.gravity, 3, 0.0);
   return model;
 }
