@@ -73,7 +73,7 @@ def test_exit_codes_are_the_commands_own():
 @pytest.mark.parametrize("name", ["video.mp4", "video.gif", "with: colon.mp4"])
 def test_films_have_every_frame(tmp_path, name):
     path = tmp_path / name
-    done = run("record", TASK, "--seed", 1, "--out", path)
+    done = run("record", TASK, "--seed", 1, "--out", path, "--hold", "0,0")
     assert done.returncode == 0, done.stderr
     frames = pictures(path)
     assert len(frames) == HORIZON + 1

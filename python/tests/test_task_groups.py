@@ -45,7 +45,7 @@ def test_environments_are_what_they_are_alone() -> None:
     assert (observed["task_cue"][: begins[2]] == 0).all()  # Rotate's alone
 
 
-@pytest.mark.skipif(not GYMNASIUM_1, reason="make_vec of 0.29 takes no specification")
+@pytest.mark.skipif(not GYMNASIUM_1, reason="Gymnasium 0.29: make_vec takes no specification")
 @pytest.mark.parametrize(
     ("tasks", "options"),
     [

@@ -119,7 +119,7 @@ def test_record_plays_the_variant_of_a_student(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "engram", "record", COLOR3, "--obs", "objects", "--json"]
     command += ["--policy-command", policy, *shlex.split(switches), "--camera", "base"]
     done = subprocess.run(
-        [*command, "--size", "16", "--out", str(tmp_path / "film.gif")],
+        [*command, "--size", "16", "--hold", "0,0", "--out", str(tmp_path / "film.gif")],
         capture_output=True,
         text=True,
         check=False,

@@ -51,7 +51,10 @@ def test_h5py_reads_every_step(tmp_path):
             assert demonstration.attrs["episode_seed"] == number
             assert bool(demonstration.attrs["success"]) is True
             assert demonstration.attrs["language_instruction"] == "Touch the cube."
-            assert set(demonstration) == {"obs", "actions", "rewards", "dones"}
+            names = {"obs", "actions", "rewards", "dones", "action_is_frozen"}
+            assert set(demonstration) == names
+            is_frozen = demonstration["action_is_frozen"]
+            assert (is_frozen.dtype, is_frozen.shape, is_frozen[0]) == (np.bool_, (STEPS,), True)
             expected = {
                 "obs/image": arrays["rgb"][..., :3],
                 "obs/wrist_image": arrays["rgb"][..., 3:],
