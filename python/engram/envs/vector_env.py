@@ -45,7 +45,7 @@ if TYPE_CHECKING:
         Camera,
         ControlMode,
         ObsMode,
-    Physics,
+        Physics,
         Policy,
         Renderer,
         RenderMode,
