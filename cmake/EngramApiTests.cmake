@@ -43,6 +43,13 @@ if(TARGET engram_shared AND NOT ENGRAM_SANITIZE)
     "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging_added" "-DCC=${CMAKE_C_COMPILER}"
     "-DCXX=${CMAKE_CXX_COMPILER}" "-DGENERATOR=${CMAKE_GENERATOR}"
     -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_added_folder.cmake")
+  if(CCACHE_PROGRAM)
+    add_test(NAME precompiled_headers COMMAND "${CMAKE_COMMAND}"
+      "-DDEFAULTS=${PROJECT_SOURCE_DIR}/cmake/EngramDefaults.cmake"
+      "-DWORK=${PROJECT_BINARY_DIR}/tests/packaging_headers" "-DCXX=${CMAKE_CXX_COMPILER}"
+      "-DGENERATOR=${CMAKE_GENERATOR}"
+      -P "${PROJECT_SOURCE_DIR}/tests/packaging/check_precompiled_headers.cmake")
+  endif()
   if(TARGET engram_cli)
     add_test(NAME wheel_package COMMAND "${CMAKE_COMMAND}" "-DBUILD=${PROJECT_BINARY_DIR}"
       "-DTASK_PAGE=${PROJECT_SOURCE_DIR}/docs/cpp_tasks.md"

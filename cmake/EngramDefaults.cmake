@@ -26,7 +26,7 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
       set(ccache_base_dir "${PROJECT_SOURCE_DIR}")
     endif()
     set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_SLOPPINESS=${ccache_sloppiness}"
-      "CCACHE_BASEDIR=${ccache_base_dir}" "${CCACHE_PROGRAM}")
+      "CCACHE_BASEDIR=${ccache_base_dir}" "${CMAKE_CURRENT_LIST_DIR}/ccache.sh" "${CCACHE_PROGRAM}")
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
       add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)
     elseif(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
