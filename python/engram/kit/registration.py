@@ -12,6 +12,7 @@ from engram._ids import NAMESPACE
 from engram.errors import InvalidArgumentError
 from engram.gym_registration import register
 from engram.kit.constants import constants_of
+from engram.kit.sources import source_of
 from engram.kit.task import Task
 
 _NEEDED = ("evaluate", "reward")
@@ -60,6 +61,7 @@ def register_task(
         "memory_type": values.text("memory_type", cls.memory_type),
         "oracle_floor": values.real("oracle_floor", oracle_floor),
         "constants": [one.definition(name) for name, one in constants_of(cls).items()],
+        "source": source_of(cls),
     }
     cls(id, horizon, {}).describe()  # its mistakes come out here
     text, factory = json.dumps(definition), _factory(cls, horizon)
