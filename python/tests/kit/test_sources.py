@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -92,3 +93,55 @@ def test_a_class_without_source_has_none() -> None:
     lamp = space["Lamp"]
     assert isinstance(lamp, type)
     assert source_of(lamp) == ""
+
+
+WAITING = """
+import engram
+from wait_steps import STEPS
+
+
+class Waiting(engram.Task):
+    def build(self):
+        self.cube = self.add_prop(engram.kit.Cube("cube", color="red"))
+
+    def reset(self):
+        self.place(self.cube, (0, 0))
+
+    def evaluate(self):
+        self.success[:] = self.elapsed >= STEPS
+
+    def reward(self):
+        return self.success * 1.0
+
+
+engram.register_task(Waiting, "Waiting-v0", 10, "Wait.")
+"""
+
+
+def engram_command(*words: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "engram", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+
+
+def test_results_of_an_edited_file_are_neither_resumed_nor_compared(tmp_path: Path) -> None:
+    results = []
+    for steps in (3, 20):
+        folder = tmp_path / str(steps)
+        folder.mkdir()
+        (folder / "wait_steps.py").write_text(f"STEPS = {steps}\n")
+        (folder / "waiting.py").write_text(WAITING)
+        run = engram_command("eval", f"{folder / 'waiting.py'}:Waiting-v0", "--policy", "zero",
+                             "--episodes", 2, "--out", folder)  # fmt: skip
+        assert run.returncode == 0, run.stderr
+        results.append(next(folder.glob("*/*/settings.json")).parent)
+    definitions = [
+        json.loads((one / "settings.json").read_text())["definitions"]["Waiting-v0"]
+        for one in results
+    ]
+    compared = engram_command("compare", *results)
+    resumed = engram_command("eval", f"{tmp_path / '20' / 'waiting.py'}:Waiting-v0", "--policy",
+                             "zero", "--episodes", 2, "--resume", results[0])  # fmt: skip
+    for run in (compared, resumed):
+        assert run.returncode == 2
+        assert "task 'Waiting-v0' has two definitions" in run.stderr
+        assert all(one[:8] in run.stderr for one in definitions)
