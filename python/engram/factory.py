@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         RowMode,
         StateDict,
     )
+    from engram.wrappers.base import Wrapper
 
 
 @overload
@@ -119,11 +120,30 @@ def make_vec(
 ) -> VectorEnv[Any]: ...
 @overload
 def make_vec(
+    id: str,
+    num_envs: int = ...,
+    *,
+    preset: Literal["train"],
+    obs_mode: ObsMode = ...,
+    **options: Unpack[BatchOptions],
+) -> Wrapper: ...
+@overload
+def make_vec(
     id: Sequence[str] | Mapping[str, Any], num_envs: int = ..., **options: Unpack[AnyBatchOptions]
 ) -> VectorEnv[Any]: ...
-def make_vec(id: Any, num_envs: int = 1, **options: Any) -> VectorEnv[Any]:
-    """A batch of environments of one task or several; see ``VectorEnv``."""
+def make_vec(
+    id: Any, num_envs: int = 1, *, preset: Literal["train"] | None = None, **options: Any
+) -> Any:
+    """A batch of environments of one task or several; see ``VectorEnv``.
+
+    With ``preset="train"`` it is wrapped for training by ``engram.wrappers.train``, with the
+    defaults of that function, and episodes end at success unless ``terminate_on_success`` is given.
+    """
     from engram.envs.vector_env import VectorEnv
 
     check_batch("make_vec", options)
-    return VectorEnv(id, num_envs, **options)
+    if preset is None:
+        return VectorEnv(id, num_envs, **options)
+    from engram.wrappers.preset import wrapped
+
+    return wrapped(preset, lambda defaults: VectorEnv(id, num_envs, **{**defaults, **options}))

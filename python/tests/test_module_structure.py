@@ -19,7 +19,7 @@ FIRST_LEVEL = {
     "__init__", "__main__", "_args", "_core", "_distribution", "_ids",
     "_interpreter", "_io", "command",
     "datasets", "envs", "errors", "evaluation", "factory", "gym_registration", "integrations",
-    "kit", "mikasa", "play", "servers", "tasks", "typing",
+    "kit", "mikasa", "play", "servers", "tasks", "typing", "wrappers",
 }  # fmt: skip
 
 

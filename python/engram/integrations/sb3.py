@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
 from engram._args.keywords import check_single
 from engram.envs.compat import AutoresetMode
-from engram.envs.vector_env import VectorEnv
 from engram.errors import InvalidArgumentError
+from engram.factory import make_vec
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -37,6 +37,7 @@ class Sb3VecEnv(VecEnv):
         num_envs: Number of environments.
         obs_mode: See ``VectorEnv``.
         images_only: An rgb observation is its images alone, without proprio and task_cue.
+        preset: "train": wrapped by ``engram.wrappers.train``; see ``engram.make_vec``.
         **options: Those of ``VectorEnv``, except autoreset_mode and copy.
     """
 
@@ -47,14 +48,14 @@ class Sb3VecEnv(VecEnv):
         *,
         obs_mode: ObsMode = "state",
         images_only: bool = False,
+        preset: Literal["train"] | None = None,
         **options: Unpack[EnvOptions],
     ) -> None:
-        check_single("Sb3VecEnv", options, own=("num_envs", "images_only"))
+        check_single("Sb3VecEnv", options, own=("num_envs", "images_only", "preset"))
         if images_only and obs_mode != "rgb":
             raise InvalidArgumentError(f"images_only: obs_mode={obs_mode!r} given, 'rgb' needed")
-        self.batch: VectorEnv[Any] = VectorEnv(
-            id, num_envs, obs_mode=obs_mode, autoreset_mode=AutoresetMode.SAME_STEP, **options
-        )
+        given: dict[str, Any] = {"preset": preset, "obs_mode": obs_mode, **options}
+        self.batch: Any = make_vec(id, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **given)
         self._images_only = images_only
         self._start = time.time()
         space: Any = self.batch.single_observation_space
@@ -92,7 +93,7 @@ class Sb3VecEnv(VecEnv):
         return observation["rgb"] if self._images_only else observation
 
     def _final_info(self, info: dict[str, Any], index: int, truncated: bool) -> dict[str, Any]:
-        views = self.batch._infos.final_views
+        views = self.batch.unwrapped._infos.final_views
         result: dict[str, Any] = {name: view[index].copy() for name, view in views.items()}
         result["terminal_observation"] = self._converted(info["final_obs"][index])
         result["TimeLimit.truncated"] = truncated

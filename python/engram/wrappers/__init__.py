@@ -1,0 +1,27 @@
+"""Wrappers of batches for training: each by itself, and off unless it is used.
+
+    env = engram.make_vec(id, 64, preset="train", autoreset_mode="SAME_STEP")
+
+``train`` says what the preset consists of. Evaluations know nothing of wrappers.
+"""
+
+from __future__ import annotations
+
+from engram.wrappers.actions import ScaleActions, SmoothActions
+from engram.wrappers.base import BENCHMARK_REWARD, Wrapper
+from engram.wrappers.observations import ObjectRows, ScaleState, TimeLeft
+from engram.wrappers.preset import train
+from engram.wrappers.rewards import HeldReward, PotentialReward
+
+__all__ = [
+    "BENCHMARK_REWARD",
+    "HeldReward",
+    "ObjectRows",
+    "PotentialReward",
+    "ScaleActions",
+    "ScaleState",
+    "SmoothActions",
+    "TimeLeft",
+    "Wrapper",
+    "train",
+]

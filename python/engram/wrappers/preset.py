@@ -1,0 +1,87 @@
+"""Sets of wrappers with which plain learners with default hyperparameters learn."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from gymnasium.spaces import Box
+
+from engram.errors import InvalidArgumentError
+from engram.wrappers.actions import ScaleActions, SmoothActions
+from engram.wrappers.base import Wrapper
+from engram.wrappers.observations import ObjectRows, ScaleState, TimeLeft
+from engram.wrappers.rewards import HeldReward, PotentialReward
+
+# Shares of the largest motions that an action of 1 is: translation, rotation and gripper of
+# pd_ee_delta_pose, and any component of another mode.
+POSE_SCALE = (0.3, 0.3, 0.3, 0.1, 0.1, 0.1, 0.5)
+OTHER_SCALE = 0.3
+
+# Terms of rewards that are the hand's distance to where it has to be first.
+_DISTANCE = re.compile(r"tcp_to_\w*dist|to_grip_dist|tcp_push_dist")
+
+
+def train(
+    env: Any,
+    *,
+    gamma: float = 0.99,
+    scale_actions: bool = True,
+    smoothing: float = 0.0,
+    scale_observations: bool = True,
+    time_left: bool = True,
+    potential: float = 1.0,
+    reach: float = 2.0,
+    bonus: float = 0.1,
+) -> Any:
+    """The batch in the wrappers of the preset "train", in the order of the arguments.
+
+    Args:
+        env: A batch whose episodes end at success (``terminate_on_success=True``).
+        gamma: Discount of the learner.
+        scale_actions: ``ScaleActions``: an action of 1 is 0.3 of the arm's largest motion, 0.1 of
+            its largest rotation, 0.5 of the gripper's.
+        smoothing: Of ``SmoothActions``; 0: none.
+        scale_observations: ``ScaleState`` or ``ObjectRows``, where observations are rows.
+        time_left: ``TimeLeft``, where observations are rows.
+        potential: Weight of the dense reward in ``PotentialReward``; 0 and no reach: none.
+        reach: Weight of the hand's distance there, where the task's reward has it.
+        bonus: Of ``HeldReward``; 0: none.
+    """
+    if scale_actions:
+        pose = env.description["control_mode"] == "pd_ee_delta_pose"
+        env = ScaleActions(env, POSE_SCALE if pose else OTHER_SCALE)
+    if smoothing:
+        env = SmoothActions(env, smoothing)
+    space = env.single_observation_space
+    if isinstance(space, Box) and len(space.shape) == 1 and space.shape[0]:
+        names = [field["name"] for field in env.description["state_fields"]]
+        if scale_observations:
+            env = ObjectRows(env) if "object_0_seen" in names else ScaleState(env)
+        if time_left:
+            env = TimeLeft(env)
+    if potential or reach:
+        env = PotentialReward(env, gamma, potential, 1.0, reach, first_distance(env))
+    return HeldReward(env, gamma, bonus) if bonus else env
+
+
+def first_distance(env: Any) -> str | None:
+    """The term of the reward that is the hand's distance to where it has to be first, if any."""
+    terms = env.description["reward_terms"]
+    return next((term for term in terms if _DISTANCE.fullmatch(term)), None)
+
+
+# Wrappers and the options of the batch inside, by the preset's name.
+PRESETS: dict[str, tuple[Callable[[Any], Any], dict[str, Any]]] = {
+    "train": (train, {"terminate_on_success": True}),
+}
+
+
+def wrapped(preset: str, make: Callable[[Mapping[str, Any]], Any]) -> Wrapper:
+    """Makes a batch, with the options that the preset has by default, and wraps it."""
+    if preset not in PRESETS:
+        raise InvalidArgumentError(f"preset: {preset!r} given; allowed: {', '.join(PRESETS)}")
+    wrap, defaults = PRESETS[preset]
+    result: Wrapper = wrap(make(defaults))
+    return result
