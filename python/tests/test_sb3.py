@@ -56,6 +56,27 @@ def test_recurrent_ppo_trains_from_pixels(policy, images_only):
     env.close()
 
 
+def test_the_preset_for_training():
+    env = Sb3VecEnv(ENDING_TASK, num_envs=4, preset="train", threads=1, seed=5)
+    inner = engram.make_vec(ENDING_TASK, 4, threads=1, seed=5, autoreset_mode="SAME_STEP")
+    assert env.action_space.high[0] == pytest.approx(1 / 0.3)
+    rows, _ = env.reset(), inner.reset()
+    assert env.observation_space.contains(rows[0])
+    ended = 0
+    for _ in range(30):
+        rows, rewards, dones, infos = env.step(env.batch.act("oracle"))
+        plain = inner.step(inner.act("oracle"))
+        np.testing.assert_array_equal(dones, plain[2] | plain[3])
+        for i in np.flatnonzero(dones):
+            assert infos[i]["terminal_observation"].shape == rows[i].shape
+            final = plain[4]["final_info"]
+            assert infos[i]["episode"]["r"] == float(final["episode_return"][i])
+            assert rewards[i] > 1 > plain[1][i] - 1e-6  # the rest of the horizon
+            ended += 1
+    assert ended >= 4
+    env.close()
+
+
 def test_images_only():
     env = Sb3VecEnv(TASK, num_envs=2, obs_mode="rgb", image_size=16, images_only=True)
     assert env.observation_space.contains(env.reset()[0])

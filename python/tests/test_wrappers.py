@@ -131,27 +131,28 @@ def test_scripted_actions_are_reached_through_smoothing():
 
 @modes
 def test_the_reward_is_a_difference_of_potentials(mode):
-    env = wrappers.PotentialReward(make(mode=mode), gamma=0.9, weight=2, power=0.5)
+    env = wrappers.PotentialReward(make(mode=mode), gamma=0.9, weight=2)
     before = np.zeros(N)
     for reward, ended, benchmark, _, _, idle in play(env):
-        potential = np.where(idle, 0, 2 * np.clip(benchmark, 0, 1) ** 0.5)
+        potential = np.where(idle, 0, 2 * np.clip(benchmark, 0, 1))
         np.testing.assert_allclose(reward, np.where(idle, 0, 0.9 * potential - before), atol=1e-6)
         before = np.where(ended, 0, potential)
 
 
-def test_distances_of_the_reward_count_in_the_potential():
+def test_terms_of_the_reward_count_in_the_potential():
     inner = make("InterceptSlow-VLA-v0", privileged=True, max_episode_steps=20)
-    env = wrappers.PotentialReward(inner, 0.9, weight=0, reach=3, distance="tcp_to_hit_pose_dist")
+    terms = {"tcp_to_hit_pose_dist": 3, "place_reward": 2}
+    env = wrappers.PotentialReward(inner, 0.9, weight=0, terms=terms)
     env.reset()
     before = np.zeros(N)
     for _ in range(45):
         _, reward, terminated, truncated, info = env.step(env.act("oracle"))
         ended = terminated | truncated
-        distance = values(info, "reward_dict", ended)[:, 3]
-        near = np.where(np.isnan(distance), 0, np.maximum(1 - distance, 0))
-        np.testing.assert_allclose(reward, 0.9 * 3 * near - before, atol=1e-6)
-        before = np.where(ended, 0, 3 * near)
-    assert near.max() > 0.3
+        place, distance = values(info, "reward_dict", ended)[:, 2:].T
+        potential = np.nan_to_num(3 * np.clip(1 - distance, 0, 1) + 2 * np.clip(place, 0, 1))
+        np.testing.assert_allclose(reward, 0.9 * potential - before, atol=1e-6)
+        before = np.where(ended, 0, potential)
+    assert potential.max() > 1
 
 
 def test_standing_still_pays_nothing_and_success_most():
@@ -352,8 +353,24 @@ def test_the_preset_is_its_wrappers(obs_mode, rows):
             np.testing.assert_array_equal(one, other)
 
 
+def test_tasks_in_one_batch_are_wrapped_as_alone():
+    """Rewards, ends and times; the rows of several tasks have other columns."""
+    ids = [TASK, "InterceptSlow-VLA-v0", ENDING_TASK]
+    options = {"threads": 1, "seed": 3, "preset": "train", "autoreset_mode": "SAME_STEP"}
+    group = engram.make_vec(ids, 6, **options)
+    alone = [engram.make_vec(id, 2, **options) for id in ids]
+    group.reset()
+    for env in alone:
+        env.reset()
+    for _ in range(62):
+        steps = [env.step(env.act("oracle")) for env in alone]
+        rows, reward, *_ = group.step(group.act("oracle"))
+        np.testing.assert_array_equal(reward, np.concatenate([step[1] for step in steps]))
+        np.testing.assert_array_equal(rows[:, -1], np.concatenate([s[0][:, -1] for s in steps]))
+
+
 def test_parts_of_the_preset_can_be_left_out():
-    parts = ("scale_actions", "scale_observations", "time_left", "potential", "reach", "bonus")
+    parts = ("scale_actions", "scale_observations", "time_left", "potential", "bonus")
     env = wrappers.train(make(), **dict.fromkeys(parts, 0))
     assert type(env) is engram.VectorEnv
     assert type(wrappers.train(make(), smoothing=0.5, bonus=0).env.env) is wrappers.ScaleState
@@ -380,6 +397,39 @@ def test_a_preset_works_in_the_background_and_with_views():
             np.testing.assert_array_equal(one, two)
 
 
+@pytest.mark.parametrize("obs_mode", ["state", "objects"])
+def test_an_evaluation_gives_a_policy_what_its_wrappers_did(obs_mode):
+    """Rows and smoothed actions of an evaluation are those of the wrapped batch."""
+    weights = np.random.default_rng(2)
+
+    def made():
+        batch = engram.make_vec(TASK, N, obs_mode=obs_mode, threads=1, seed=77)
+        return wrappers.train(batch, smoothing=0.5)
+
+    env = made()
+    matrix = weights.normal(size=(env.single_observation_space.shape[0], 7)).astype(np.float32)
+    seen: list[np.ndarray] = []
+
+    def act(rows, begins):
+        assert begins.all() == (len(seen) == 0)
+        seen.append(rows)
+        return np.tanh(rows @ matrix)
+
+    policy = wrappers.WrappedPolicy(made(), act)
+    engram.evaluate(policy, TASK, obs=obs_mode, episodes=N, num_envs=N, threads=1, seed=77)
+    rows, _ = env.reset()
+    for expected in seen:
+        np.testing.assert_array_equal(rows, expected)
+        rows = env.step(np.tanh(rows @ matrix))[0]
+    assert len(seen) == 25
+
+
+def test_an_evaluation_of_other_size_is_refused():
+    policy = wrappers.WrappedPolicy(make(TASK), lambda rows, begins: np.zeros((N, 7)))
+    with pytest.raises(engram.InvalidArgumentError, match="num_envs=6 and threads=1 needed"):
+        engram.evaluate(policy, TASK, obs="state", episodes=9, num_envs=9, threads=1)
+
+
 def test_wrong_values_are_refused():
     env = make()
     wrong = {
@@ -387,9 +437,9 @@ def test_wrong_values_are_refused():
         "scale: 0 given": lambda: wrappers.ScaleActions(env, 0),
         "smoothing: 1 given": lambda: wrappers.SmoothActions(env, 1),
         "gamma: 0 given": lambda: wrappers.PotentialReward(env, gamma=0),
-        "power: 0 given": lambda: wrappers.PotentialReward(env, power=0),
-        "distance: 'd' given; allowed: reaching_reward": lambda: wrappers.PotentialReward(
-            env, distance="d"
+        "weight: -1 given": lambda: wrappers.PotentialReward(env, weight=-1),
+        "terms: 'd' given; allowed: .*reaching_reward": lambda: wrappers.PotentialReward(
+            env, terms={"d": 1}
         ),
         "bonus: -1 given": lambda: wrappers.HeldReward(env, bonus=-1),
         "another observation mode given, 'objects' needed": lambda: wrappers.ObjectRows(env),

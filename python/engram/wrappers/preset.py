@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -19,8 +18,20 @@ from engram.wrappers.rewards import HeldReward, PotentialReward
 POSE_SCALE = (0.3, 0.3, 0.3, 0.1, 0.1, 0.1, 0.5)
 OTHER_SCALE = 0.3
 
-# Terms of rewards that are the hand's distance to where it has to be first.
-_DISTANCE = re.compile(r"tcp_to_\w*dist|to_grip_dist|tcp_push_dist")
+# Terms of the task's reward in the potential, with their weights: the distances and poses that lead
+# to success, one after the other. A task has those that its reward has.
+TERMS = {
+    "tcp_to_obj_dist": 2.0,
+    "tcp_to_hit_pose_dist": 2.0,
+    "tcp_to_cube_dist": 2.0,
+    "tcp_to_button_dist": 2.0,
+    "tcp_push_dist": 2.0,
+    "to_grip_dist": 2.0,
+    "obj_to_goal_dist": 2.0,
+    "place_in_goal_reward": 2.0,
+    "place_reward": 2.0,
+    "y_angle_reward": 2.0,
+}
 
 
 def train(
@@ -32,7 +43,7 @@ def train(
     scale_observations: bool = True,
     time_left: bool = True,
     potential: float = 1.0,
-    reach: float = 2.0,
+    terms: Mapping[str, float] | None = None,
     bonus: float = 0.1,
 ) -> Any:
     """The batch in the wrappers of the preset "train", in the order of the arguments.
@@ -45,8 +56,8 @@ def train(
         smoothing: Of ``SmoothActions``; 0: none.
         scale_observations: ``ScaleState`` or ``ObjectRows``, where observations are rows.
         time_left: ``TimeLeft``, where observations are rows.
-        potential: Weight of the dense reward in ``PotentialReward``; 0 and no reach: none.
-        reach: Weight of the hand's distance there, where the task's reward has it.
+        potential: Weight of the dense reward in ``PotentialReward``; 0: no potential.
+        terms: Of the potential; None: those of ``TERMS`` that the task's reward has.
         bonus: Of ``HeldReward``; 0: none.
     """
     if scale_actions:
@@ -61,15 +72,11 @@ def train(
             env = ObjectRows(env) if "object_0_seen" in names else ScaleState(env)
         if time_left:
             env = TimeLeft(env)
-    if potential or reach:
-        env = PotentialReward(env, gamma, potential, 1.0, reach, first_distance(env))
+    if potential:
+        theirs = {name for i in range(env.num_envs) for name in env.task_of(i)["reward_terms"]}
+        known = {name: weight for name, weight in TERMS.items() if name in theirs}
+        env = PotentialReward(env, gamma, potential, known if terms is None else terms)
     return HeldReward(env, gamma, bonus) if bonus else env
-
-
-def first_distance(env: Any) -> str | None:
-    """The term of the reward that is the hand's distance to where it has to be first, if any."""
-    terms = env.description["reward_terms"]
-    return next((term for term in terms if _DISTANCE.fullmatch(term)), None)
 
 
 # Wrappers and the options of the batch inside, by the preset's name.

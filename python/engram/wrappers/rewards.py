@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,31 +10,27 @@ import numpy as np
 from engram.errors import InvalidArgumentError
 from engram.wrappers.base import Step, Wrapper, horizons
 
-# Distance from which on the hand's way to its object counts, m.
-RANGE = 1.0
-
 
 class PotentialReward(Wrapper):
     """Pays progress instead of being near: what is gained is lost again by going back.
 
-    With r_t the reward of the batch inside, d_t the distance from the hand to where it has to be
-    first, and a potential of where the step has led to,
+    With r_t the reward of the batch inside, x_j terms of the task's reward, and a potential of
+    where the step has led to,
 
-        phi_t  = weight clip(r_t, 0, 1)^power + reach max(0, 1 - d_t / 1 m),
+        phi_t  = weight clip(r_t, 0, 1) + sum of w_j g(x_j),
         r'_t   = gamma phi_t - phi_(t-1),    phi_0 = 0,
 
-    where phi_t = 0 if the episode has failed. The discounted sum of T steps is gamma^T phi_T,
-    whatever lies between: standing still before success pays nothing (Ng, Harada and Russell,
-    1999). Made for ``reward_mode="normalized_dense"``, in which a step with success has 1.
+    where g(d) = max(0, 1 - d / 1 m) of a distance (a name that ends in "dist"), else
+    g(x) = clip(x, 0, 1), and phi_t = 0 if the episode has failed. The discounted sum of T steps is
+    gamma^T phi_T, whatever lies between: standing still before success pays nothing (Ng, Harada and
+    Russell, 1999). Made for ``reward_mode="normalized_dense"``, in which a step with success has 1.
 
     Args:
-        env: A batch.
+        env: A batch, which need not be privileged.
         gamma: Discount of the learner.
         weight: Of the dense reward.
-        power: Of the dense reward; less than 1 makes its small values count more.
-        reach: Weight of the distance.
-        distance: The term of "reward_dict" that is the distance, which is one step old;
-            ``engram.describe(id)["reward_terms"]`` has the names. The batch need not be privileged.
+        terms: Weights w_j by names of ``engram.describe(id)["reward_terms"]``; their values are
+            those of the step before. Of several tasks, those that a task's reward has.
     """
 
     def __init__(
@@ -41,28 +38,36 @@ class PotentialReward(Wrapper):
         env: Any,
         gamma: float = 0.99,
         weight: float = 1.0,
-        power: float = 1.0,
-        reach: float = 0.0,
-        distance: str | None = None,
+        terms: Mapping[str, float] | None = None,
     ) -> None:
         super().__init__(env)
         _check_gamma(gamma)
-        for name, value in (("weight", weight), ("power", power), ("reach", reach)):
-            if not (value > 0 or (value == 0 and name != "power")):
-                raise InvalidArgumentError(f"{name}: {value!r} given, 0 or more needed")
-        self.gamma, self.weight, self.power, self.reach = gamma, weight, power, reach
-        self._term = None if distance is None else _term(env, distance)
+        if not weight >= 0:
+            raise InvalidArgumentError(f"weight: {weight!r} given, 0 or more needed")
+        self.gamma, self.weight = gamma, weight
+        self.terms = {} if terms is None else dict(terms)
+        tasks = [env.task_of(i)["reward_terms"] for i in range(self.num_envs)]
         # Read from the batch itself: the info is privileged, and policies are not to see it.
         batch = env.unwrapped
-        self._terms = batch._views.get("reward_dict")
-        self._final_terms = batch._batch.final_output("reward_dict") if self._same_step else None
+        self._now = batch._views["reward_dict"]
+        self._last = batch._batch.final_output("reward_dict") if self._same_step else None
+        self._weights = np.zeros(self._now.shape)
+        self._distances = np.zeros(self._now.shape, np.bool_)
+        for name, value in self.terms.items():
+            column = np.array([_index(terms, name) for terms in tasks])
+            which = np.flatnonzero(column >= 0)
+            if not len(which):
+                allowed = ", ".join(sorted({term for terms in tasks for term in terms}))
+                raise InvalidArgumentError(f"terms: {name!r} given; allowed: {allowed}")
+            self._weights[which, column[which]] = value
+            self._distances[which, column[which]] = name.endswith("dist")
         self._potential = np.zeros(self.num_envs)
 
     def reward(self, step: Step) -> np.ndarray:
         step.keep_benchmark_reward()
-        potential = self.weight * np.clip(step.reward, 0, 1).astype(np.float64) ** self.power
-        if self._term is not None:
-            potential += self.reach * self._nearness(step)
+        potential = self.weight * np.clip(step.reward, 0, 1).astype(np.float64)
+        if self.terms:
+            potential += (self._shaped(step) * self._weights).sum(1)
         failed = step.terminated & ~step.value("success")
         potential[failed | step.idle] = 0
         reward = self.gamma * potential - self._potential
@@ -70,23 +75,16 @@ class PotentialReward(Wrapper):
         self._potential = potential
         return reward.astype(np.float32)
 
-    def _nearness(self, step: Step) -> np.ndarray:
-        """1 at the hand's goal, 0 from RANGE on."""
-        distance = self._terms[:, self._term]
-        if self._final_terms is not None:
-            distance = np.where(step.ended, self._final_terms[:, self._term], distance)
-        near: np.ndarray = np.maximum(1 - np.nan_to_num(distance, nan=RANGE) / RANGE, 0)
-        return near
+    def _shaped(self, step: Step) -> np.ndarray:
+        """G of each term, (N, terms); 0 where there is none yet."""
+        values = self._now
+        if self._last is not None:
+            values = np.where(step.ended[:, None], self._last, values)
+        shaped: np.ndarray = np.clip(np.where(self._distances, 1 - values, values), 0, 1)
+        return np.nan_to_num(shaped)
 
     def begin(self, began: np.ndarray) -> None:
         self._potential[began] = 0
-
-
-def _term(env: Any, distance: str) -> int:
-    terms = env.description["reward_terms"]
-    if distance not in terms:
-        raise InvalidArgumentError(f"distance: {distance!r} given; allowed: {', '.join(terms)}")
-    return int(terms.index(distance))
 
 
 class HeldReward(Wrapper):
@@ -125,6 +123,10 @@ class HeldReward(Wrapper):
 
     def begin(self, began: np.ndarray) -> None:
         self._succeeded &= ~began
+
+
+def _index(names: Sequence[str], name: str) -> int:
+    return names.index(name) if name in names else -1
 
 
 def _check_gamma(gamma: float) -> None:

@@ -1,0 +1,77 @@
+"""python/examples/plain_ppo.py: that it learns through the preset, and its equations."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import io
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from unittest import mock
+
+import numpy as np
+import pytest
+
+pytest.importorskip("jax")
+
+FILE = Path(__file__).parents[1] / "examples" / "plain_ppo.py"
+
+
+@pytest.fixture(scope="module")
+def plain_ppo() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("plain_ppo_example", FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def learn(plain_ppo: ModuleType, *words: str) -> float:
+    """Success of a run's evaluation, as it prints it."""
+    printed = io.StringIO()
+    with mock.patch.object(sys, "argv", [str(FILE), *words]), contextlib.redirect_stdout(printed):
+        plain_ppo.main()
+    return float(printed.getvalue().split("success_once ")[-1].split()[0])
+
+
+@pytest.mark.parametrize("preset", ["train", "none"])
+def test_a_short_run_ends_with_an_evaluation(plain_ppo: ModuleType, preset: str) -> None:
+    words = ("--total-timesteps=4096", "--eval-episodes=50", f"--preset={preset}")
+    assert 0 <= learn(plain_ppo, *words) <= 1
+
+
+@pytest.mark.long
+def test_it_learns_through_the_preset(plain_ppo: ModuleType) -> None:
+    words = ("--id=ShellGameTouch-VLA-v0", "--total-timesteps=200000")
+    assert learn(plain_ppo, *words) >= 0.9
+
+
+def test_advantages_equal_their_definition(plain_ppo: ModuleType) -> None:
+    rng = np.random.default_rng(1)
+    rewards, values = rng.random((2, 9, 3)).astype(np.float32)
+    dones = (rng.random((10, 3)) < 0.2).astype(np.float32)
+    last = rng.random(3).astype(np.float32)
+    args = SimpleNamespace(gamma=0.8, gae_lambda=0.7)
+    advantages = plain_ppo.estimate_advantages(args, rewards, values, dones[:9], last, dones[9])
+    for env in range(3):
+        following, value = 0.0, last[env]
+        for t in reversed(range(9)):
+            alive = 1 - dones[t + 1, env]
+            error = rewards[t, env] + 0.8 * value * alive - values[t, env]
+            following = error + 0.8 * 0.7 * alive * following
+            assert advantages[t, env] == pytest.approx(following, rel=1e-5)
+            value = values[t, env]
+
+
+def test_moments_are_those_of_all_rows(plain_ppo: ModuleType) -> None:
+    rng = np.random.default_rng(1)
+    parts = [rng.normal(3, 2, (size, 4)) for size in (5, 1, 40)]
+    moments = plain_ppo.RunningMoments((4,))
+    for rows in parts:
+        moments.update(rows)
+    whole = np.concatenate(parts)
+    np.testing.assert_allclose(moments.mean, whole.mean(0), rtol=1e-4)
+    np.testing.assert_allclose(moments.var, whole.var(0), rtol=1e-4)
