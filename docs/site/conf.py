@@ -9,12 +9,18 @@ from docutils import nodes
 from sphinx.errors import ExtensionError
 from sphinx.util import logging
 
-import engram
-import engram.typing
+# Without the reference of the interfaces, which needs the compiled package and Doxygen's XML.
+TEXT_ONLY = "ENGRAM_DOXYGEN_XML" not in os.environ
+if not TEXT_ONLY:
+    import engram.typing
+
+SITE = Path(__file__).parent
 
 project = "engram"
 author = "The engram authors"
-version = release = engram.__version__
+version = release = re.search(
+    r'^version = "(.+)"$', (SITE / "../../pyproject.toml").read_text(), re.MULTILINE
+).group(1)
 html_title = f"engram {release}"
 
 extensions = [
@@ -22,9 +28,10 @@ extensions = [
     "sphinx_external_toc",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "breathe",
     "sphinx_copybutton",
 ]
+if not TEXT_ONLY:
+    extensions.append("breathe")
 exclude_patterns = ["site/Doxyfile"]
 external_toc_path = "site/toc.yml"
 
@@ -57,7 +64,7 @@ autodoc_mock_imports = ["pufferlib", "stable_baselines3"]
 napoleon_numpy_docstring = False
 
 # The reference of C++ and C, from Doxygen's XML.
-breathe_projects = {"engram": os.environ["ENGRAM_DOXYGEN_XML"]}
+breathe_projects = {"engram": os.environ.get("ENGRAM_DOXYGEN_XML", "")}
 breathe_default_project = "engram"
 NOT_PUBLIC = {"ENGRAM_API", "engram::VectorEnv::Close"}
 breathe_default_members = ("members", "undoc-members")
@@ -67,13 +74,12 @@ breathe_domain_by_file_pattern = {"*_c.h": "c", "*/engram_task.h": "c"}
 html_theme = "furo"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = ["search.js"]
 html_copy_source = False
 html_use_index = False
 html_domain_indices = False
 html_show_sphinx = False
 html_show_copyright = False
-
-SITE = Path(__file__).parent
 
 # Pages of the root, which have other names in the site: pages that include them are written here.
 ROOT_PAGES = {
@@ -92,6 +98,9 @@ def link_root_pages(text):
 
 def in_page(app, name, source):
     source[0] = link_root_pages(source[0])
+    if TEXT_ONLY and name.startswith("reference/"):
+        title = source[0].splitlines()[0]
+        source[0] = f"{title}\n{'=' * len(title)}\n\n``scripts/docs_site.sh`` makes this page.\n"
 
 
 def in_included(app, path, parent, source):
@@ -160,7 +169,8 @@ def write_moved(app, error):
 def setup(app):
     app.connect("build-finished", write_moved)
     app.connect("doctree-read", add_keywords)
-    app.connect("missing-reference", find_type)
-    app.connect("env-check-consistency", check_reference)
+    if not TEXT_ONLY:
+        app.connect("missing-reference", find_type)
+        app.connect("env-check-consistency", check_reference)
     app.connect("source-read", in_page)
     app.connect("include-read", in_included)
