@@ -1,6 +1,7 @@
 #include "core/collision/narrow_phase.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/base/index.h"
 #include "core/collision/cylinder_box.h"
@@ -9,6 +10,7 @@
 namespace engram {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxFound = 64;  // contacts of one pair that MuJoCo may find
 
 bool is_box(const CollisionShape& shape) {
@@ -63,14 +65,13 @@ ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, 
   return collide(shapes, a, b, reach);
 }
 
-double NarrowPhase::min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
-                                 const ContactPoints& points) const {
+double NarrowPhase::separation(int shape_pair, const Frame& a, const Frame& b) const {
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& shape_b = scene_.shapes()[at(shapes.b)];
-  // Lateral motion may bring parts of a box into play that are nearer than its points.
-  if (is_box(shape_a) && is_box(shape_b))
+  if (is_box(shape_a) && is_box(shape_b)) {
     return box_separation({shape_a.half, a}, {shape_b.half, b});
+  }
   if (is_cylinder(shape_a) && is_box(shape_b)) {
     return cylinder_box_separation(cylinder_at(shape_a, a), {shape_b.half, b});
   }
@@ -80,6 +81,14 @@ double NarrowPhase::min_distance(int shape_pair, const Frame& a, const Frame& b,
   if (has_hulls(shape_a, shape_b)) {
     return hull_separation({scene_.hull(shape_a), a}, {scene_.hull(shape_b), b});
   }
+  return -kInfinity;
+}
+
+double NarrowPhase::min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
+                                 const ContactPoints& points) const {
+  // Lateral motion may bring parts of a box into play that are nearer than its points.
+  const double apart = separation(shape_pair, a, b);
+  if (apart > -kInfinity) return apart;
   double least = reach;
   for (const ContactPoint& point : points) least = std::min(least, point.gap);
   return least;

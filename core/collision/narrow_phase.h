@@ -23,6 +23,9 @@ class NarrowPhase {
   // below `reach`. `pair` holds what was found before. Call it within a MujocoScope.
   ContactPoints find(int shape_pair, const Frame& a, const Frame& b, double reach,
                      ContactPair& pair);
+  // Lower bound of the gaps of all points that `find` has, m, for a fraction of its cost; minus
+  // infinity for pairs that MuJoCo's functions collide.
+  double separation(int shape_pair, const Frame& a, const Frame& b) const;
   // Lower bound of the distance of shapes at which these points were found, m.
   double min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
                       const ContactPoints& points) const;

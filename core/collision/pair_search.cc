@@ -215,6 +215,12 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
                         scene_.bodies()[at(b.body)].kind == BodyKind::kLink;
   const double reach = kActiveGap + travel.substep;
   const double active = of_links ? std::min(reach, kMaxSelfGap) : reach;
+  // Most new pairs have no point that can act: their separation costs less than points.
+  const double apart = known < 0 ? narrow_phase.separation(index, frame_a, frame_b) : kNever;
+  if (apart >= active) {
+    clear = travel.before - kActiveGap + apart;
+    return;
+  }
   ContactPoints points = narrow_phase.find(index, frame_a, frame_b, active + kLookAhead, pair);
   const ContactPoints found = points;
   points.keep_below(active);
