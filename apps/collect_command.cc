@@ -282,7 +282,7 @@ void run(Ranks& ranks, CollectOptions& options) {
     MakeOptions env;
     env.rules = options.collection.plan.rules;
     env.constants = options.collection.plan.constants;
-    warn_of_unused_constants(tasks, env);
+    warn_of_constants(tasks, env);
   }
   const Folders folders = collect_all(ranks, tasks, options, timing);
   if (!ranks.is_root()) return;

@@ -16,6 +16,7 @@
 #include "apps/task_choice.h"
 #include "protocol/eval/evaluation_run.h"
 #include "protocol/eval/results/success_rates.h"
+#include "protocol/io/html.h"
 
 namespace engram::apps {
 namespace {
@@ -52,15 +53,22 @@ std::string to_plain_text(const JsonList& tasks) {
          share("memory_score"), share("first_answer_correct"),
          fmt::format("{:.2f}", number(part(task, "mean_return"))), fmt::format("{:.1f}", steps)});
   }
-  std::string lines = rows.text() + fmt::format("mean over {} tasks: {}\n", tasks.size(),
+  std::string lines = rows.text() + fmt::format("mean over {}: {}\n", counted(tasks.size(), "task"),
                                                 with_interval(mean_success_rate(tasks)));
   for (const auto& [split, rate] : success_rates_by("split", tasks)) {
-    lines += fmt::format("  split {}: {} over {} tasks\n", split, with_interval(rate), rate.tasks);
+    lines += fmt::format("  split {}: {} over {}\n", split, with_interval(rate),
+                         counted(static_cast<std::size_t>(rate.tasks), "task"));
   }
   for (const auto& [type, rate] : success_rates_by("memory_type", tasks)) {
     lines += fmt::format("  {}: {}\n", type, with_interval(rate));
   }
   return lines;
+}
+
+std::string compute_text(const Ranks& ranks, int threads) {
+  const std::string each = counted(static_cast<std::size_t>(threads), "thread");
+  return ranks.is_single() ? "CPU, " + each
+                           : fmt::format("CPU, {} processes of {}", ranks.size(), each);
 }
 
 // --- the run ---
@@ -119,7 +127,7 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   broadcast(ranks, run.settings().document());
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
   Protocol protocol = protocol_of(options, run.settings());
-  warn_of_unused_constants(tasks, protocol.environment);
+  warn_of_constants(tasks, protocol.environment);
   {
     LiveView view;
     const Interruption interruption;
@@ -135,9 +143,7 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
                     show(view, status, run, tasks.size());
                   }});
   }
-  run.finish(fmt::format("CPU, {} processes of {} threads", ranks.size(),
-                         worker_threads(protocol.threads, ranks)),
-             options.keep_sealed);
+  run.finish(compute_text(ranks, worker_threads(protocol.threads, ranks)), options.keep_sealed);
   if (run.unstable() > 0) {
     print_error(
         fmt::format("physics diverged in {} steps; their episodes were cut short", run.unstable()));

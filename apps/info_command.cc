@@ -30,7 +30,7 @@ void run(const InfoOptions& options) {
   }
   const auto batch = make(options.id, options.env);
   if (!options.mjcf.empty()) batch->reset();
-  warn_of_unused_constants(options.id, options.env);
+  warn_of_constants(options.id, options.env);
   if (options.mjcf == "-") {
     print(Queries(*batch).drawn_document(0));
     return;

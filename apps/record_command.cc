@@ -212,7 +212,7 @@ RecordReport record(const RecordOptions& options) {
   const Interruption interruption;
   try {
     RecordedEpisode episode(options.episode, interruption);
-    warn_of_unused_constants(options.episode.id, options.episode.env);
+    warn_of_constants(options.episode.id, options.episode.env);
     RecordReport report = image ? record_images(options, episode) : record_video(options, episode);
     report.success_once = episode.success_once();
     report.chunk_size = episode.chunk_size();

@@ -286,7 +286,7 @@ std::unique_ptr<Batch> make_group(const RolloutOptions& options) {
 void run(const RolloutOptions& given) {
   const RolloutOptions options = completed(given);
   const auto group = make_group(options);
-  for (const std::string& id : options.ids) warn_of_unused_constants(id, options.env);
+  for (const std::string& id : options.ids) warn_of_constants(id, options.env);
   RolloutLog log(*group, options);
   const RolloutReport report = roll_out(*group, options, log);
   print(options.json ? to_text(to_document(*group, options, log, report))

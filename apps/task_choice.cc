@@ -4,8 +4,8 @@
 #include <set>
 
 #include "apps/output.h"
+#include "protocol/make/constant_warnings.h"
 #include "protocol/make/make.h"
-#include "protocol/make/unused_constants.h"
 
 namespace engram::apps {
 namespace {
@@ -46,19 +46,18 @@ std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& i
   return tasks;
 }
 
-void warn_of_unused_constants(std::span<const RegistryEntry* const> tasks,
-                              const MakeOptions& options) {
+void warn_of_constants(std::span<const RegistryEntry* const> tasks, const MakeOptions& options) {
   std::set<std::string> known;
   for (const RegistryEntry* task : tasks) {
-    for (const std::string& text : unused_constants(task->id, options)) {
+    for (const std::string& text : constant_warnings(task->id, options)) {
       if (known.insert(text).second) print_warning(text);
     }
   }
 }
 
-void warn_of_unused_constants(std::string_view id, const MakeOptions& options) {
+void warn_of_constants(std::string_view id, const MakeOptions& options) {
   const RegistryEntry* task = &require_entry(id);
-  warn_of_unused_constants({&task, 1}, options);
+  warn_of_constants({&task, 1}, options);
 }
 
 }  // namespace engram::apps

@@ -16,9 +16,8 @@ namespace engram::apps {
 std::vector<const RegistryEntry*> chosen_tasks(const std::vector<std::string>& ids,
                                                const TaskFilter& filter, bool all);
 
-// Warns of constants that have no effect on the tasks, of each once.
-void warn_of_unused_constants(std::span<const RegistryEntry* const> tasks,
-                              const MakeOptions& options);
-void warn_of_unused_constants(std::string_view id, const MakeOptions& options);
+// Warns of constants without effect and of those with which the oracle fails, of each once.
+void warn_of_constants(std::span<const RegistryEntry* const> tasks, const MakeOptions& options);
+void warn_of_constants(std::string_view id, const MakeOptions& options);
 
 }  // namespace engram::apps

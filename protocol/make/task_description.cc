@@ -10,7 +10,7 @@
 #include "protocol/io/json_values.h"
 #include "protocol/make/accepted_bounds.h"
 #include "protocol/make/baseline_scores.h"
-#include "protocol/make/unused_constants.h"
+#include "protocol/make/constant_warnings.h"
 
 namespace engram {
 namespace {
@@ -324,7 +324,7 @@ ConstantTable describe_task(const Batch& batch) {
       {"changeable", describe_changeable(batch)},
       {"changed", changed_constants(info.constants)},
       {"paraphrases", to_list(Queries(batch).paraphrases())},
-      {"warnings", to_list(unused_constants(info, batch.options()))},
+      {"warnings", to_list(constant_warnings(info, batch.options()))},
       {"choices", describe_choices(info, Queries(batch).choices())},
       {"phases", describe_phases(info)},
       {"state_dim", batch.state_dim()},

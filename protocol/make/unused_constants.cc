@@ -56,10 +56,4 @@ std::vector<std::string> unused_constants(const TaskInfo& info, const BatchOptio
   return warnings;
 }
 
-std::vector<std::string> unused_constants(std::string_view id, const MakeOptions& options) {
-  if (options.rules == Rules::kReference) return {};
-  return unused_constants(make_task(id, options.constants, options.max_episode_steps)->info(),
-                          options);
-}
-
 }  // namespace engram

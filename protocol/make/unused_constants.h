@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/batch/batch.h"
@@ -12,7 +11,5 @@ namespace engram {
 // A warning for every constant that sets the default of a task option, where the rules set the
 // option to something else and the user has not chosen its value.
 std::vector<std::string> unused_constants(const TaskInfo& info, const BatchOptions& options);
-// Warnings of a task that is to be made.
-std::vector<std::string> unused_constants(std::string_view id, const MakeOptions& options);
 
 }  // namespace engram

@@ -58,3 +58,16 @@ def test_an_evaluation_warns_too():
             rules="original",
             constants={"GOAL_THRESH": 0.08, "max_episode_steps": 60},
         )
+
+
+def test_an_evaluation_warns_of_values_with_which_the_oracle_fails():
+    with pytest.warns(UserWarning, match="GOAL_THRESH=0.005 is below 0.01, where the oracle"):
+        engram.evaluate(
+            lambda observation: [[0.0] * 7] * len(observation["instruction"]),
+            "RememberColor3-VLA-v0",
+            episodes=1,
+            num_envs=1,
+            threads=1,
+            obs="state",
+            constants={"GOAL_THRESH": 0.005},
+        )

@@ -384,10 +384,24 @@ TEST_CASE("eval: the report holds everything", "[apps]") {
   CHECK_THAT(report, Catch::StartsWith("<!DOCTYPE html>") && Catch::Contains("class=\"bar\"") &&
                          Catch::Contains("TakeItBack-VLA-v0") &&
                          Catch::Contains("data:image/png;base64,iVBORw0KGgo"));
+  CHECK_THAT(report, Catch::Contains("<td>Short</td>") && Catch::Contains("<td>CPU, ") &&
+                         !Catch::Contains("processes"));
   // Nothing is loaded from anywhere.
   CHECK(report.find("src=\"http") == std::string::npos);
   CHECK(report.find("href=") == std::string::npos);
   CHECK(std::filesystem::file_size(run.path / "samples" / "TakeItBack-VLA-v0.png") > 1000);
+}
+
+TEST_CASE("eval: the report names the splits of its tasks", "[apps]") {
+  const TemporaryFolder folder;
+  REQUIRE(engram_command(
+              "eval RememberColor3-VLA-v0 RememberColor3-Long-VLA-v0 --episodes 1 --policy zero "
+              "--threads 1 --out " +
+              folder.path().string())
+              .code == 0);
+  const std::string report = read_file(only_entry(folder.path() / "all") / "report.html");
+  CHECK_THAT(report, Catch::Contains("<td>Medium, Short</td>") &&
+                         Catch::Contains("<td>CPU, 1 thread</td>") && !Catch::Contains("Custom"));
 }
 
 TEST_CASE("eval: options of tasks", "[apps]") {
@@ -442,7 +456,7 @@ TEST_CASE("eval: text output", "[apps]") {
   const CommandResult result =
       engram_command(std::string("eval --episodes 1 --policy zero ") + kId);
   CHECK(result.code == 0);
-  CHECK_THAT(result.out, Catch::Contains(kId) && Catch::Contains("mean over 1 tasks"));
+  CHECK_THAT(result.out, Catch::Contains(kId) && Catch::Contains("mean over 1 task:"));
 }
 
 }  // namespace engram::test

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/join.h"
 #include "protocol/eval/results/success_rates.h"
 #include "protocol/io/decimal.h"
 #include "protocol/io/html.h"
@@ -75,8 +76,10 @@ std::string policy_text(const EvaluationSettings& settings) {
 void add_settings(const EvaluationSettings& settings, const JsonList& tasks,
                   const TaskTotals& totals, const ReportContext& context, HtmlReport& report) {
   const Json summary = summary_document(tasks);
+  std::vector<std::string> splits;
+  for (const auto& [name, rate] : success_rates_by("split", tasks)) splits.push_back(name);
   report.table({"", ""},
-               {{"split", text(part(summary, "split"))},
+               {{"splits", join(splits)},
                 {"mean success rate", decimal(number(part(summary, "sr_split")), 4)},
                 {"its 95 % interval", to_text(mean_success_rate(tasks).interval)},
                 {"policy", policy_text(settings)},
