@@ -15,6 +15,7 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/record_episode.h"
+#include "apps/record_sheet.h"
 #include "apps/record_view.h"
 #include "apps/run_flags.h"
 #include "apps/task_choice.h"
@@ -28,7 +29,6 @@ constexpr int kSize = 512;
 constexpr int kSheetSize = 320;  // of an image in a sheet, as in the published previews
 constexpr int kMaxSize = 4096;   // of Batch::render
 constexpr int kMaxSheet = 60;
-constexpr int kSheetColumns = 3;
 constexpr int kFramesPerSecond = 20;  // as many as control steps: real time
 constexpr int kMaxHold = 60;          // seconds
 
@@ -41,6 +41,7 @@ struct RecordOptions {
   std::optional<std::array<int, 2>> hold;  // seconds of a video's first and last frame
   int sheet = 0;                           // images of a sheet that is spread over the episode
   std::vector<int> at;                     // steps to take images of
+  std::optional<bool> shadows;             // by default, those that stand still have them
   bool json = false;
 
   bool is_sheet() const { return sheet > 0 || at.size() > 1; }
@@ -92,15 +93,11 @@ RecordReport record_video(const RecordOptions& options, RecordedEpisode& episode
 // The steps to show: those that were asked for, or some from the first to the last.
 std::vector<int> moments_of(const RecordOptions& options, RecordedEpisode& episode) {
   if (options.sheet == 0) return options.at;
+  const std::vector<int> changes = phase_changes(episode.batch());
   while (!episode.over()) episode.step();
   const int steps = episode.steps();
   episode.rewind();
-  std::vector<int> moments;
-  moments.reserve(static_cast<std::size_t>(options.sheet));
-  for (int i = 0; i < options.sheet; ++i) {
-    moments.push_back(options.sheet == 1 ? 0 : i * steps / (options.sheet - 1));
-  }
-  return moments;
+  return sheet_steps(options.sheet, steps, changes);
 }
 
 // Steps until `step`; false if the episode ends before.
@@ -109,28 +106,34 @@ bool step_until(int step, RecordedEpisode& episode) {
   return episode.steps() == step;
 }
 
-RecordReport record_images(const RecordOptions& options, RecordedEpisode& episode) {
+void go_to(int step, RecordedEpisode& episode) {
+  if (step_until(step, episode)) return;
+  refuse(fmt::format("--at: {} given, 0 to {} allowed; the episode ends with step {}", step,
+                     episode.steps(), episode.steps()));
+}
+
+RecordReport record_image(const RecordOptions& options, RecordedEpisode& episode) {
+  RecordView view(episode.batch(), options.view);
+  go_to(options.at[0], episode);
+  write_png(options.out, view.width(), view.height(), view.draw());
+  return {.frames = 1, .width = view.width(), .height = view.height()};
+}
+
+RecordReport record_sheet(const RecordOptions& options, RecordedEpisode& episode) {
   const std::vector<int> moments = moments_of(options, episode);
   RecordView view(episode.batch(), options.view);
   const auto count = static_cast<int>(moments.size());
-  const int columns = std::min(count, kSheetColumns);
-  const int rows = (count + columns - 1) / columns;
-  RecordReport report{.width = columns * view.width(), .height = rows * view.height()};
-  Canvas canvas(report.width, report.height);
+  RecordSheet sheet(count, view.width(), view.height());
+  RecordReport report{.width = sheet.width(), .height = sheet.height()};
   Progress progress("record", "pictures");
   for (const int moment : moments) {
-    if (!step_until(moment, episode)) {
-      refuse(fmt::format("--at: {} given, the episode ends with step {}", moment, episode.steps()));
-    }
-    const int column = report.frames % columns;
-    const int row = report.frames / columns;
-    canvas.blit(column * view.width(), row * view.height(), view.width(), view.height(),
-                view.draw());
+    go_to(moment, episode);
+    sheet.add(moment, view.draw());
     ++report.frames;
     progress.update(static_cast<double>(report.frames) / count, report.frames);
   }
-  if (options.is_sheet()) step_until(episode.max_steps(), episode);
-  write_png(options.out, report.width, report.height, canvas.rgb());
+  step_until(episode.max_steps(), episode);
+  write_png(options.out, report.width, report.height, sheet.rgb());
   return report;
 }
 
@@ -200,6 +203,7 @@ RecordOptions completed(RecordOptions options) {
   env.obs_mode = ObsMode::kNone;
   env.auto_reset = AutoReset::kOff;  // the last frame is that of the last step
   env.image_options.renderer = env.render_options.renderer;
+  env.render_options.shadows = options.shadows.value_or(image);
   // Sensors at their own size are what policies see; larger ones are for people.
   env.image_options.antialias = options.view.sensor_size == 0;
   return options;
@@ -213,7 +217,8 @@ RecordReport record(const RecordOptions& options) {
   try {
     RecordedEpisode episode(options.episode, interruption);
     warn_of_constants(options.episode.id, options.episode.env);
-    RecordReport report = image ? record_images(options, episode) : record_video(options, episode);
+    const auto write = !image ? record_video : options.is_sheet() ? record_sheet : record_image;
+    RecordReport report = write(options, episode);
     report.success_once = episode.success_once();
     report.chunk_size = episode.chunk_size();
     return report;
@@ -281,7 +286,7 @@ void add_moments(const Command& command, RecordOptions& options) {
       "--at", assign, ".png: after that many steps; of several, a sheet of images");
   at.type_name("STEP,...").default_str("0");
   add_int(command, "--sheet", options.sheet, 1, kMaxSheet,
-          ".png: a sheet of N images from the first step to the last")
+          ".png: a sheet of N images: the first and the last step, changes of phase, others")
       .default_str("")
       .excludes(at);
 }
@@ -322,8 +327,11 @@ void add_view(const Command& command, RecordOptions& options) {
           "--camera all: pixels of the sensors, enlarged; 128 is the size for policies")
       .default_str("");
   add_renderer(command, options.episode.env.render_options);
-  bool& shadows = options.episode.env.render_options.shadows;
-  command.add_flag("--shadows,!--no-shadows", shadows, "Soft shadows; slower");
+  const Option on = command.add_flag(
+      "--shadows", [&options] { options.shadows = true; },
+      "Soft shadows in the human view; slower. Default: in images and sheets");
+  command.add_flag("--no-shadows", [&options] { options.shadows = false; }, "No shadows")
+      .excludes(on);
 }
 
 }  // namespace

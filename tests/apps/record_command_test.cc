@@ -164,18 +164,37 @@ TEST_CASE("record: images of moments, and sheets of them", "[apps]") {
   const TemporaryFolder folder;
   const std::string base = "--camera base --size 40 ";
   const ReadFrame sheet = record(folder.path() / "at.png", base + "--at 0,9,2,25").frames.at(0);
-  CHECK(sheet.width == 120);
-  CHECK(sheet.height == 80);
+  // Three columns and two rows of 40 x 40, labels of 8 and gutters of 2 pixels.
+  CHECK(sheet.width == 124);
+  CHECK(sheet.height == 98);
   const ReadFrame second = record(folder.path() / "two.png", base + "--at 2").frames.at(0);
-  CHECK(second.at(20, 30) == sheet.at(60, 30));
-  CHECK(second.at(5, 5) == sheet.at(45, 5));
-  CHECK(sheet.at(100, 60) == kBlack);  // no image there
+  CHECK(second.at(20, 30) == sheet.at(42 + 20, 8 + 30));
+  CHECK(second.at(5, 5) == sheet.at(42 + 5, 8 + 5));
+  CHECK(sheet.at(40, 20) == kBlack);   // a gutter
+  CHECK(sheet.at(100, 70) == kBlack);  // no image there
+  bool labelled = false;
+  for (int x = 0; x < 40; ++x) labelled |= sheet.at(x, 4) != kBlack;
+  CHECK(labelled);
 
   const auto out = folder.path() / "sheet.png";
   const ParsedJson report = engram_command(arguments(out, base + "--sheet 6 --json")).json();
   CHECK(report["frames"] == 6);
   CHECK(report["success_once"] == true);
-  CHECK(read_video(out.string()).frames.at(0).width == 120);
+  CHECK(read_video(out.string()).frames.at(0).width == 124);
+}
+
+TEST_CASE("record: images and sheets have shadows, unless they are turned off", "[apps]") {
+  const TemporaryFolder folder;
+  const auto bytes = [&](const char* name, const std::string& options) {
+    const auto out = folder.path() / name;
+    REQUIRE(engram_command(std::string("record ") + kId + " --camera render --size 64 --out '" +
+                           out.string() + "' " + options)
+                .code == 0);
+    return read_file(out);
+  };
+  CHECK(bytes("a.png", "") == bytes("b.png", "--shadows"));
+  CHECK(bytes("a.png", "") != bytes("c.png", "--no-shadows"));
+  CHECK(bytes("a.mp4", "--steps 2") == bytes("b.mp4", "--steps 2 --no-shadows"));
 }
 
 TEST_CASE("record: the same arguments give the same bytes, another seed others", "[apps]") {
@@ -286,7 +305,8 @@ TEST_CASE("record: refusals are one line and leave nothing behind", "[apps]") {
   refuse("a.png", "--camera base --size 64 --width 64", 2, "--size");
   refuse("a.png", "--camera base --overlays", 2, "render|all");
   refuse("a.png", "--camera base --sensor-size 64", 2, "--camera all");
-  refuse("a.png", "--at 26", 2, "ends with step 25");
+  refuse("a.png", "--at 26", 2, "26 given, 0 to 25 allowed; the episode ends with step 25");
+  refuse("a.png", "--at 3,26", 2, "0 to 25 allowed");
   refuse("a.png", "--at 2,", 2, "whole number");
   refuse("a.png", "--sheet 61", 2, "1 to 60");
   refuse("a.mp4", "--sheet 2", 2, ".png allowed");

@@ -38,7 +38,7 @@ SHEETS = {
     ),
     "blink_count": (
         f"BlinkCountButtonPressEasy-VLA-v0 {HUMAN} --seed 1 --pin target_blinks=2 "
-        "--at 0,10,17,32,40,48"
+        "--at 0,10,17,32,40,47"
     ),
     "intercept": f"InterceptMedium-VLA-v0 {HUMAN} --seed 1 --at 0,10,20,24,30,40",
     "intercept_grab": f"InterceptGrabMedium-VLA-v0 {HUMAN} --seed 1 --at 0,16,30",
@@ -52,7 +52,7 @@ SHEETS = {
         f"TraceShapeSeqHard-VLA-v0 {HUMAN} --seed 5 --pin sequence_length=2 "
         "--pin shapes=1,2,0,0,0 --pin pre_demo_steps=3 --at 35,100,155,175,196,221"
     ),
-    "timed_transfer": f"TimedTransferEasy-VLA-v0 {HUMAN} --seed 0 --at 0,2,17,60,97,99",
+    "timed_transfer": f"TimedTransferEasy-VLA-v0 {HUMAN} --seed 0 --at 0,2,17,60,97,98",
     "gather_and_recall": (
         f"GatherAndRecall3-VLA-v0 {HUMAN} --seed 0 --pin flash_trigger_count=2 "
         "--pin flash_color=1 --at 0,54,123,150,192,212"
