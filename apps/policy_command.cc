@@ -29,9 +29,15 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
                        "Its requests have numbers and seeds of episodes, with which it can look up "
                        "what they hide; results say so");
   tell.needs(given);
+  const auto take = [&policy](const std::string& option, const std::string& value) {
+    policy.server.options.emplace_back(option, value);
+  };
+  const std::vector<Option> chunks = add_chunk_options(command, take);
+  for (const Option& option : chunks) option.needs(given);
   const Option server = add_policy_server(command, [=, &policy](const std::string& url) {
     policy.server.url = url;
     for (const Option& option : {name, timeout, tell}) option.need_no_longer(given);
+    for (const Option& option : chunks) option.need_no_longer(given);
   });
   server.excludes(own).excludes(given);
   const Option choices = command.add_option(
@@ -47,15 +53,11 @@ void add_policy_command(const Command& command, const Option& own, PolicyCommand
   add_int(command, "--choices-stride", policy.choices_stride, 1, kMaxChoicesStride,
           "Control steps between the frames of its questions")
       .needs(choices);
-  add_server_options(command, server,
-                     [&policy](const std::string& option, const std::string& value) {
-                       policy.server.options.emplace_back(option, value);
-                     });
+  add_server_options(command, server, take);
 }
 
 Json config_of(const PolicyCommand& policy) {
-  if (policy.server.given()) return server_config(policy.server);
-  return policy.given() ? Json(JsonTable{{"command", policy.command}}) : Json();
+  return policy.given() ? server_config(policy.server, policy.command) : Json();
 }
 
 void name_policy(const PolicyCommand& policy, Policy own, EvaluationSettings& settings) {
@@ -76,8 +78,8 @@ PolicyProcessOptions process_options(const PolicyCommand& policy, const BatchOpt
   PolicyProcessOptions options;
   options.command = policy.command;
   options.timeout = std::chrono::seconds(policy.timeout);
-  if (policy.server.given()) {
-    options.command = bridge_command(policy.server, policy.timeout);
+  if (policy.server.given() || !policy.server.options.empty()) {
+    options.command = bridge_command(policy.server, policy.command, policy.timeout);
     options.server = policy.server.url;
     options.timeout += kBridgeGrace;
   }

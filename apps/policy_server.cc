@@ -15,7 +15,7 @@ struct ServerOption {
 };
 
 // Values are checked in Python (python/engram/servers/options.py).
-constexpr std::array<ServerOption, 8> kOptions = {{
+constexpr std::array<ServerOption, 6> kServerOptions = {{
     {"--server-keys", "NAME|FILE.json",
      "Names of images, state and instruction: mikasa (default), libero, droid, openvla, oft"},
     {"--server-state", "LAYOUT",
@@ -25,13 +25,27 @@ constexpr std::array<ServerOption, 8> kOptions = {{
      "What its actions mean: mikasa, libero or oxe; default: the keys' own"},
     {"--server-image", "N|HxW|native",
      "Size of the images that it gets; default: the server's or the keys' own"},
-    {"--replan", "N", "Actions of a chunk that are used before it is asked again; default: all"},
-    {"--history", "last|since-last|N,STRIDE",
-     "Frames that it gets: the last (default), all since the last question, or N at a stride"},
     {"--server-reset", "reconnect|message|none",
      "How it learns of a new episode; default: as usual for the protocol"},
     {"--server-wait", "SECONDS", "Time that it may take until it listens; default: 10"},
 }};
+constexpr std::array<ServerOption, 2> kChunkOptions = {{
+    {"--replan", "N",
+     "Actions of a chunk that are used before the policy is asked again; default: all"},
+    {"--history", "last|since-last|N,STRIDE",
+     "Frames that the policy gets: the last (default), all since the last question, or N at a "
+     "stride"},
+}};
+
+using Take = std::function<void(const std::string&, const std::string&)>;
+
+Option add_one(const Command& command, const ServerOption& option, const Take& take) {
+  const std::string name = option.name;
+  return command
+      .add_option(
+          name, [take, name](const std::string& value) { take(name, value); }, option.help)
+      .type_name(option.type);
+}
 
 }  // namespace
 
@@ -52,18 +66,22 @@ Option add_policy_server(const Command& command,
 
 void add_server_options(const Command& command, const Option& server,
                         const std::function<void(const std::string&, const std::string&)>& take) {
-  for (const ServerOption& option : kOptions) {
-    const std::string name = option.name;
-    command
-        .add_option(
-            name, [take, name](const std::string& value) { take(name, value); }, option.help)
-        .type_name(option.type)
-        .needs(server);
-  }
+  for (const ServerOption& option : kServerOptions) add_one(command, option, take).needs(server);
 }
 
-Json server_config(const PolicyServer& server) {
-  JsonTable config{{"server", server.url}};
+std::vector<Option> add_chunk_options(
+    const Command& command,
+    const std::function<void(const std::string&, const std::string&)>& take) {
+  std::vector<Option> options;
+  for (const ServerOption& option : kChunkOptions) {
+    options.push_back(add_one(command, option, take));
+  }
+  return options;
+}
+
+Json server_config(const PolicyServer& server, const std::string& command) {
+  JsonTable config{server.given() ? std::pair<std::string, Json>("server", server.url)
+                                  : std::pair<std::string, Json>("command", command)};
   for (const auto& [name, value] : server.options) {
     const bool prefixed = name.starts_with("--server-");
     config.emplace_back(name.substr(prefixed ? 9 : 2), value);
@@ -71,9 +89,12 @@ Json server_config(const PolicyServer& server) {
   return config;
 }
 
-std::string bridge_command(const PolicyServer& server, int seconds) {
-  std::vector<std::string> words = python_words("engram.servers", "--policy-server");
-  words.insert(words.end(), {"bridge", server.url, "--timeout=" + std::to_string(seconds)});
+std::string bridge_command(const PolicyServer& server, const std::string& command, int seconds) {
+  const bool served = server.given();
+  std::vector<std::string> words =
+      python_words("engram.servers", served ? "--policy-server" : "--replan, --history");
+  words.insert(words.end(), {"bridge", served ? server.url : "--command=" + command,
+                             "--timeout=" + std::to_string(seconds)});
   for (const auto& [name, value] : server.options) words.push_back(name + "=" + value);
   return shell_command(words);
 }

@@ -1,4 +1,5 @@
-// Policies behind servers (docs/policy_servers.md). The Python package speaks to them.
+// Policies behind servers (docs/policy_servers.md), and what commands share with them: chunks that
+// are cut, and histories. The Python package speaks to them.
 #pragma once
 
 #include <functional>
@@ -12,7 +13,7 @@
 namespace engram::apps {
 
 struct PolicyServer {
-  std::string url;                                           // empty: none
+  std::string url;                                           // empty: none, or a command
   std::vector<std::pair<std::string, std::string>> options;  // names without "--server-", values
 
   bool given() const { return !url.empty(); }
@@ -25,11 +26,16 @@ Option add_policy_server(const Command& command,
 void add_server_options(const Command& command, const Option& server,
                         const std::function<void(const std::string&, const std::string&)>& take);
 
-// Its description in results and settings.
-Json server_config(const PolicyServer& server);
+// --replan and --history, of servers and of commands.
+std::vector<Option> add_chunk_options(
+    const Command& command,
+    const std::function<void(const std::string&, const std::string&)>& take);
 
-// A command that implements the protocol of docs/evaluation.md by asking the server; seconds: for
-// every answer.
-std::string bridge_command(const PolicyServer& server, int seconds);
+// Its description in results and settings; of the command, if there is no server.
+Json server_config(const PolicyServer& server, const std::string& command);
+
+// A command that implements the protocol of docs/evaluation.md by asking the server, or else the
+// command; seconds: for every answer.
+std::string bridge_command(const PolicyServer& server, const std::string& command, int seconds);
 
 }  // namespace engram::apps

@@ -14,7 +14,7 @@ import numpy as np
 from engram import _core
 from engram._args.methods import real_array
 from engram._args.options import make_evaluation_options
-from engram._args.values import path, text
+from engram._args.values import integer, path, text
 from engram.errors import Error, InvalidArgumentError
 from engram.tasks import describe
 
@@ -25,6 +25,7 @@ __all__ = ["compare", "evaluate", "probe", "report", "suites"]
 
 PROBES = ("twins", "forgetting", "interference", "capacity")
 Policy = Callable[[dict[str, Any]], Any]
+Act = Callable[[dict[str, Any]], list[np.ndarray]]
 Results = str | os.PathLike[str] | Mapping[str, Any]
 P = ParamSpec("P")
 Result = dict[str, Any]
@@ -44,7 +45,9 @@ def _with_servers(function: Callable[P, Result]) -> Callable[P, Result]:
         if not is_url(given):
             return function(*args, **kwargs)
         dim = _action_dim(args[1] if len(args) > 1 else kwargs.get("ids"), kwargs)
-        with contextlib.closing(ServerPolicy(given, action_dim=dim)) as server:
+        own = {name: kwargs.pop(name) for name in ("replan", "history") if name in kwargs}
+        chosen = {name: str(value) for name, value in own.items() if value not in (0, "last")}
+        with contextlib.closing(ServerPolicy(given, action_dim=dim, **chosen)) as server:
             kwargs.setdefault("config", server.config)
             kwargs.update({} if args else {"policy": server})
             return function(*((server, *args[1:]) if args else ()), **kwargs)  # type: ignore[arg-type]
@@ -84,6 +87,8 @@ def evaluate(
     choices: Callable[[dict[str, Any]], Any] | None = None,
     choices_stride: int = 1,
     # end generated
+    replan: int = 0,
+    history: str = "last",
 ) -> dict[str, Any]:
     """Success rates of a policy: ``{"summary": ..., "tasks": [...]}``, as ``engram eval --json``.
 
@@ -125,6 +130,10 @@ def evaluate(
     the first action of its answer; the world goes on with the last action meanwhile.
     ``perturb``: departures from the tasks' usual scenes, robot and words, by axis, from 0 (none) to
     1: docs/variants.md.
+    ``replan``: actions of a chunk that are used before the policy is called again; 0: all.
+    ``history``: frames that the policy is shown: "last", "since-last" or "N,STRIDE", as for servers
+    (docs/policy_servers.md). Unless it is "last", observations also have ``frames``, a dict for
+    each episode: ``rgb``, ``state``, ``proprio`` and ``step`` over time, the oldest first.
 
     ``choices``: in place of ``policy``, a function that names an answer, which a scripted hand
     carries out (docs/choices.md). ``choices(question)`` is called for one episode at a time, with
@@ -141,13 +150,18 @@ def evaluate(
             raise InvalidArgumentError(f"choices: {choices!r} given, a function needed")
     call: Any = choices
     act = _checked_policy(policy if choices is None else choices, obs, progress)
+    if choices is None:
+        act = _with_history(act, arguments)
+    elif replan or history != "last":
+        raise InvalidArgumentError("replan, history: for policies that act; choices given")
 
     def choose(question: dict[str, Any]) -> list[str]:
         return _named(call(question))
 
     tasks, episodes = _tasks(ids, suite, episodes)
-    if rules == "original":
-        # Warns of constants without effect. The evaluation refuses bad arguments in its own words.
+    if constants:
+        # Warns of those without effect and those with which the oracle fails. The evaluation
+        # refuses bad arguments in its own words.
         with contextlib.suppress(Error):
             for id in tasks:
                 describe(id, rules=rules, task_options=task_options, constants=constants)
@@ -187,6 +201,8 @@ def probe(
     latency: int | str = 0,
     perturb: Mapping[str, float] | None = None,
     # end generated
+    replan: int = 0,
+    history: str = "last",
 ) -> dict[str, Any]:
     """Whether a policy reads its memory: ``{"settings", "other", "tasks"}``, as ``engram probe``.
 
@@ -198,7 +214,7 @@ def probe(
     ``output``: folder of probe.json and probe.html.
     """
     arguments = dict(locals())
-    act = _checked_policy(policy, obs, progress)
+    act = _with_history(_checked_policy(policy, obs, progress), arguments)
     if isinstance(probes, (str, bytes)) or not isinstance(probes, Iterable):
         raise InvalidArgumentError(f"probes: {probes!r} given, a list of words needed")
     document = _core.probe(
@@ -211,9 +227,7 @@ def probe(
     return json.loads(document)
 
 
-def _checked_policy(
-    policy: Any, obs: Any, progress: Any
-) -> Callable[[dict[str, Any]], list[np.ndarray]]:
+def _checked_policy(policy: Any, obs: Any, progress: Any) -> Act:
     """The policy with one array per episode as its answer."""
     if not isinstance(obs, str) or obs not in ("rgb", "state", "objects"):
         raise InvalidArgumentError(f"obs: {obs!r} given, 'rgb', 'state' or 'objects' allowed")
@@ -226,6 +240,21 @@ def _checked_policy(
         return _chunks(policy(observation), len(observation["instruction"]))
 
     return act
+
+
+def _with_history(act: Act, arguments: dict[str, Any]) -> Act:
+    """The policy with the chunks and the frames that the arguments name, which results say."""
+    from engram.servers.chunked import ChunkedPolicy
+    from engram.servers.limits import ACTIONS
+
+    replan = integer("replan", arguments["replan"], 0, ACTIONS)
+    history = text("history", arguments["history"])
+    chosen = {"replan": replan} if replan else {}
+    chosen |= {"history": history} if history != "last" else {}
+    if not chosen:
+        return act
+    arguments["config"] = {**(arguments["config"] or {}), **chosen}
+    return ChunkedPolicy(act, replan, history)
 
 
 def compare(a: Results, b: Results, *, allow: Iterable[str] = ()) -> dict[str, Any]:

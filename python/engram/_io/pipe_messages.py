@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 HELLO, TASK, REQUEST, CHUNKS, FAILED = 1, 2, 3, 4, 5
+FRAMES = 8
 SIGNATURE = struct.pack("<2I", 0x4D474E45, 1)  # magic number and version, in both greetings
 OBSERVES = {"rgb": 1, "state": 2, "objects": 3}
 
@@ -44,6 +45,11 @@ class Reader:
 
     def text(self) -> str:
         return bytes(self.take(self.number())).decode()
+
+    @property
+    def rest(self) -> memoryview:
+        """The bytes that have not been taken."""
+        return self._rest
 
     @property
     def at_end(self) -> bool:

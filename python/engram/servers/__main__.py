@@ -20,18 +20,25 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def bridge(words: list[str]) -> int:
-    """A policy server behind the pipes of a simulator."""
-    from engram.servers.bridge import serve_pipes
+    """A policy server, or a command with its own pipes, behind the pipes of a simulator."""
+    from engram.servers.bridge import run_bridge, serve_pipes
     from engram.servers.options import add_arguments, given_arguments
     from engram.servers.policy import ServerPolicy
 
     parser = argparse.ArgumentParser(prog="engram.servers bridge", description=bridge.__doc__)
-    parser.add_argument("url")
+    parser.add_argument("url", nargs="?")
+    parser.add_argument("--command")
     parser.add_argument("--timeout", type=float, default=300.0)
     add_arguments(parser)
     parsed = parser.parse_args(words)
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command handles Ctrl-C and ends this process
+
+    if parsed.command is not None:
+        from engram.servers.piped import PipedBridge
+
+        piped = PipedBridge(parsed.command, parsed.server_replan, parsed.server_history)
+        return run_bridge(piped, sys.stdout.buffer)
 
     def make(action_dim: int) -> Any:
         return ServerPolicy(

@@ -100,7 +100,11 @@ def serve_pipes(make_policy: Callable[[int], Policy]) -> int:
     """Answers over standard input and output; whatever prints writes to standard error."""
     sink = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    bridge = Bridge(make_policy)
+    return run_bridge(Bridge(make_policy), sink)
+
+
+def run_bridge(bridge: Bridge, sink: BinaryIO) -> int:
+    """Answers over standard input and the sink until the input ends."""
     try:
         return bridge.run(sys.stdin.buffer, sink)
     finally:

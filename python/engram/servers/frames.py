@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,20 +23,23 @@ class Frame:
     row: Array | None  # of obs="objects" or "state"
 
 
-class FrameHistory:
+FrameT = TypeVar("FrameT")
+
+
+class FrameHistory(Generic[FrameT]):
     """The frames of an episode that the next question may have."""
 
     def __init__(self, history: History) -> None:
         self._history = history
         longest = None if history.frames == 0 else (history.frames - 1) * history.stride + 1
-        self._frames: collections.deque[Frame] = collections.deque(maxlen=longest)
-        self.last: Frame | None = None
+        self._frames: collections.deque[FrameT] = collections.deque(maxlen=longest)
+        self.last: FrameT | None = None
 
-    def add(self, frame: Frame) -> None:
+    def add(self, frame: FrameT) -> None:
         self._frames.append(frame)
         self.last = frame
 
-    def take(self) -> list[Frame]:
+    def take(self) -> list[FrameT]:
         """Frames of a question, the oldest first.
 
         Where an episode has too few, its first one is repeated.

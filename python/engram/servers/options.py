@@ -177,6 +177,11 @@ _READ: dict[str, Any] = {
 }
 
 
+def replan_of(text: str | None) -> int:
+    """Actions of a chunk that are used; 0: all."""
+    return 0 if text is None else int(_READ["replan"]("replan", text))
+
+
 def flag_of(name: str) -> str:
     """The option of the command line."""
     return f"--{name}" if name in ("replan", "history") else f"--server-{name}"

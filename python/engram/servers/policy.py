@@ -56,7 +56,7 @@ class _Slot:
     """An episode in progress."""
 
     session: str  # name that no other client has
-    history: FrameHistory
+    history: FrameHistory[Frame]
     connection: Connection | None = None
     queue: collections.deque[Array] = dataclasses.field(default_factory=collections.deque)
     answers: int = 0  # of this episode
