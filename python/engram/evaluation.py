@@ -46,7 +46,9 @@ def _with_servers(function: Callable[P, Result]) -> Callable[P, Result]:
             return function(*args, **kwargs)
         dim = _action_dim(args[1] if len(args) > 1 else kwargs.get("ids"), kwargs)
         own = {name: kwargs.pop(name) for name in ("replan", "history") if name in kwargs}
-        chosen = {name: str(value) for name, value in own.items() if value not in (0, "last")}
+        chosen: dict[str, Any] = {
+            name: str(value) for name, value in own.items() if value not in (0, "last")
+        }
         with contextlib.closing(ServerPolicy(given, action_dim=dim, **chosen)) as server:
             kwargs.setdefault("config", server.config)
             kwargs.update({} if args else {"policy": server})
@@ -249,7 +251,7 @@ def _with_history(act: Act, arguments: dict[str, Any]) -> Act:
 
     replan = integer("replan", arguments["replan"], 0, ACTIONS)
     history = text("history", arguments["history"])
-    chosen = {"replan": replan} if replan else {}
+    chosen: dict[str, Any] = {"replan": replan} if replan else {}
     chosen |= {"history": history} if history != "last" else {}
     if not chosen:
         return act

@@ -79,7 +79,7 @@ class ChunkedPolicy:
 def _rows(observation: dict[str, Any], rows: list[int]) -> dict[str, Any]:
     """The observation of some of its episodes."""
     count = len(observation["slot"])
-    result = {}
+    result: dict[str, Any] = {}
     for name, value in observation.items():
         if isinstance(value, np.ndarray) and value.ndim > 0 and len(value) == count:
             result[name] = value[rows]
