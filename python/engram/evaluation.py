@@ -132,10 +132,6 @@ def evaluate(
     the first action of its answer; the world goes on with the last action meanwhile.
     ``perturb``: departures from the tasks' usual scenes, robot and words, by axis, from 0 (none) to
     1: docs/variants.md.
-    ``replan``: actions of a chunk that are used before the policy is called again; 0: all.
-    ``history``: frames that the policy is shown: "last", "since-last" or "N,STRIDE", as for servers
-    (docs/policy_servers.md). Unless it is "last", observations also have ``frames``, a dict for
-    each episode: ``rgb``, ``state``, ``proprio`` and ``step`` over time, the oldest first.
 
     ``choices``: in place of ``policy``, a function that names an answer, which a scripted hand
     carries out (docs/choices.md). ``choices(question)`` is called for one episode at a time, with
@@ -143,6 +139,11 @@ def evaluate(
     began (``rgb``, ``state``, ``proprio``, ``text``, ``steps``, ``choices_stride`` steps apart) and
     ``least``, ``most`` and ``repeats`` of an answer. It returns a text of ``choices``, its index,
     or a list of these.
+
+    ``replan``: actions of a chunk that are used before the policy is called again; 0: all.
+    ``history``: frames that the policy is shown: "last", "since-last" or "N,STRIDE", as for servers
+    (docs/policy_servers.md). Unless it is "last", observations also have ``frames``, a dict for
+    each episode: ``rgb``, ``state``, ``proprio`` and ``step`` over time, the oldest first.
     """
     arguments = dict(locals())
     if choices is not None:
