@@ -47,9 +47,23 @@ TEST_CASE("The bridge gets server, options and timeout", "[apps]") {
       "", python(folder, "shift 2; printf '%s\\n' \"$@\" >&2; exit 3"));
   CHECK(result.code == 1);
   CHECK(result.err ==
-        "bridge\ngr00t://host:7\n--timeout=9\n--server-keys=my keys.json\n"
-        "--replan=4\n--history=3,2\n"
+        "bridge\ngr00t://host:7\n--timeout=9\n--replan=4\n--history=3,2\n"
+        "--server-keys=my keys.json\n"
         "engram: policy server 'gr00t://host:7' ended with exit code 3\n");
+}
+
+TEST_CASE("The bridge gets a command that has chunks cut, and results say so", "[apps]") {
+  const TemporaryFolder folder;
+  const CommandResult result =
+      engram_command(kEval + "--policy-command 'cat >&2' --replan 4 --history since-last", "",
+                     python(folder, "shift 2; printf '%s\\n' \"$@\" >&2; exit 3"));
+  CHECK(result.code == 1);
+  CHECK_THAT(result.err, Catch::StartsWith("bridge\n--command=cat >&2\n--timeout=300\n--replan=4\n"
+                                           "--history=since-last\n"));
+  apps::PolicyCommand policy;
+  policy.command = "cat";
+  policy.server.options = {{"--replan", "4"}};
+  CHECK(to_line(apps::config_of(policy)) == R"({"command":"cat","replan":"4"})");
 }
 
 TEST_CASE("A Python without the package is reported", "[apps]") {
@@ -62,8 +76,9 @@ TEST_CASE("A Python without the package is reported", "[apps]") {
 }
 
 TEST_CASE("Options of servers need one, and there is one policy", "[apps]") {
-  for (const char* option : {"--replan 3", "--history last", "--server-keys libero"}) {
-    require_refusal(kEval + option, 2, "requires --policy-server");
+  require_refusal(kEval + "--server-keys libero", 2, "requires --policy-server");
+  for (const char* option : {"--replan 3", "--history last"}) {
+    require_refusal(kEval + option, 2, "requires --policy-command");
   }
   require_refusal(kEval + "--policy-server ''", 2, "--policy-server: '' given");
   require_refusal(kEval + "--policy-server act://x --policy oracle", 2, "--policy");
