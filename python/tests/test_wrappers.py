@@ -149,7 +149,7 @@ def test_terms_of_the_reward_count_in_the_potential():
         _, reward, terminated, truncated, info = env.step(env.act("oracle"))
         ended = terminated | truncated
         place, distance = values(info, "reward_dict", ended)[:, 2:].T
-        potential = np.nan_to_num(3 * np.clip(1 - distance, 0, 1) + 2 * np.clip(place, 0, 1))
+        potential = np.nan_to_num(3 * np.clip(1 - distance / 0.5, 0, 1) + 2 * np.clip(place, 0, 1))
         np.testing.assert_allclose(reward, 0.9 * potential - before, atol=1e-6)
         before = np.where(ended, 0, potential)
     assert potential.max() > 1

@@ -21,16 +21,16 @@ OTHER_SCALE = 0.3
 # Terms of the task's reward in the potential, with their weights: the distances and poses that lead
 # to success, one after the other. A task has those that its reward has.
 TERMS = {
-    "tcp_to_obj_dist": 2.0,
-    "tcp_to_hit_pose_dist": 2.0,
-    "tcp_to_cube_dist": 2.0,
-    "tcp_to_button_dist": 2.0,
-    "tcp_push_dist": 2.0,
-    "to_grip_dist": 2.0,
-    "obj_to_goal_dist": 2.0,
-    "place_in_goal_reward": 2.0,
-    "place_reward": 2.0,
-    "y_angle_reward": 2.0,
+    "tcp_to_obj_dist": 1.0,
+    "tcp_to_hit_pose_dist": 1.0,
+    "tcp_to_cube_dist": 1.0,
+    "tcp_to_button_dist": 1.0,
+    "tcp_push_dist": 1.0,
+    "to_grip_dist": 1.0,
+    "obj_to_goal_dist": 1.0,
+    "place_in_goal_reward": 1.0,
+    "place_reward": 1.0,
+    "y_angle_reward": 1.0,
 }
 
 

@@ -10,6 +10,10 @@ import numpy as np
 from engram.errors import InvalidArgumentError
 from engram.wrappers.base import Step, Wrapper, horizons
 
+# Distance from which on a distance counts in the potential, m: about that of the rest pose to the
+# objects, so that the potential hardly jumps when they appear.
+RANGE = 0.5
+
 
 class PotentialReward(Wrapper):
     """Pays progress instead of being near: what is gained is lost again by going back.
@@ -20,7 +24,7 @@ class PotentialReward(Wrapper):
         phi_t  = weight clip(r_t, 0, 1) + sum of w_j g(x_j),
         r'_t   = gamma phi_t - phi_(t-1),    phi_0 = 0,
 
-    where g(d) = max(0, 1 - d / 1 m) of a distance (a name that ends in "dist"), else
+    where g(d) = max(0, 1 - d / 0.5 m) of a distance (a name that ends in "dist"), else
     g(x) = clip(x, 0, 1), and phi_t = 0 if the episode has failed. The discounted sum of T steps is
     gamma^T phi_T, whatever lies between: standing still before success pays nothing (Ng, Harada and
     Russell, 1999). Made for ``reward_mode="normalized_dense"``, in which a step with success has 1.
@@ -80,7 +84,7 @@ class PotentialReward(Wrapper):
         values = self._now
         if self._last is not None:
             values = np.where(step.ended[:, None], self._last, values)
-        shaped: np.ndarray = np.clip(np.where(self._distances, 1 - values, values), 0, 1)
+        shaped: np.ndarray = np.clip(np.where(self._distances, 1 - values / RANGE, values), 0, 1)
         return np.nan_to_num(shaped)
 
     def begin(self, began: np.ndarray) -> None:
