@@ -376,6 +376,15 @@ def test_parts_of_the_preset_can_be_left_out():
     assert type(wrappers.train(make(), smoothing=0.5, bonus=0).env.env) is wrappers.ScaleState
 
 
+def test_a_wrapper_is_closed_with_its_batch():
+    env = engram.make_vec(TASK, 2, preset="train", threads=1)
+    assert (len(env), env.closed, env.spec.id) == (2, False, f"engram/{TASK}")
+    assert repr(env).startswith("<HeldReward of <PotentialReward of <TimeLeft of ")
+    env.close()
+    assert env.closed
+    assert env.unwrapped.closed
+
+
 def test_images_keep_their_form():
     env = engram.make_vec(TASK, 2, preset="train", obs_mode="rgb", image_size=16, threads=1)
     rows, _ = env.reset(seed=1)

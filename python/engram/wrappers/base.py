@@ -32,10 +32,12 @@ class Wrapper(VectorBase[Any]):
             setattr(self, name, getattr(env, name))
         self.metadata = env.metadata
         self.render_mode = env.render_mode
+        self.spec = env.spec
         self.is_vector_env = True
         self._same_step = env.autoreset_mode is AutoresetMode.SAME_STEP
         self._next_step = env.autoreset_mode is AutoresetMode.NEXT_STEP
         self._over = np.zeros(self.num_envs, np.bool_)  # ended, and not yet begun again
+        self._has_own_finals = type(self).final_observation is not Wrapper.final_observation
 
     # --- what a wrapper transforms ---
 
@@ -95,7 +97,7 @@ class Wrapper(VectorBase[Any]):
         step = Step(reward, terminated, truncated, info, self._over, self._same_step)
         reward = self.reward(step)
         began = ended if self._same_step else (self._over & self._next_step)
-        if self._same_step and ended.any():
+        if self._same_step and self._has_own_finals and ended.any():
             info = self._with_finals(info, ended)
         self.begin(began)
         rows = self.observation(rows, info, began)
@@ -141,6 +143,11 @@ class Wrapper(VectorBase[Any]):
     def close(self, **_: Any) -> None:
         """Ends the batch."""
         self.env.close()
+
+    @property
+    def closed(self) -> bool:  # type: ignore[override]
+        """Whether the batch is closed."""
+        return bool(self.env.closed)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or name == "env":
