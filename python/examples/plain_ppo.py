@@ -4,8 +4,9 @@
 
 Nothing in this file is made for engram: two networks of 64 x 64, a learnt deviation that does not
 depend on the state, running normalisation of observations and rewards. What a plain learner needs
-to learn these tasks is in `engram.make_vec(id, preset="train")`; `--preset none` shows the
-difference. Updates are one compiled function of jax, for CPUs. docs/learning.md has results.
+to learn these tasks is in `engram.make_vec(id, preset="train")`; `--preset none` and `--without
+PART...` show what it does. Updates are one compiled function of jax, for CPUs. docs/learning.md has
+results.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import engram
-from engram.wrappers import WrappedPolicy
+from engram import wrappers
 
 HALF_LOG_2PI = 0.5 * np.log(2 * np.pi)
 EVAL_ENVS = 50
@@ -34,13 +35,14 @@ def parse_arguments() -> argparse.Namespace:
     add = parser.add_argument
     add("--id", default="ShellGameTouch-VLA-v0", help="task")
     add("--preset", default="train", choices=["train", "none"], help="of engram.make_vec")
+    add("--without", nargs="*", default=[], help="parts of the preset to leave out, by keyword")
     add("--obs-mode", default="state", choices=["state", "objects"], help="observations")
     add("--seed", type=int, default=1, help="of episodes, networks and exploration")
     add("--total-timesteps", type=int, default=500_000, help="environment steps to learn from")
     add("--num-envs", type=int, default=64, help="environments stepped together")
     add("--num-steps", type=int, default=32, help="steps of each environment per iteration")
     add("--learning-rate", type=float, default=3e-4, help="of Adam at the start; falls to zero")
-    add("--gamma", type=float, default=0.99, help="discount per step; the preset's is 0.99")
+    add("--gamma", type=float, default=0.99, help="discount per step")
     add("--gae-lambda", type=float, default=0.95, help="of generalised advantage estimation")
     add("--num-minibatches", type=int, default=32, help="gradient steps per pass")
     add("--update-epochs", type=int, default=10, help="passes over the steps of an iteration")
@@ -168,16 +170,21 @@ class Normaliser:
 
 
 def make_env(args: argparse.Namespace, num_envs: int) -> Any:
-    options = {"preset": "train"} if args.preset == "train" else {}
-    return engram.make_vec(
+    """The batch, in what `engram.make_vec(..., preset="train")` has by default."""
+    ends = {} if args.preset == "none" else {"terminate_on_success": True}
+    env = engram.make_vec(
         args.id,
         num_envs,
         obs_mode=args.obs_mode,
         autoreset_mode="SAME_STEP",
         threads=1,
         seed=args.seed,
-        **options,
+        **ends,
     )
+    if args.preset == "none":
+        return env
+    left_out = {name: {} if name == "terms" else 0 for name in args.without}
+    return wrappers.train(env, gamma=args.gamma, **left_out)
 
 
 def train(args: argparse.Namespace) -> tuple[Params, Normaliser, Any]:
@@ -263,7 +270,7 @@ def evaluate(args: argparse.Namespace, params: Params, normaliser: Normaliser) -
         return np.clip(mean, env.single_action_space.low, env.single_action_space.high)
 
     result = engram.evaluate(
-        WrappedPolicy(env, act),
+        wrappers.WrappedPolicy(env, act),
         args.id,
         obs=args.obs_mode,
         episodes=args.eval_episodes,
@@ -277,9 +284,11 @@ def main() -> None:
     args = parse_arguments()
     params, normaliser, _ = train(args)
     success = evaluate(args, params, normaliser)
+    left_out = f" without {', '.join(args.without)}" if args.without else ""
     print(
-        f"{args.id}, preset {args.preset}, seed {args.seed}: success_once {success:.3f} of "
-        f"{args.eval_episodes} episodes; {time.process_time():.1f} s of processor time"
+        f"{args.id}, preset {args.preset}{left_out}, seed {args.seed}, "
+        f"{args.total_timesteps} steps: success_once {success:.3f} of {args.eval_episodes} "
+        f"episodes; {time.process_time():.1f} s of processor time"
     )
 
 
