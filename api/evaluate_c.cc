@@ -211,6 +211,7 @@ engram::EvaluationSettings settings_of(const engram_evaluation_options& options,
   convert("joint_proprio", options.joint_proprio, environment.joint_proprio);
   convert("choices_stride", options.choices_stride, 1, engram::kMaxChoicesStride,
           settings.choices_stride);
+  convert("physics", options.physics, environment.physics);
   // end generated
   engram::check_rounds(settings.episodes, settings.repeat);
   if (options.name != nullptr) engram::require_custom_name("name", options.name);

@@ -110,6 +110,7 @@ void add_bench_command(const Command& program) {
           "Environments stepped together; 0: the suite's own number");
   add_threads(command, options->bench.threads);
   add_lanes(command, options->bench.lanes);
+  add_physics(command, options->bench.physics);
   add_json(command, options->json);
   command.on_run([options] { run(*options); });
 }

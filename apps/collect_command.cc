@@ -37,8 +37,9 @@ constexpr std::string_view kRl = "rl";
 constexpr std::string_view kConverted[] = {kLerobot, "rlds", "hdf5"};
 
 // Options that are passed on to the streams that sets of these formats are made of.
-constexpr const char* kPassedOn[] = {"--max-attempts", "--seed",     "--renderer", "--set",
-                                     "--rules",        "--num-envs", "--threads",  "--perturb"};
+constexpr const char* kPassedOn[] = {"--max-attempts", "--seed",    "--renderer",
+                                     "--set",          "--rules",   "--num-envs",
+                                     "--threads",      "--perturb", "--physics"};
 
 struct CollectOptions {
   std::vector<std::string> ids;
@@ -356,6 +357,7 @@ void add_collect_command(const Command& program,
                    "Also both cameras' images of which thing is where");
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
+  add_physics(command, plan.physics);
   add_perturbations(command, plan.perturbations);
   add_control_mode(command, plan.control_mode);
   add_joint_proprio(command, plan.joint_proprio);

@@ -9,6 +9,7 @@
 #include "apps/output.h"
 #include "protocol/eval/results/comparison.h"
 #include "protocol/eval/results/success_rates.h"
+#include "protocol/make/physics_keys.h"
 
 namespace engram::apps {
 namespace {
@@ -81,6 +82,8 @@ std::string source_text(const char* name, const Json& source) {
                                  text(part(source, "rules")));
   const std::string latency = count(source, "latency_steps");
   if (latency != "0") line += ", latency " + latency;
+  const std::string& physics = text(part(source, kPhysicsKey));
+  if (physics != name_of(Physics::kEngram)) line += ", physics " + physics;
   return line + ")\n";
 }
 
@@ -125,7 +128,7 @@ void add_compare_command(const Command& program) {
           },
           "Compares results that differ in ids, seeds (what both have is compared), version, "
           "rules, "
-          "constants (perturbations and task options, too) or choices (repeatable)")
+          "constants (perturbations and task options, too), choices or physics (repeatable)")
       .type_name("WHAT");
   add_json(command, options->json);
   command.footer(

@@ -48,6 +48,7 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
     {"--joint-proprio", "joint_proprio"},
     {"--perturb", "perturbations"},
     {"--choices-stride", "choices_stride"},
+    {"--physics", "physics"},
     // end generated
 };
 
@@ -202,6 +203,7 @@ void add_environment(const Command& command, MakeOptions& environment) {
   add_control_mode(command, environment.control_mode);
   add_joint_proprio(command, environment.joint_proprio);
   add_rules(command, environment.rules);
+  add_physics(command, environment.physics);
   add_constants(command, environment.constants);
   add_task_options(
       command, environment.task_options,

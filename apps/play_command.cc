@@ -83,6 +83,10 @@ void add_play_command(const Command& program,
           },
           "How far episodes depart from the usual scene, as of eval (repeatable)")
       .type_name("AXIS=LEVEL");
+  command
+      .add_option("--physics", pass_on("--physics"),
+                  "Engine that moves robot and props, as of eval; default: engram")
+      .type_name("engram|mujoco");
   command.add_flag(
       "--choices", [options] { options->arguments.emplace_back("--choices"); },
       "Begins with answers by name: the page asks, a scripted hand acts (docs/choices.md)");

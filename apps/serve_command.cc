@@ -31,6 +31,7 @@ void add_serve_command(const Command& program,
   add("--chunk", "K", "Actions of an answer; default: 1");
   add("--server-keys", "NAME|FILE.json", "Names of what clients send, as of eval");
   add("--rules", "reference|original", "Rules of the client's tasks; default: reference");
+  add("--physics", "engram|mujoco", "Of the client's batches; default: engram");
   add("--control-mode", "MODE", "As of the client; default: the task's own");
   command.add_flag(
       "--joint-proprio", [arguments] { arguments->emplace_back("--joint-proprio"); },

@@ -212,6 +212,7 @@ void add_soak_command(const Command& program) {
           "Batches that are made and closed afterwards; 0: none");
   add_seed(command, soak.seed, "Environment i begins with seed + i");
   add_threads(command, soak.threads);
+  add_physics(command, soak.physics);
   command
       .add_positive("--max-drift", soak.max_drift,
                     "How much longer a fixed piece of work may take in a task's last visit than in "

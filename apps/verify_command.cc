@@ -24,7 +24,7 @@ struct VerifyOptions {
   TaskFilter filter;
   std::optional<ObsMode> obs_mode;  // empty: kObsModes
   bench::IdentityOptions identity;
-  MakeOptions env;  // control mode, proprio, constants and perturbations
+  MakeOptions env;  // control mode, proprio, physics, constants and perturbations
   bool json = false;
 };
 
@@ -53,6 +53,7 @@ std::vector<TaskCheck> check_all(const VerifyOptions& options) {
     batch.perturbations = options.env.perturbations;
     batch.control_mode = options.env.control_mode;
     batch.joint_proprio = options.env.joint_proprio;
+    batch.physics = options.env.physics;
     return bench::make_on(set, id, batch);
   };
   double done = 0;
@@ -131,6 +132,7 @@ void add_verify_command(const Command& program) {
       .type_name("T");
   add_control_mode(command, options->env.control_mode);
   add_joint_proprio(command, options->env.joint_proprio);
+  add_physics(command, options->env.physics);
   add_constants(command, options->env.constants);
   add_perturbations(command, options->env.perturbations);
   add_seed(command, options->identity.seed, "The first of 64 seeds");

@@ -80,7 +80,7 @@ class BudgetMeter {
 
  private:
   static MakeOptions batch_of(ObsMode obs, const SuiteOptions& options, int threads) {
-    MakeOptions result = rollout_options(envs_or(options, 256), threads);
+    MakeOptions result = rollout_options(envs_or(options, 256), threads, options.physics);
     result.obs_mode = obs;
     return result;
   }

@@ -91,8 +91,9 @@ struct GroupRollout {
   }
 };
 
-inline MakeOptions rollout_options(int num_envs, int threads) {
+inline MakeOptions rollout_options(int num_envs, int threads, Physics physics = Physics::kEngram) {
   MakeOptions options;
+  options.physics = physics;
   options.num_envs = num_envs;
   options.threads = threads;
   options.seed = 1;

@@ -140,7 +140,7 @@ class TaskVisits {
   }
 
   void visit(int steps, ThreadPool& reference, std::vector<UnstableEpisode>& unstable) {
-    MakeOptions batch_options = rollout_options(kEnvs, reference.threads());
+    MakeOptions batch_options = rollout_options(kEnvs, reference.threads(), options_.physics);
     batch_options.seed = options_.seed;
     Rollout rollout(task_.id, batch_options, Policy::kRandom);
     Batch& batch = *rollout.batch;
@@ -293,7 +293,7 @@ class Soak {
   // Batches of several sizes, with and without images, that live for a while or not at all.
   void make_and_close(int cycle) const {
     const std::string& id = ids_[static_cast<std::size_t>(cycle) % ids_.size()];
-    MakeOptions batch_options = rollout_options(1 + cycle % 4, 1 + cycle % 5);
+    MakeOptions batch_options = rollout_options(1 + cycle % 4, 1 + cycle % 5, options_.physics);
     if (cycle % 10 == 9) {
       batch_options.obs_mode = ObsMode::kRgb;
       batch_options.images.width = 32;

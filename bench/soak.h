@@ -18,6 +18,7 @@ struct SoakOptions {
   int cycles = 10'000;                  // batches that are made and closed; 0: none
   int threads = 0;                      // of a batch; 0: one per core
   std::uint64_t seed = 1;               // environment i has seed + i
+  Physics physics = Physics::kEngram;
   // The most that the median drift of the tasks' last visits may be. Two identical runs on a quiet
   // machine differ by a few percent.
   double max_drift = 1.10;

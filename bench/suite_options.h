@@ -16,6 +16,7 @@ struct SuiteOptions {
   int threads = 0;                  // most threads of the scaling suite; 0: one per core
   int num_envs = 0;                 // 0: the suite's own choice
   int lanes = 0;                    // of the physics suite; see MakeOptions::lanes
+  Physics physics = Physics::kEngram;
   std::function<void(double fraction)> progress;  // called between rounds; may be empty
 };
 

@@ -23,11 +23,11 @@ namespace {
 std::vector<Measurement> run_overhead(const SuiteOptions& options) {
   constexpr int kSteps = 400;
   const int n = envs_or(options, 64);
-  MakeOptions bare = rollout_options(n, 1);
+  MakeOptions bare = rollout_options(n, 1, options.physics);
   bare.substeps = 0;
   const std::string id = ids_or(options, {kMainId}).front();
   Rollout without(id, bare, Policy::kRandom);
-  Rollout with(id, rollout_options(n, 1), Policy::kRandom);
+  Rollout with(id, rollout_options(n, 1, options.physics), Policy::kRandom);
   const Comparison result = interleave(
       options, [&] { return 1e6 / without.rate(kSteps); },
       [&] { return 1e6 / with.rate(kSteps / 10); });
@@ -86,7 +86,7 @@ std::vector<Measurement> run_physics(const SuiteOptions& options) {
   const int total = 3 * static_cast<int>(ids.size());
   for (const std::string& id : ids) {
     const int done = static_cast<int>(rows.size());
-    MakeOptions batch_options = rollout_options(envs_or(options, 64), 1);
+    MakeOptions batch_options = rollout_options(envs_or(options, 64), 1, options.physics);
     // The plain loop has no curriculum: both get the same live actions.
     batch_options.freeze_cue = false;
     batch_options.lanes = options.lanes;
@@ -120,8 +120,8 @@ void measure_batch_sizes(const SuiteOptions& options, const std::string& id, int
                          std::vector<Measurement>& rows) {
   constexpr int kStepsTimesEnvs = 25 * 256;
   for (const int n : {2, 8, 16, 32, 64, 128, 256, 1024}) {
-    Rollout several(id, rollout_options(n, most), options.policy);
-    Rollout single(id, rollout_options(n, 1), options.policy);
+    Rollout several(id, rollout_options(n, most, options.physics), options.policy);
+    Rollout single(id, rollout_options(n, 1, options.physics), options.policy);
     rows.push_back(compare_rates(options, "scaling.n" + std::to_string(n), "one thread", several,
                                  single, std::max(25, kStepsTimesEnvs / n)));
   }
@@ -130,9 +130,9 @@ void measure_batch_sizes(const SuiteOptions& options, const std::string& id, int
 // More threads than processors: rows scaling.over.<K>.
 void measure_excess_threads(const SuiteOptions& options, const std::string& id, int most, int n,
                             std::vector<Measurement>& rows) {
-  Rollout usual(id, rollout_options(n, most), options.policy);
+  Rollout usual(id, rollout_options(n, most, options.physics), options.policy);
   for (const int threads : {4 * most, 32 * most}) {
-    Rollout several(id, rollout_options(n, threads), options.policy);
+    Rollout several(id, rollout_options(n, threads, options.physics), options.policy);
     rows.push_back(compare_rates(options, "scaling.over." + std::to_string(threads),
                                  std::to_string(most) + " threads", several, usual, 25));
   }
@@ -149,11 +149,11 @@ void measure_tasks(const SuiteOptions& options, int most, std::vector<Measuremen
                                         "TakeItBack-VLA-v0",     "FindImposterColor3-VLA-v0",
                                         "ChainOfColors3-VLA-v0", "RememberShapeAndColor3x2-VLA-v0"};
   const auto count = static_cast<int>(ids.size());
-  GroupRollout together(ids, kEach, rollout_options(kEach, most), options.policy);
+  GroupRollout together(ids, kEach, rollout_options(kEach, most, options.physics), options.policy);
   std::vector<std::unique_ptr<Rollout>> alone;
   for (const std::string& id : ids) {
-    alone.push_back(
-        std::make_unique<Rollout>(id, rollout_options(count * kEach, most), options.policy));
+    alone.push_back(std::make_unique<Rollout>(
+        id, rollout_options(count * kEach, most, options.physics), options.policy));
   }
   const auto harmonic_mean = [&] {
     double sum = 0;
@@ -171,12 +171,12 @@ std::vector<Measurement> run_scaling(const SuiteOptions& options) {
   const int most = threads_or_all(options.threads);
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
-  Rollout single(id, rollout_options(n, 1), options.policy);
+  Rollout single(id, rollout_options(n, 1, options.physics), options.policy);
   ThreadPool one(1);
   std::vector<Measurement> rows;
   for (int threads = 1; threads <= most; ++threads) {
     const int done = static_cast<int>(rows.size());
-    Rollout several(id, rollout_options(n, threads), options.policy);
+    Rollout several(id, rollout_options(n, threads, options.physics), options.policy);
     rows.push_back(compare_rates(options, "scaling." + std::to_string(threads), "one thread",
                                  several, single, kSteps, done, 2 * most));
     ThreadPool pool(threads);
@@ -198,7 +198,7 @@ std::vector<Measurement> run_objects(const SuiteOptions& options) {
       ids_or(options, {kMainId, "BatteriesCheckerHard-12-VLA-v0"});  // few tokens, and the most
   std::vector<Measurement> rows;
   for (const std::string& id : ids) {
-    MakeOptions batch_options = rollout_options(envs_or(options, 256), 1);
+    MakeOptions batch_options = rollout_options(envs_or(options, 256), 1, options.physics);
     Rollout state(id, batch_options, options.policy);
     batch_options.obs_mode = ObsMode::kObjects;
     Rollout objects(id, batch_options, options.policy);
@@ -212,9 +212,9 @@ std::vector<Measurement> run_objects(const SuiteOptions& options) {
 }
 
 // Resident bytes of a running batch of that size.
-double batch_bytes(const std::string& id, int num_envs) {
+double batch_bytes(const SuiteOptions& options, const std::string& id, int num_envs) {
   const double before = process_usage().resident_bytes;
-  Rollout rollout(id, rollout_options(num_envs, 1), Policy::kRandom);
+  Rollout rollout(id, rollout_options(num_envs, 1, options.physics), Policy::kRandom);
   rollout.rate(2);
   return process_usage().resident_bytes - before;
 }
@@ -238,8 +238,8 @@ std::vector<Measurement> run_memory(const SuiteOptions& options) {
   std::vector<Measurement> rows;
   const std::vector<std::string> ids = ids_or(options, {kMainId});
   for (const std::string& id : ids) {
-    const double per_env = (batch_bytes(id, 2 * n) - batch_bytes(id, n)) / n;
-    const Rollout some(id, rollout_options(1, 1), Policy::kRandom);
+    const double per_env = (batch_bytes(options, id, 2 * n) - batch_bytes(options, id, n)) / n;
+    const Rollout some(id, rollout_options(1, 1, options.physics), Policy::kRandom);
     const mjModel& model = some.batch->physics_model().full();
     const double per_data = (plain_bytes(model, 2 * kPlain) - plain_bytes(model, kPlain)) / kPlain;
     // The name of the first row is a contract; further ids bring their own.
@@ -255,7 +255,7 @@ std::vector<Measurement> run_memory(const SuiteOptions& options) {
 std::vector<Measurement> run_reset(const SuiteOptions& options) {
   const int n = envs_or(options, 256);
   const std::string id = ids_or(options, {kMainId}).front();
-  Rollout rollout(id, rollout_options(n, 1), Policy::kRandom);
+  Rollout rollout(id, rollout_options(n, 1, options.physics), Policy::kRandom);
   const mjModel& model = rollout.batch->physics_model().full();
   const DataPtr data = make_data(model);
   const Comparison result = interleave(
@@ -276,7 +276,10 @@ std::vector<Measurement> run_create(const SuiteOptions& options) {
   std::iota(all.begin(), all.end(), 0);
   const Comparison result = interleave(
       options,
-      [&] { return seconds([&] { Rollout rollout(id, rollout_options(n, 1), Policy::kRandom); }); },
+      [&] {
+        return seconds(
+            [&] { Rollout rollout(id, rollout_options(n, 1, options.physics), Policy::kRandom); });
+      },
       [&] {
         return seconds([&] {
           const ModelPtr model = compile_model(scene.compose(all, RobotDetail::kCollision));

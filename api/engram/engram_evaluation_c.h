@@ -176,6 +176,8 @@ typedef struct engram_evaluation_options {
   /** Interval of the frames of questions, for engram_evaluate_choices. 1 to 1,000,000 control
    * steps; default 1. */
   int32_t choices_stride;
+  /** Engine that moves robot and props. An engram_physics; default ENGRAM_PHYSICS_ENGRAM. */
+  int32_t physics;
   /* end generated */
 } engram_evaluation_options;
 

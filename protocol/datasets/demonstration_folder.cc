@@ -13,6 +13,7 @@
 #include "protocol/io/json_values.h"
 #include "protocol/make/definitions.h"
 #include "protocol/make/perturbations_document.h"
+#include "protocol/make/physics_keys.h"
 #include "protocol/make/variants.h"
 
 namespace engram {
@@ -89,10 +90,13 @@ JsonTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
                         {"rules", name_of(plan.rules)},
                         {"control_mode", name_of(control_mode_of(entry, plan))},
                         {"joint_proprio", plan.joint_proprio},
+                        {kPhysicsKey, name_of(plan.physics)},
                         {"keep_failures", plan.keep_failures},
                         {"reward_mode", "normalized_dense"},
                         {"variant", variant_document(entry, plan.constants)},
                         {"perturbations", perturbations_document(plan.perturbations)}};
+  Json mujoco = mujoco_version_of(plan.physics);
+  if (!is_null(mujoco)) made_how.emplace_back(kMujocoVersionKey, std::move(mujoco));
   Json definition = definition_of(entry);
   if (!is_null(definition)) made_how.emplace_back(kDefinition, std::move(definition));
   return made_how;
@@ -130,6 +134,7 @@ void CollectionPlan::set_environment(MakeOptions& options) const {
   options.rules = rules;
   options.control_mode = control_mode;
   options.joint_proprio = joint_proprio;
+  options.physics = physics;
   options.constants = constants;
   options.perturbations = perturbations;
 }
@@ -200,7 +205,7 @@ void require_same_provenance(const fs::path& folder, const Json& found, const Re
   require_same_definition(std::string(entry.id), value_or_null(found, kDefinition),
                           "'" + folder.string() + "'", definition_of(entry));
   for (const auto& [key, value] : provenance(entry, plan)) {
-    const Json before = value_or_null(found, key);
+    const Json before = key == kPhysicsKey ? physics_in(found) : value_or_null(found, key);
     if (before == value) continue;
     throw Error(Error::kInvalidArgument, "'" + folder.string() + "' was collected with " + key +
                                              " " + to_line(before) + ", " + to_line(value) +

@@ -27,6 +27,7 @@ struct CollectionPlan {
   Rules rules = Rules::kReference;
   std::optional<ControlMode> control_mode = std::nullopt;  // none: each task's own
   bool joint_proprio = false;
+  Physics physics = Physics::kEngram;
   bool keep_failures = false;    // episodes that fail are demonstrations too
   ConstantTable constants = {};  // of all tasks, instead of their own
   std::vector<PerturbationLevel> perturbations = {};

@@ -19,7 +19,7 @@ from engram.errors import Error, InvalidArgumentError
 from engram.tasks import describe
 
 if TYPE_CHECKING:
-    from engram.typing import ControlMode, Renderer, Rules
+    from engram.typing import ControlMode, Physics, Renderer, Rules
 
 __all__ = ["compare", "evaluate", "probe", "report", "suites"]
 
@@ -88,6 +88,7 @@ def evaluate(
     perturb: Mapping[str, float] | None = None,
     choices: Callable[[dict[str, Any]], Any] | None = None,
     choices_stride: int = 1,
+    physics: Physics = "engram",
     # end generated
     replan: int = 0,
     history: str = "last",
@@ -132,6 +133,7 @@ def evaluate(
     the first action of its answer; the world goes on with the last action meanwhile.
     ``perturb``: departures from the tasks' usual scenes, robot and words, by axis, from 0 (none) to
     1: docs/variants.md.
+    ``physics``: "engram": its own; "mujoco": MuJoCo's, by ``mj_step``.
 
     ``choices``: in place of ``policy``, a function that names an answer, which a scripted hand
     carries out (docs/choices.md). ``choices(question)`` is called for one episode at a time, with
@@ -203,6 +205,7 @@ def probe(
     policy_seed: int = 0,
     latency: int | str = 0,
     perturb: Mapping[str, float] | None = None,
+    physics: Physics = "engram",
     # end generated
     replan: int = 0,
     history: str = "last",
@@ -265,8 +268,8 @@ def compare(a: Results, b: Results, *, allow: Iterable[str] = ()) -> dict[str, A
 
     The same as ``engram compare --json``; docs/evaluation.md describes the keys. ``a`` and ``b``
     are folders of runs, JSON files of results, or what :func:`evaluate` has returned. ``allow``:
-    in what they may differ, of "ids", "seeds", "version", "rules", "constants" and
-    "choices".
+    in what they may differ, of "ids", "seeds", "version", "rules", "constants", "choices" and
+    "physics".
     """
     if isinstance(allow, (str, bytes)) or not isinstance(allow, Iterable):
         raise InvalidArgumentError(f"allow: {allow!r} given, a list of words needed")

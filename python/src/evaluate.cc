@@ -282,6 +282,7 @@ void bind_evaluate(nb::module_& module) {
   field("control_mode", &engram_evaluation_options::control_mode);
   field("joint_proprio", &engram_evaluation_options::joint_proprio);
   field("choices_stride", &engram_evaluation_options::choices_stride);
+  field("physics", &engram_evaluation_options::physics);
   field("constants", &engram_evaluation_options::constants);
   // end generated
   options.def_rw("ids", &EvaluationOptions::ids)

@@ -86,6 +86,18 @@ TEST_CASE("C API: an evaluation has a control mode and a proprio", "[evaluation]
   CHECK_THAT(engram_last_error(), Catch::Contains("joint_proprio: 2 given, 0 or 1 allowed"));
 }
 
+TEST_CASE("C API: an evaluation has a physics", "[evaluation][mujoco_physics]") {
+  engram_evaluation_options options = engram::test::evaluation_options(1);
+  Call call;
+  CHECK_FALSE(evaluated(options, still, &call)["tasks"][0].contains("physics"));
+  options.physics = ENGRAM_PHYSICS_MUJOCO;
+  CHECK(evaluated(options, still, &call)["tasks"][0]["physics"] == "mujoco");
+  options.physics = 2;
+  char* text = nullptr;
+  CHECK(engram_evaluate(&options, still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("physics: 2 given, 0 to 1 allowed"));
+}
+
 TEST_CASE("C API: suites are named lists of tasks", "[evaluation]") {
   const ParsedJson suites = ParsedJson::parse(engram_suites_json());
   CHECK(suites["mikasa5"]["ids"].size() == 5);

@@ -29,8 +29,8 @@ TEST_CASE("compare: two policies on the same episodes", "[apps]") {
   const ParsedJson comparison = engram_command("compare " + a + " " + b + " --json").json();
   CHECK(keys_of(comparison) == std::vector<std::string>{"a", "b", "tasks", "splits", "total"});
   CHECK(keys_of(comparison["a"]) == std::vector<std::string>{"source", "model", "version", "rules",
-                                                             "obs_mode", "latency_steps",
-                                                             "repeat"});
+                                                             "obs_mode", "latency_steps", "repeat",
+                                                             "physics"});
   const std::vector<std::string> figures = {"pairs",
                                             "sr_a",
                                             "sr_b",
@@ -81,7 +81,7 @@ TEST_CASE("compare: refusals are one line and say what to allow", "[apps]") {
   require_refusal("compare " + other + " " + fewer, 2, "rules \"original\"");
   CHECK(engram_command("compare " + other + " " + fewer + " --allow rules").code == 0);
   require_refusal("compare " + a + " " + fewer + " --allow everything", 2,
-                  "ids, seeds, version, rules, constants, choices allowed");
+                  "ids, seeds, version, rules, constants, choices, physics allowed");
   require_refusal("compare " + a + " " + a + "no", 1, "does not exist");
   require_refusal("compare " + a, 2, "B");
 }

@@ -14,13 +14,13 @@ TEST_CASE("play: Python gets the arguments of the command line", "[apps]") {
   const CommandResult result =
       engram_command("--variants '" + variants +
                          "' play --no-open --port 8080 --folder one --folder 'two words' " +
-                         "--policy-command 'a; b \"c\"' --choices --stay",
+                         "--policy-command 'a; b \"c\"' --physics mujoco --choices --stay",
                      "", fake_python(folder, kPrintArguments));
   INFO(result.err);
   CHECK(result.code == 0);
   CHECK(result.out == "--variants=" + variants +
                           "\n--port=8080\n--no-open\n--folder=one\n--folder=two words\n"
-                          "--policy-command=a; b \"c\"\n--choices\n--stay\n");
+                          "--policy-command=a; b \"c\"\n--physics=mujoco\n--choices\n--stay\n");
 }
 
 TEST_CASE("play: a missing Python or package is reported in one line", "[apps]") {

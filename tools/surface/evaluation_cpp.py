@@ -2,6 +2,7 @@
 
 from cpp import call, default_in_c, default_in_cpp, quoted
 from table import (
+    ENUMS,
     EVALUATION,
     LIST,
     TYPES,
@@ -25,13 +26,19 @@ def camel_limit(option):
     return "kMax" + camel(option["name"])
 
 
+def document_value(option, value):
+    """An option's value in documents: names, not numbers that stand for them."""
+    return f"name_of({value})" if option["type"] in ENUMS else value
+
+
 def init(indent):
     """Defaults that are not 0."""
+    zeros = (0, "nullptr", "ENGRAM_RULES_REFERENCE", "ENGRAM_PHYSICS_ENGRAM")
     return [
         f"{indent}options->{o['name']} = {default_in_c(o)};"
         for o in EVALUATION
         if o["type"] not in (None, "latency", "path")
-        and default_in_c(o) not in (0, "nullptr", "ENGRAM_RULES_REFERENCE")
+        and default_in_c(o) not in zeros
         and o.get("c") != []
     ]
 
@@ -91,7 +98,7 @@ def reads(indent):
 def document(indent):
     """Rows of the settings' document, but for those whose place is before the variants."""
     rows = [o for o in WRITTEN if o["name"] not in ("tell_episodes", "joint_proprio")]
-    return [f'{indent}{{"{o["key"]}", {o["core"]}}},' for o in rows]
+    return [f'{indent}{{"{o["key"]}", {document_value(o, o["core"])}}},' for o in rows]
 
 
 def keys(indent):
@@ -108,7 +115,8 @@ def own_keys(first):
         for option in ordered(chosen, FIRST_KEYS):
             field = f"settings.{option['core']}"
             when = option.get("when", f"{field} != usual.{option['core']}")
-            result.append(call(f"{indent}add(", [f'"{option["key"]}"', when, field]))
+            value = document_value(option, field)
+            result.append(call(f"{indent}add(", [f'"{option["key"]}"', when, value]))
         return result
 
     return lines

@@ -7,6 +7,7 @@
 #include "protocol/io/files.h"
 #include "protocol/io/html.h"
 #include "protocol/make/make.h"
+#include "protocol/make/physics_keys.h"
 
 namespace engram {
 namespace {
@@ -204,6 +205,7 @@ std::string probe_report(const Json& document) {
                 {"observations", text(part(settings, "obs_mode"))},
                 {"control mode", text(part(settings, "control_mode"))},
                 {"rules", text(part(settings, "rules"))},
+                {kPhysicsKey, physics_text(settings)},
                 {"episodes", decimal(number(part(settings, "n_episodes")), 0)},
                 {"first seed", std::to_string(whole_number(part(settings, "start_seed")))},
                 {"engram", version()}});

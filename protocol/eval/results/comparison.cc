@@ -9,6 +9,7 @@
 #include "protocol/eval/results/success_rates.h"
 #include "protocol/io/json_values.h"
 #include "protocol/make/definitions.h"
+#include "protocol/make/physics_keys.h"
 
 namespace engram {
 namespace {
@@ -199,6 +200,8 @@ Json compared(AllowedDifference what, const Json& task) {
       return environment_of(task);
     case AllowedDifference::kChoices:
       return value_or(task, "choices", false);
+    case AllowedDifference::kPhysics:
+      return physics_text(task);
     case AllowedDifference::kIds:
     case AllowedDifference::kSeeds:
       break;
@@ -276,7 +279,7 @@ class Comparison {
     }
     for (const AllowedDifference what :
          {AllowedDifference::kVersion, AllowedDifference::kRules, AllowedDifference::kConstants,
-          AllowedDifference::kChoices}) {
+          AllowedDifference::kChoices, AllowedDifference::kPhysics}) {
       const Json of_a = compared(what, a);
       const Json of_b = compared(what, b);
       if (of_a == of_b || allowed_.contains(what)) continue;
@@ -299,7 +302,7 @@ class Comparison {
         {"source", results.source},           {"model", part(part(task, "model"), "name")},
         {"version", part(task, "version")},   {"rules", part(task, "rules")},
         {"obs_mode", part(task, "obs_mode")}, {"latency_steps", value_or(task, "latency_steps", 0)},
-        {"repeat", repeats_of(task)}};
+        {"repeat", repeats_of(task)},         {kPhysicsKey, physics_in(task)}};
   }
 
   const ResultSet& a_;

@@ -18,9 +18,10 @@ enum class AllowedDifference {
   kRules,
   kConstants,  // task options and perturbations
   kChoices,    // one policy names answers, the other acts
+  kPhysics,    // and versions of MuJoCo
 };
-inline constexpr std::array kAllowedDifferenceNames = {"ids",   "seeds",     "version",
-                                                       "rules", "constants", "choices"};
+inline constexpr std::array kAllowedDifferenceNames = {"ids",       "seeds",   "version", "rules",
+                                                       "constants", "choices", "physics"};
 constexpr const auto& names_of(AllowedDifference) { return kAllowedDifferenceNames; }
 
 // {a, b, tasks, splits, total}; docs/evaluation.md has the keys. Throws Error (kInvalidArgument)

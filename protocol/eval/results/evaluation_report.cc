@@ -6,6 +6,7 @@
 #include "protocol/eval/results/success_rates.h"
 #include "protocol/io/decimal.h"
 #include "protocol/io/html.h"
+#include "protocol/make/physics_keys.h"
 
 namespace engram {
 namespace {
@@ -85,6 +86,7 @@ void add_settings(const EvaluationSettings& settings, const JsonList& tasks,
                 {"policy", policy_text(settings)},
                 {"observations", name_of(settings.obs_mode)},
                 {"rules", name_of(settings.rules)},
+                {kPhysicsKey, physics_text(settings.document())},
                 {"renderer", settings.renderer},
                 {"episodes per task", std::to_string(settings.episodes)},
                 {"first seed", seed_text(settings)},

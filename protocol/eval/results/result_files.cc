@@ -20,6 +20,7 @@
 #include "protocol/make/baseline_scores.h"
 #include "protocol/make/definitions.h"
 #include "protocol/make/perturbations_document.h"
+#include "protocol/make/physics_keys.h"
 #include "protocol/make/variants.h"
 
 namespace engram {
@@ -68,10 +69,10 @@ std::string local_time() {
 // Keys of a task document with the settings: the same in all documents of a run.
 constexpr const char* kProtocolKeys[] = {
     "start_seed", "n_episodes", "control_mode", "obs_mode", "version", "rules", "model", kSealed,
-    kPerturbations,
+    kPerturbations, kMujocoVersionKey,
     // begin generated: keys (tools/surface, from api/surface.toml)
     "tell_episodes", "repeat", "policy_seed", "latency_steps", "joint_proprio", "choices",
-    "choices_stride",
+    "choices_stride", "physics",
     // end generated
 };
 
@@ -149,7 +150,9 @@ void add_settings(const EvaluationSettings& settings, JsonTable& keys) {
   // begin generated: further_keys
   add("choices", settings.choices != usual.choices, settings.choices);
   add("choices_stride", settings.choices_stride != usual.choices_stride, settings.choices_stride);
+  add("physics", settings.physics != usual.physics, name_of(settings.physics));
   // end generated
+  add(kMujocoVersionKey, settings.physics == Physics::kMujoco, mujoco_version_of(settings.physics));
   add(kSealed, settings.commitment.has_value(), settings.commitment_document());
 }
 
@@ -167,6 +170,7 @@ Json column(const std::vector<T>& elements, Value&& value) {
 Json memory_score_of(const TaskResult& result, const EvaluationSettings& settings) {
   const bool usual = settings.rules == Rules::kReference && settings.task_options.empty() &&
                      settings.constants.empty() && settings.latency == 0 && !settings.choices &&
+                     settings.physics == Physics::kEngram &&
                      is_null(perturbations_document(settings.perturbations));
   const BaselineScores* baseline = usual ? find_baseline_scores(result.entry->id) : nullptr;
   if (baseline == nullptr) return {};

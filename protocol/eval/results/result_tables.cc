@@ -8,6 +8,7 @@
 #include "protocol/eval/results/success_rates.h"
 #include "protocol/eval/run/mean.h"
 #include "protocol/io/decimal.h"
+#include "protocol/make/physics_keys.h"
 
 namespace engram {
 namespace {
@@ -180,6 +181,8 @@ void require_usual_environments(const JsonList& tasks) {
     if (has(task, "choices")) refuse(task, "results of choices", "of actions");
     if (has(task, "perturbations")) refuse(task, "results under perturbations", "without them");
     if (has(task, "variant")) refuse(task, "results of changed constants", "the task's own");
+    const std::string physics = physics_text(task);
+    if (physics != name_of(Physics::kEngram)) refuse(task, "physics " + physics, "engram");
     const std::string& rules = text(part(task, "rules"));
     if (rules != name_of(Rules::kReference)) refuse(task, "rules '" + rules + "'", "'reference'");
   }

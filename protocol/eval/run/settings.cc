@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "protocol/io/json_checksum.h"
 #include "protocol/io/json_values.h"
@@ -12,6 +13,7 @@
 #include "protocol/make/definitions.h"
 #include "protocol/make/make.h"
 #include "protocol/make/perturbations_document.h"
+#include "protocol/make/physics_keys.h"
 #include "protocol/make/variants.h"
 
 namespace engram {
@@ -62,6 +64,12 @@ void read(const Json& document, const char* key, int low, int high, int& value) 
   throw Error(Error::kIo, "'" + std::string(key) + "' is " + std::to_string(value));
 }
 
+template <class Enum>
+requires std::is_enum_v<Enum>
+void read(const Json& document, const char* key, Enum& value) {
+  if (const Json* found = find(document, key)) value = require_named<Enum>(key, text(*found));
+}
+
 // Older documents have none.
 std::vector<PerturbationLevel> read_perturbations(const Json& document) {
   std::vector<PerturbationLevel> levels;
@@ -101,6 +109,7 @@ EvaluationSettings read(const Json& document) {
   read(document, "joint_proprio", settings.joint_proprio);
   read(document, "choices", settings.choices);
   read(document, "choices_stride", 1, kMaxChoicesStride, settings.choices_stride);
+  read(document, "physics", settings.physics);
   // end generated
   check_rounds(settings.episodes, settings.repeat);
   std::vector<TaskVariant> variants;
@@ -121,6 +130,15 @@ void require_this_version(const Json& document, const std::filesystem::path& fil
                               ": its results cannot be mixed with those; choose another folder");
 }
 
+// So does another version of MuJoCo, where it is the physics.
+void require_this_mujoco(const Json& document, Physics physics) {
+  const Json given = value_or_null(document, kMujocoVersionKey);
+  const Json now = mujoco_version_of(physics);
+  if (given == now) return;
+  throw Error(Error::kIo,
+              std::string(kMujocoVersionKey) + " is " + to_line(given) + ", here " + to_line(now));
+}
+
 }  // namespace
 
 void EvaluationSettings::set_environment(const MakeOptions& environment) {
@@ -134,6 +152,7 @@ void EvaluationSettings::set_environment(const MakeOptions& environment) {
   constants = environment.constants;
   joint_proprio = environment.joint_proprio;
   perturbations = environment.perturbations;
+  physics = environment.physics;
   // end generated
   task_options.clear();
   for (const TaskOptionValue& choice : environment.task_options) {
@@ -177,8 +196,11 @@ Json EvaluationSettings::document() const {
       {"latency_steps", latency},
       {"choices", choices},
       {"choices_stride", choices_stride},
+      {"physics", name_of(physics)},
       // end generated
   };
+  Json mujoco = mujoco_version_of(physics);
+  if (!is_null(mujoco)) document.emplace_back(kMujocoVersionKey, std::move(mujoco));
   JsonTable definitions = definitions_of(tasks);
   if (!definitions.empty()) document.emplace_back("definitions", std::move(definitions));
   add_checksum(document);
@@ -191,6 +213,7 @@ EvaluationSettings EvaluationSettings::of(const Json& document, const std::files
   try {
     if (!has_valid_checksum(document)) throw Error(Error::kIo, "its checksum does not fit");
     settings = read(document);
+    require_this_mujoco(document, settings.physics);
   } catch (const Error& error) {
     throw Error(Error::kIo, "'" + file.string() + "' is not what an evaluation wrote (" +
                                 error.what() + "); remove it to give the settings anew");
@@ -262,6 +285,7 @@ Protocol protocol_of(const EvaluationSettings& settings) {
   environment.constants = settings.constants;
   environment.joint_proprio = settings.joint_proprio;
   environment.perturbations = settings.perturbations;
+  environment.physics = settings.physics;
   // end generated
   for (const auto& [name, value] : settings.task_options) {
     environment.task_options.push_back({name, value});

@@ -30,6 +30,8 @@ struct EvaluationSettings : RunOptions {
   bool joint_proprio = false;
   // Departures from the tasks' usual scenes, robot and words.
   std::vector<PerturbationLevel> perturbations;
+  // Engine that moves robot and props.
+  Physics physics = Physics::kEngram;
   // end generated
   std::string policy;                        // "oracle", or the name of an external one
   Json policy_config;                        // further description in the results

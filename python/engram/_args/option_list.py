@@ -72,5 +72,6 @@ EVALUATION: dict[str, tuple[str, str | dict[str, int]]] = {
     "control_mode": ("control_mode", "maybe_text"),
     "joint_proprio": ("joint_proprio", "bool"),
     "choices_stride": ("choices_stride", "int"),
+    "physics": ("physics", PHYSICS),
 }
 # end generated

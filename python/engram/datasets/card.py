@@ -103,7 +103,7 @@ def _facts(folder: EpisodeSource, further: Mapping[str, str]) -> dict[str, str]:
     }
     if folder.keeps_failures:
         facts["successes"] = str(sum(folder.metadata["success_once"]))
-    for name in ("attempts", "rules", "renderer"):
+    for name in ("attempts", "rules", "physics", "renderer"):
         if name in origin:
             facts[name] = str(origin[name])
     if origin.get("variant") is not None:
@@ -113,6 +113,8 @@ def _facts(folder: EpisodeSource, further: Mapping[str, str]) -> dict[str, str]:
     facts["licence"] = _LICENCE
     if "version" in origin:
         facts["version of engram"] = str(origin["version"])
+    if "mujoco_version" in origin:
+        facts["version of MuJoCo"] = str(origin["mujoco_version"])
     return facts
 
 
@@ -137,6 +139,7 @@ def collect_command(folder: EpisodeSource) -> str:
         words += ["--seed", str(origin["start_seed"])]
     for option, name, usual in (
         ("--rules", "rules", "reference"),
+        ("--physics", "physics", "engram"),
         ("--renderer", "renderer", "cpu"),
         ("--control-mode", "control_mode", "pd_ee_delta_pose"),
     ):

@@ -152,6 +152,7 @@ is_written = _Writer.is_written
 def _env_args(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
     """What robomimic says of an environment."""
     maps = [name for name in additions.MAPS if name in added]
+    physics = folder.metadata.get("engram", {}).get("physics", "engram")
     return {
         "env_name": folder.env_id,
         "type": _GYM,
@@ -160,6 +161,7 @@ def _env_args(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
             "obs_mode": "+".join(["rgb", *maps]),
             "control_mode": folder.spaces.control_mode,
             "joint_proprio": folder.spaces.joint_proprio,
+            **({} if physics == "engram" else {"physics": physics}),
         },
     }
 

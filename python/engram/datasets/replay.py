@@ -153,5 +153,6 @@ def _environment(folder: Metadata):
         folder.env_id,
         renderer=made_how.get("renderer", "cpu"),
         rules=made_how.get("rules", "reference"),
+        physics=made_how.get("physics", "engram"),
         **options,
     )

@@ -128,6 +128,12 @@ def parser() -> argparse.ArgumentParser:
         help="departures from the usual scene, from 0 to 1 (docs/variants.md)",
     )
     result.add_argument(
+        "--physics",
+        choices=("engram", "mujoco"),
+        default="engram",
+        help="engine that moves robot and props, default engram (docs/physics.md)",
+    )
+    result.add_argument(
         "--choices",
         action="store_true",
         help="begins with answers by name: the page asks, a scripted hand acts (docs/choices.md)",

@@ -78,6 +78,7 @@ class Server:
             Scores(),
             self._engine,
             dict(options.perturb),
+            options.physics,
             options.choices,
             options.id,
         )

@@ -17,7 +17,8 @@ _RANDOM_SEEDS = 2**31  # short enough for people
 class EpisodeSpec:
     """Choices for an episode.
 
-    Rules come from a folder that is watched, perturbations from there or from the command line.
+    Rules come from a folder that is watched, perturbations and physics from there or from the
+    command line.
     """
 
     id: str
@@ -27,6 +28,7 @@ class EpisodeSpec:
     constants: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     rules: str = "reference"
+    physics: str = "engram"
     perturb: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     choices: bool = False  # the player names answers, and a scripted hand acts
 
@@ -47,14 +49,14 @@ class EpisodeSpec:
     @property
     def is_default(self) -> bool:
         """Without changes: seed and actions reproduce the episode, and rates of the task apply."""
-        return not (self.pins or self.constants or self.options or self.perturb)
+        changed = self.pins or self.constants or self.options or self.perturb
+        return not changed and self.physics == "engram"
 
     @property
     def batch_key(self) -> str:
         """Equal for episodes that the same batch can play."""
-        return json.dumps(
-            [self.id, dict(self.constants), dict(self.options), dict(self.perturb)], sort_keys=True
-        )
+        changes = [dict(self.constants), dict(self.options), dict(self.perturb), self.physics]
+        return json.dumps([self.id, *changes], sort_keys=True)
 
     def make_batch(self, num_envs: int = 1, **more: Any) -> engram.VectorEnv[Any]:
         """A batch for such episodes, not yet reset; ended environments are held."""
@@ -62,6 +64,7 @@ class EpisodeSpec:
             "constants": dict(self.constants) or None,
             "task_options": dict(self.options) or None,
             "rules": self.rules,
+            "physics": self.physics,
             "perturb": dict(self.perturb) or None,
             "control_mode": "pd_ee_delta_pose",  # keys and sliders move the tool
             "autoreset_mode": "DISABLED",

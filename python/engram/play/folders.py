@@ -107,6 +107,7 @@ class Demonstrations:
                 folder.env_id,
                 stored.episode_seed,
                 rules=str(made_how.get("rules", "reference")),
+                physics=str(made_how.get("physics", "engram")),
                 perturb=_table(folder.metadata_path, made_how, "perturbations"),
             ),
             recorded_policy(list(stored.action)),
@@ -128,6 +129,7 @@ class Results:
         # Only engram's own policies have no description; another one may have any name.
         self._is_own = self._policy in BUILTIN and settings.get("policy_config") is None
         self._rules = str(settings.get("rules", "reference"))
+        self._physics = str(settings.get("physics", "engram"))
         self._options = _table(path / _SETTINGS, settings, "task_options")
         self._constants = _table(path / _SETTINGS, settings, "constants")
         self._perturb = _table(path / _SETTINGS, settings, "perturbations")
@@ -165,6 +167,7 @@ class Results:
             constants=self._constants,
             options=self._options,
             rules=self._rules,
+            physics=self._physics,
             perturb=self._perturb,
         )
         return Recording(spec, actor, obs, success=then["success"], steps=then["steps"])

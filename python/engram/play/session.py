@@ -53,6 +53,7 @@ class ServerContext:
     # One thread for the simulation, while messages are read and sent.
     engine: concurrent.futures.Executor
     perturb: Mapping[str, float]  # of every episode that is begun
+    physics: str = "engram"  # likewise
     choices: bool = False  # the page begins with answers by name
     task: str | None = None  # the page begins with this id
 
@@ -340,8 +341,8 @@ class Session:
         game = self._ended_game("save")
         if not game.spec.is_default:
             raise SaveError(
-                "the episode had pins, constants or options; seed and actions alone do not "
-                "reproduce it"
+                "the episode had pins, constants, options or another physics; seed and actions "
+                "alone do not reproduce it"
             )
         out, spec, actions = self._context.out, game.spec, list(game.actions)
         file, episodes = await self._run_in_engine(lambda: save(out, spec.id, spec.seed, actions))
@@ -441,7 +442,10 @@ class Session:
     # --- internals ---
 
     def _episode_spec(self, message: dict[str, Any]) -> EpisodeSpec:
-        spec = dataclasses.replace(EpisodeSpec.from_message(message), perturb=self._context.perturb)
+        context = self._context
+        spec = dataclasses.replace(
+            EpisodeSpec.from_message(message), perturb=context.perturb, physics=context.physics
+        )
         if spec.id not in self._context.catalogue:
             raise MessageError(f"id: '{spec.id}' given, which is no task")
         return spec

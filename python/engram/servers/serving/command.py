@@ -53,6 +53,7 @@ def parser() -> argparse.ArgumentParser:
     add("--chunk", type=_chunk, default=1, help="actions of an answer, default 1 (1 to 1000)")
     add("--server-keys", default="mikasa", metavar="NAME|FILE.json", help="as of eval")
     add("--rules", choices=("reference", "original"), default="reference", help="as of the client")
+    add("--physics", choices=("engram", "mujoco"), default="engram", help="as of the client")
     add("--control-mode", metavar="MODE", help="as of the client")
     add("--joint-proprio", action="store_true", help="as of the client")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="as of the client")
@@ -66,6 +67,7 @@ def _policy(options: argparse.Namespace) -> ServedPolicy:
     if options.policy in SCRIPTED:
         environment = {
             "rules": options.rules,
+            "physics": options.physics,
             "control_mode": options.control_mode,
             "joint_proprio": options.joint_proprio,
             "constants": _values("--set", options.set),

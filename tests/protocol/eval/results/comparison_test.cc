@@ -136,6 +136,13 @@ TEST_CASE("Results of other environments are refused unless that is allowed",
   perturbed.perturbations = {{PerturbationAxis::kBlur, 0.5}};
   const ResultSet d = results("d", {task_of(kId, {true, false}, perturbed)});
   CHECK_THROWS_WITH(compare_results(a, d, {}), Contains("blur") && Contains("allow constants"));
+
+  EvaluationSettings other_physics;
+  other_physics.physics = Physics::kMujoco;
+  const ResultSet e = results("e", {task_of(kId, {true, false}, other_physics)});
+  CHECK_THROWS_WITH(compare_results(a, e, {}),
+                    Contains("physics \"engram\" in 'a', \"mujoco ") && Contains("allow physics"));
+  CHECK_NOTHROW(compare_results(a, e, {AllowedDifference::kPhysics}));
 }
 
 }  // namespace

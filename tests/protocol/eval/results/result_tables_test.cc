@@ -107,6 +107,9 @@ TEST_CASE("vla-eval's entry is of policies that act in usual environments",
   EvaluationSettings changed;
   changed.constants = {{"EMPTY_PHASE_STEPS", 3}};
   refuse(changed, "results of changed constants given, the task's own needed");
+  EvaluationSettings other_physics;
+  other_physics.physics = Physics::kMujoco;
+  refuse(other_physics, "physics mujoco ");
   EvaluationSettings original;
   original.rules = Rules::kOriginal;
   refuse(original, "rules 'original' given, 'reference' needed");

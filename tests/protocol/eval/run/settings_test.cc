@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "protocol/io/json_checksum.h"
+#include "protocol/io/json_values.h"
 
 namespace engram {
 namespace {
@@ -69,6 +70,26 @@ TEST_CASE("Settings survive their document", "[evaluation][settings]") {
 TEST_CASE("Settings without a key for perturbations have none", "[evaluation][settings]") {
   const Json older = edited(example().document(), "perturbations", std::nullopt);
   CHECK(EvaluationSettings::of(older, "settings.json").perturbations.empty());
+}
+
+TEST_CASE("Settings name the physics, and MuJoCo's version where it is MuJoCo's",
+          "[evaluation][settings]") {
+  EvaluationSettings settings = example();
+  CHECK(text(part(settings.document(), "physics")) == "engram");
+  CHECK(is_null(value_or_null(settings.document(), "mujoco_version")));
+  const Json older = edited(settings.document(), "physics", std::nullopt);
+  CHECK(EvaluationSettings::of(older, "settings.json").physics == Physics::kEngram);
+
+  settings.physics = Physics::kMujoco;
+  const Json document = settings.document();
+  const EvaluationSettings read = EvaluationSettings::of(document, "settings.json");
+  CHECK((read.document() == document));
+  CHECK(protocol_of(read).environment.physics == Physics::kMujoco);
+  CHECK_THROWS_WITH(
+      EvaluationSettings::of(edited(document, "mujoco_version", "1.0.0"), "settings.json"),
+      Catch::Contains("mujoco_version is \"1.0.0\", here"));
+  CHECK_THROWS_WITH(EvaluationSettings::of(edited(document, "physics", "bullet"), "settings.json"),
+                    Catch::Contains("no physics named 'bullet'; allowed are: engram, mujoco"));
 }
 
 TEST_CASE("Settings of another version are refused by its name", "[evaluation][settings]") {
