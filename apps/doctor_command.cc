@@ -20,8 +20,9 @@ namespace {
 constexpr const char* kMeasuredTask = "RememberColor9-VLA-v0";
 
 std::string compiled_mujoco() {
-  return fmt::format("{}.{}.{}", mjVERSION_HEADER / 100, mjVERSION_HEADER / 10 % 10,
-                     mjVERSION_HEADER % 10);
+  constexpr int kBase = mjVERSION_HEADER < 1'000'000 ? 10 : 1000;  // 222: 2.2.2; 3017000: 3.17.0
+  return fmt::format("{}.{}.{}", mjVERSION_HEADER / kBase / kBase, mjVERSION_HEADER / kBase % kBase,
+                     mjVERSION_HEADER % kBase);
 }
 
 std::string compiler() {

@@ -31,7 +31,6 @@ void add_options(Element& root) {
   set(option, "timestep", 0.01);
   set(option, "gravity", {0, 0, -kGravity});
   set(option, "integrator", "Euler");
-  set(option, "collision", "predefined");
   set(option, "cone", "elliptic");
   set(option, "impratio", 10);
   set(option, "solver", "Newton");

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/scene/mujoco_handle.h"
+#include "core/scene/mujoco_versions.h"
 #include "render/egl/context.h"
 
 namespace engram {
@@ -32,7 +33,7 @@ void make_plain(mjModel& model) {
   std::fill_n(model.vis.headlight.diffuse, 3, 0.0F);
   std::fill_n(model.mat_specular, model.nmat, 0.0F);
   std::fill_n(model.mat_reflectance, model.nmat, 0.0F);
-  std::fill_n(model.mat_texid, model.nmat, -1);
+  for (int i = 0; i < model.nmat; ++i) texture_of(model, i) = -1;
 }
 
 // Turns rows upside down.

@@ -127,8 +127,8 @@ ContactPoints NarrowPhase::collide(const ShapePair& pair, const Frame& a, const 
   const int count = function(&model_, data_.get(), found_.data(), first, second, reach);
   const bool on_a = scene_.shapes()[at(pair.b)].type == mjGEOM_SPHERE;
   for (int i = 0; i < std::min(count, Manifold::kMaxPoints); ++i) {
-    const mjContact& contact = found_[at(i)];
-    const Vec3 from_first = Eigen::Map<const Vec3>(contact.frame);
+    const MujocoContact& contact = found_[at(i)];
+    const Vec3 from_first = Eigen::Map<const Vec3>(normal_of(contact));
     const Vec3 normal = swapped ? from_first : Vec3(-from_first);
     const double to_surface = (on_a ? 0.5 : -0.5) * contact.dist;
     points.push({Eigen::Map<const Vec3>(contact.pos) + to_surface * normal, normal, contact.dist});

@@ -8,6 +8,7 @@
 #include "core/collision/manifold.h"
 #include "core/scene/collision_scene.h"
 #include "core/scene/mujoco_handle.h"
+#include "core/scene/mujoco_versions.h"
 
 namespace engram {
 
@@ -40,7 +41,7 @@ class NarrowPhase {
   const CollisionScene& scene_;
   DataPtr data_;
   std::vector<ManifoldLimits> limits_;  // of each shape pair
-  std::vector<mjContact> found_;
+  std::vector<MujocoContact> found_;
 };
 
 }  // namespace engram

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/index.h"
+#include "core/scene/mujoco_versions.h"
 
 namespace engram {
 namespace {
@@ -42,10 +43,10 @@ RenderPattern pattern_of(const mjModel& model, int material) {
 
 // Mean colour of a material's texture; white without one.
 std::array<float, 3> texture_color(const mjModel& model, int material) {
-  const int texture = model.mat_texid[material];
+  const int texture = texture_of(model, material);
   if (texture < 0) return {1, 1, 1};
   const int pixels = model.tex_width[texture] * model.tex_height[texture];
-  const mjtByte* rgb = model.tex_rgb + model.tex_adr[texture];
+  const mjtByte* rgb = texture_pixels(model, texture);
   std::array<double, 3> sum = {};
   for (int i = 0; i < pixels; ++i) {
     for (std::size_t k = 0; k < 3; ++k) sum[k] += rgb[at(3 * i) + k];
@@ -183,7 +184,7 @@ void add_lights(const mjModel& model, RenderScene& scene) {
   for (int i = 0; i < model.nlight; ++i) {
     if (model.light_active[i] == 0) continue;
     for (int k = 0; k < 3; ++k) scene.ambient[k] += model.light_ambient[3 * i + k];
-    if (model.light_directional[i] == 0) continue;
+    if (!is_directional(model, i)) continue;
     RenderLight light;
     for (int k = 0; k < 3; ++k) {
       light.direction[k] = static_cast<float>(model.light_dir0[3 * i + k]);

@@ -13,6 +13,7 @@
 #include <type_traits>
 
 #include "core/base/error.h"
+#include "core/scene/mujoco_versions.h"
 #include "core/threads/process_mutex.h"
 
 namespace engram {
@@ -97,45 +98,73 @@ void release_zero_pages(void* memory, std::size_t bytes) {
   }
 }
 
-// The one file of a virtual file system, a copy of its text.
+// A virtual file system with one file, a copy of a text.
 class VirtualFile {
  public:
-  VirtualFile(mjVFS* files, const char* name, const std::string& text)
-      : files_(files), name_(name) {
-    mj_makeEmptyFileVFS(files, name, static_cast<int>(text.size()) + 1);
-    std::memcpy(files->filedata[0], text.c_str(), text.size() + 1);
-  }
-  ~VirtualFile() { mj_deleteFileVFS(files_, name_); }
+  static constexpr const char* kName = "scene.xml";
+
+  explicit VirtualFile(const std::string& text);
+  ~VirtualFile();
   VirtualFile(const VirtualFile&) = delete;
   VirtualFile& operator=(const VirtualFile&) = delete;
 
+  const mjVFS* files() const { return files_; }
+
  private:
+  std::unique_ptr<std::byte, PageDeleter> pages_;
   mjVFS* files_;
-  const char* name_;
 };
+
+// In MuJoCo 2.2 the virtual file system is two megabytes. All zeros is an empty one; to clear it
+// time and again would take a quarter of the time in which a scene is compiled.
+VirtualFile::VirtualFile(const std::string& text)
+    : pages_(make_pages(sizeof(mjVFS))), files_(reinterpret_cast<mjVFS*>(pages_.get())) {
+#if mjVERSION_HEADER >= 300
+  mj_defaultVFS(files_);
+  mj_addBufferVFS(files_, kName, text.data(), static_cast<int>(text.size()));
+#else
+  mj_makeEmptyFileVFS(files_, kName, static_cast<int>(text.size()) + 1);
+  std::memcpy(files_->filedata[0], text.c_str(), text.size() + 1);
+#endif
+}
+
+VirtualFile::~VirtualFile() {
+#if mjVERSION_HEADER >= 300
+  mj_deleteVFS(files_);
+#else
+  mj_deleteFileVFS(files_, kName);
+#endif
+}
 
 }  // namespace
 
 ModelPtr compile_model(const std::string& mjcf) {
   const MujocoScope scope;
-  // The virtual file system is two megabytes. All zeros is an empty one; to clear it time and again
-  // would take a quarter of the time in which a scene is compiled.
-  const auto pages = make_pages(sizeof(mjVFS));
-  auto* const files = reinterpret_cast<mjVFS*>(pages.get());
-  const char* name = "scene.xml";
-  const VirtualFile file(files, name, mjcf);
+  const VirtualFile file(mjcf);
   char message[1000] = "";
   ModelPtr model;
   {
     // MuJoCo has a lock of its own here, which a child of fork() might find taken.
     const std::lock_guard lock(process_mutex(ProcessLock::kCompiler));
-    model.reset(mj_loadXML(name, files, message, sizeof message));
+    model.reset(mj_loadXML(VirtualFile::kName, file.files(), message, sizeof message));
   }
   if (model == nullptr) {
     throw Error(Error::Kind::kInternal, std::string("scene refused by MuJoCo: ") + message);
   }
+  collide_pairs_alone(*model);
   return model;
 }
+
+#if mjVERSION_HEADER >= 300
+
+// Contacts and constraints lie in the arena, which MuJoCo allocates, but does not clear.
+DataPtr make_data_lazy_contacts(const mjModel& model) {
+  DataPtr data = make_data(model);
+  release_zero_pages(data->buffer, static_cast<std::size_t>(data->nbuffer));
+  return data;
+}
+
+#else
 
 namespace {
 
@@ -181,6 +210,8 @@ DataPtr make_data_lazy_contacts(const mjModel& model) {
   release_zero_pages(data->buffer, static_cast<std::size_t>(data->nbuffer));
   return data;
 }
+
+#endif
 
 DataPtr make_data(const mjModel& model) {
   const MujocoScope scope;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/scene/mujoco_versions.h"
 #include "core/scene/physics_model.h"
 
 namespace engram {
@@ -96,7 +97,7 @@ bool MujocoPhysics::step_env(const State& state, int env, const DriveTarget& dri
 // --- from the columns ---
 
 void MujocoPhysics::load(const State& state, int env, mjData& data) const {
-  data.pstack = 0;  // a step that failed in its middle leaves it
+  clear_stack(data);
   std::fill(std::begin(data.warning), std::end(data.warning), mjWarningStat{});
   data.time = state.elapsed[env] * substeps_ * mujoco_->opt.timestep;
   std::copy_n(state.qpos.row(env), kRobotJoints, data.qpos);
@@ -180,10 +181,12 @@ void MujocoPhysics::store_finger_forces(const State& state, int env, const mjDat
       if (finger < 0 || prop < 0) continue;
       mjtNum force[6];
       mj_contactForce(mujoco_.get(), &data, i, force);
-      mjtNum world[3];  // on the second geom
-      mju_rotVecMatT(world, force, contact.frame);
+      const mjtNum* const axes = contact.frame;  // row by row, from the first geom to the second
       double* const sum = state.finger_force.row(env) + 6 * prop + 3 * finger;
-      for (int k = 0; k < 3; ++k) sum[k] += side == 1 ? world[k] : -world[k];
+      for (int k = 0; k < 3; ++k) {
+        const double world = axes[k] * force[0] + axes[3 + k] * force[1] + axes[6 + k] * force[2];
+        sum[k] += side == 1 ? world : -world;
+      }
     }
   }
 }
