@@ -116,6 +116,7 @@ def test_episodes_to_play_have_a_physics():
     assert spec.batch_key != EpisodeSpec(TASK, 3).batch_key
     own, other = EpisodeSpec(TASK, 3).make_batch(), spec.make_batch()
     spec.reset(own)
+    spec.reset(other)
     with pytest.raises(engram.InvalidArgumentError, match="physics=mujoco"):
         own.restore(other.save())
     own.close()
