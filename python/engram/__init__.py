@@ -21,6 +21,7 @@ from engram import _interpreter  # noqa: F401 (before all others)
 
 # isort: split
 from engram import _core, _distribution
+from engram._args.values import worker_seed
 from engram.errors import (
     BadStateError,
     Error,
@@ -73,6 +74,7 @@ __all__ = [
     "register_task",
     "report",
     "suites",
+    "worker_seed",
 ]
 
 __version__: str = _core.version()

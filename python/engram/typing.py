@@ -89,7 +89,7 @@ RenderMode = Literal["rgb_array", "human"]
 class EnvOptions(TypedDict, total=False):
     """Keywords of environments, single or in batches, but for obs_mode."""
 
-    seed: int | None
+    seed: int | tuple[int, int] | None
     threads: int
     reward_mode: RewardMode
     control_mode: ControlMode | None

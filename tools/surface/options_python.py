@@ -70,8 +70,8 @@ def python_types(indent):
 
 
 def default_in_python(option):
-    value = option["default"]
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    value = option.get("python_default", option["default"])
+    return f'"{value}"' if isinstance(value, str) and value != "None" else str(value)
 
 
 def help_lines(indent):

@@ -16,7 +16,7 @@ TYPES = {
     "bool": ("int32_t", "bool", "bool"),
     "maybe": ("int32_t", "std::optional<bool>", "bool | None"),
     "int": ("int32_t", "int", "int"),
-    "seed": ("uint64_t", "std::uint64_t", "int | None"),
+    "seed": ("uint64_t", "std::uint64_t", "int | tuple[int, int] | None"),
     "real": ("double", "double", "float"),
     "text": ("const char*", "std::string", "str"),
     "path": ("const char*", "std::string", "str | os.PathLike[str] | None"),

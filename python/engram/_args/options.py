@@ -27,6 +27,7 @@ from engram._args.values import (
     real,
     seed_value,
     text,
+    worker_seed,
 )
 from engram._ids import NAMESPACE
 from engram.errors import InvalidArgumentError, UnknownIdError
@@ -38,15 +39,21 @@ SENSORS = ("base_camera", "hand_camera")
 _PYTHON_ONLY = ("copy", "language_in_info", "privileged")
 
 
-def _random_or_seed(name: str, value: Any) -> int:
-    return secrets.randbits(63) if value is None else seed_value(name, value)
+def _batch_seed(name: str, value: Any) -> int:
+    if value is None:
+        return secrets.randbits(63)
+    if not isinstance(value, (tuple, list)):
+        return seed_value(name, value)
+    if len(value) != 2:
+        raise InvalidArgumentError(f"{name}: {value!r} given; a pair is (base, worker)")
+    return worker_seed(*value)
 
 
 _CONVERTERS: dict[str, Callable[[str, Any], Any]] = {
     "bool": boolean,
     "maybe": lambda name, value: -1 if value is None else int(boolean(name, value)),
     "int": integer,
-    "seed": _random_or_seed,
+    "seed": _batch_seed,
     "real": real,
     "text": text,
     "maybe_text": lambda name, value: None if value is None else text(name, value),

@@ -45,6 +45,24 @@ def seed_value(name: str, value: Any) -> int:
     return integer(name, value, 0, 2**64 - 1)
 
 
+def worker_seed(base: int, worker: int) -> int:
+    """The first seed of a batch in one of many workers, processes or runs.
+
+    Batches of different pairs play different episodes: environment i has this number plus i, and
+    the numbers are far apart. It is ``SeedSequence([base, worker]).generate_state(1, uint64)`` of
+    NumPy, without its lowest bit and shifted by it, so that it stays below 2**63.
+
+    Args:
+        base: The run's seed, unsigned 64 bit.
+        worker: Number of the worker, unsigned 64 bit.
+
+    Raises:
+        InvalidArgumentError: One of them is no integer, or out of range.
+    """
+    pair = [seed_value("base", base), seed_value("worker", worker)]
+    return int(np.random.SeedSequence(pair).generate_state(1, np.uint64)[0]) >> 1
+
+
 def real(name: str, value: Any) -> float:
     """The value as a float."""
     try:

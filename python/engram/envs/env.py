@@ -57,6 +57,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         self.batch: VectorEnv[ObsT] = VectorEnv(
             id, 1, obs_mode=obs_mode, autoreset_mode="DISABLED", **given
         )
+        self.seed: int = self.batch.seed
         self._observe = Copier()(_first(self.batch._observation))
         self._info = self.batch._infos.row_reader(0)
         views = self.batch._views

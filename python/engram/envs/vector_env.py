@@ -95,7 +95,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             same, and "depth" (mm) or "segmentation", int16 (N, height, width, cameras); "objects":
             one float32 row of what cameras can show; "objects_dict": the same by name, {"agent":
             ..., "objects": (N, tokens, values)}; "none".
-        seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system.
+        seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system, and told
+            by the attribute ``seed``. A pair (base, worker): ``engram.worker_seed(base, worker)``.
         threads: Threads that work on a step, the caller's included; results do not depend on it. 0
             (one per core) to 1024.
         reward_mode: The reward of a step. "none", "sparse", "dense" or "normalized_dense".
@@ -174,7 +175,7 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         *,
         # begin generated: signature (tools/surface writes it, and "Args" above)
         obs_mode: ObsMode = "state",
-        seed: int | None = 0,
+        seed: int | tuple[int, int] | None = None,
         threads: int = 0,
         reward_mode: RewardMode = "normalized_dense",
         control_mode: ControlMode | None = None,
@@ -235,7 +236,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
         self._same_step = self.autoreset_mode is AutoresetMode.SAME_STEP
         exported = Copier() if copy else same
         self._open(obs_mode, exported, bool(privileged), bool(language_in_info))
-        self._resetter = Resetter(self._batch, self._group, options.seed, self._ones)
+        self.seed: int = options.seed
+        self._resetter = Resetter(self._batch, self._group, self.seed, self._ones)
         for text in self.description["warnings"]:
             warn(text)
         defaults: Any = VectorEnv.__init__.__kwdefaults__

@@ -1,0 +1,96 @@
+"""Seeds of environments that are made in different workers, processes and runs."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+from stable_baselines3.common.vec_env import SubprocVecEnv
+
+import engram
+from engram import InvalidArgumentError
+
+ID = "RememberColor9-VLA-v0"
+WORKERS = 4
+ENVS = 32
+
+
+def _episodes(*batches: engram.VectorEnv) -> np.ndarray:
+    """Rows of the first observations, which tell episodes apart."""
+    return np.concatenate([batch.reset()[0] for batch in batches])
+
+
+def _distinct(rows: np.ndarray) -> int:
+    return len(np.unique(rows, axis=0))
+
+
+def _single() -> engram.Env:
+    return engram.make(ID)
+
+
+def test_pairs_of_base_and_worker_play_different_episodes() -> None:
+    pairs = [(base, worker) for base in (0, 1) for worker in range(WORKERS)]
+    rows = _episodes(*(engram.make_vec(ID, ENVS, seed=pair) for pair in pairs))
+    assert _distinct(rows) == len(pairs) * ENVS
+
+
+def test_a_pair_means_the_documented_number() -> None:
+    state = np.random.SeedSequence([7, 3]).generate_state(1, np.uint64)
+    assert engram.worker_seed(7, 3) == int(state[0]) // 2
+    env = engram.make_vec(ID, 2, seed=(7, 3))
+    assert env.seed == engram.worker_seed(7, 3)
+    again = engram.make_vec(ID, 2, seed=env.seed)
+    np.testing.assert_array_equal(_episodes(env), _episodes(again))
+
+
+def test_a_pair_survives_the_specification() -> None:
+    env = engram.make_vec(ID, 2, seed=(7, 3))
+    spec = gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json())
+    again = gymnasium.make_vec(spec, num_envs=2)
+    np.testing.assert_array_equal(_episodes(env), again.reset()[0])
+
+
+def test_unseeded_batches_draw_seeds_and_tell_them() -> None:
+    batches = [engram.make_vec(ID, 8) for _ in range(3)]
+    assert len({batch.seed for batch in batches}) == 3
+    rows = _episodes(*batches)
+    assert _distinct(rows) == 24
+    again = engram.make_vec(ID, 8, seed=batches[0].seed)
+    np.testing.assert_array_equal(rows[:8], _episodes(again))
+    single = _single()
+    np.testing.assert_array_equal(single.reset()[0], engram.make(ID, seed=single.seed).reset()[0])
+
+
+@pytest.mark.parametrize(
+    "vector", [gymnasium.vector.AsyncVectorEnv, gymnasium.vector.SyncVectorEnv]
+)
+def test_unseeded_workers_of_gymnasium_play_different_episodes(vector: type) -> None:
+    envs = vector([_single] * 4)
+    try:
+        assert _distinct(envs.reset()[0]) == 4
+    finally:
+        envs.close()
+
+
+def test_unseeded_workers_of_sb3_play_different_episodes() -> None:
+    envs = SubprocVecEnv([_single] * 4)
+    try:
+        assert _distinct(np.asarray(envs.reset())) == 4
+    finally:
+        envs.close()
+
+
+def test_unseeded_workers_of_torchrl_play_different_episodes() -> None:
+    from torchrl.envs import EnvCreator, GymWrapper, ParallelEnv
+
+    envs = ParallelEnv(4, EnvCreator(lambda: GymWrapper(_single())))
+    try:
+        assert _distinct(envs.reset()["observation"].numpy()) == 4
+    finally:
+        envs.close()
+
+
+@pytest.mark.parametrize("seed", [(1,), (1, 2, 3), (1, -1), (1, 0.5), (2**64, 0)])
+def test_other_tuples_are_refused(seed: tuple[float, ...]) -> None:
+    with pytest.raises(InvalidArgumentError):
+        engram.make_vec(ID, 2, seed=seed)  # type: ignore[arg-type]
