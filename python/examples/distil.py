@@ -291,7 +291,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
     rates = (args.memory_learning_rate, args.learning_rate)
     groups = [{"params": part, "lr": rate} for part, rate in zip((memory, others), rates)]
     optimizer = torch.optim.Adam(groups)
-    env.reset(seed=args.seed)
+    env.reset(seed=engram.worker_seed(args.seed, 0))
 
     episodes: list[Episodes] = []
     log: list[dict[str, float]] = []

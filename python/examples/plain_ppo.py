@@ -178,7 +178,7 @@ def make_env(args: argparse.Namespace, num_envs: int) -> Any:
         obs_mode=args.obs_mode,
         autoreset_mode="SAME_STEP",
         threads=1,
-        seed=args.seed,
+        seed=(args.seed, 0),
         **ends,
     )
     if args.preset == "none":

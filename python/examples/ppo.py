@@ -298,7 +298,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
     agent = Agent(env, args)
     optimiser = torch.optim.Adam(agent.parameters(), lr=args.learning_rate, eps=1e-5)
     scale = RewardScale(args.num_envs, args.gamma)
-    collector = Collector(env, args.seed)
+    collector = Collector(env, engram.worker_seed(args.seed, 0))
 
     # The first rollout sets the sizes of observations. Later, moments change between iterations
     # alone, so that a rollout and its updates see the same policy.

@@ -360,7 +360,7 @@ def train(args: argparse.Namespace) -> list[dict[str, float]]:
     groups = [{"params": part, "lr": rate} for part, rate in zip((memory, others), rates)]
     optimizer = torch.optim.Adam(groups, eps=1e-5)
     scale = RewardScale(args.gamma)
-    env.reset(seed=args.seed)
+    env.reset(seed=engram.worker_seed(args.seed, 0))
 
     per_iteration = num_steps * args.num_envs
     num_iterations = max(1, args.total_timesteps // per_iteration)

@@ -48,7 +48,9 @@ class PufferVecEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it has no type
         **options: Unpack[EnvOptions],
     ) -> None:
         check_single("PufferVecEnv", options, own=("num_envs", "buf"))
-        options["seed"] = self._first_seed(options.get("seed", 0), num_envs)
+        seed = options.get("seed")
+        if not isinstance(seed, (tuple, list)):
+            options["seed"] = self._first_seed(seed, num_envs)
         mode: Any = AutoresetMode.SAME_STEP
         self.batch: VectorEnv[Any] = VectorEnv(
             id, num_envs, obs_mode=obs_mode, autoreset_mode=mode, copy=False, **options
