@@ -194,10 +194,15 @@ TaskShare to_share(const engram_task_share& share) {
   return task;
 }
 
-std::vector<OutputTarget> to_targets(const engram_output_target* targets, std::size_t count) {
-  std::vector<OutputTarget> all;
-  for (const engram_output_target& target : array("targets", targets, count)) {
-    all.push_back({text("name of an output", target.name), target.data, target.size});
+std::vector<std::vector<OutputTarget>> to_turns(const engram_output_target* targets,
+                                                std::size_t turns, std::size_t count) {
+  std::vector<std::vector<OutputTarget>> all;
+  for (std::size_t turn = 0; turn < turns; ++turn) {
+    std::vector<OutputTarget>& own = all.emplace_back();
+    if (count == 0) continue;
+    for (const engram_output_target& target : array("targets", targets + turn * count, count)) {
+      own.push_back({text("name of an output", target.name), target.data, target.size});
+    }
   }
   return all;
 }

@@ -24,6 +24,8 @@ std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);
 Policy to_policy(std::int32_t policy);
 
 TaskShare to_share(const engram_task_share& share);
-std::vector<OutputTarget> to_targets(const engram_output_target* targets, std::size_t count);
+// count targets of each turn.
+std::vector<std::vector<OutputTarget>> to_turns(const engram_output_target* targets,
+                                                std::size_t turns, std::size_t count);
 
 }  // namespace engram::c

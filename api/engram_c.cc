@@ -305,12 +305,11 @@ engram_status engram_output_at(engram_env* env, size_t index, engram_array* arra
   });
 }
 
-engram_status engram_write_outputs(engram_env* env, const engram_output_target* first,
-                                   const engram_output_target* second, size_t count) {
-  if (first == nullptr && count > 0) return refuse_null("first");
+engram_status engram_write_outputs(engram_env* env, const engram_output_target* targets,
+                                   size_t turns, size_t count) {
+  if (targets == nullptr && turns > 0 && count > 0) return refuse_null("targets");
   return with_env(env, [&](engram_env& of) {
-    of.batch->write_to(engram::c::to_targets(first, count),
-                       engram::c::to_targets(second, second != nullptr ? count : 0));
+    of.batch->write_to(engram::c::to_turns(targets, turns, count));
   });
 }
 

@@ -187,12 +187,12 @@ class VectorEnv {
 
   /// From the first reset on, outputs are written to arrays of the caller's as well, and images
   /// to those alone: rgb(), depth() and segmentation() then point there. They outlive this object.
-  /// second: arrays for the same outputs: steps write to the second and the first in turns, so that
-  /// one can be read while a step_async writes the other. Throws Error after the first reset
+  /// Each turn has arrays for the same outputs: the first reset writes to those of turn 0, each
+  /// step to those of the next turn, after the last one to those of turn 0 again. Two can be read
+  /// and written side by side (step_async); many hold a rollout. Throws Error after the first reset
   /// (kBadState) and for a name or size that is wrong.
-  void write_outputs(const std::vector<OutputTarget>& first,
-                     const std::vector<OutputTarget>& second = {});
-  /// 0 or 1: the arrays, first or second, that the last reset or step has written to.
+  void write_outputs(const std::vector<std::vector<OutputTarget>>& turns);
+  /// The turn, from 0 on, whose arrays the last reset or step has written to.
   int output_buffer() const { return engram_output_buffer(handle_.get()); }
 
   // --- outputs of the last reset or step ---
@@ -310,7 +310,7 @@ class VectorEnv {
   std::unique_ptr<engram_env, Close> handle_;
   std::string id_;
   ObsMode obs_mode_ = ObsMode::kState;
-  bool double_buffered_ = false;  // outputs have a second array
+  bool takes_turns_ = false;  // outputs have several arrays
   int num_envs_ = 0;
   int action_dim_ = 0;
   int state_dim_ = 0;

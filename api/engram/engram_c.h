@@ -224,15 +224,16 @@ typedef struct engram_output_target {
   size_t size; /**< bytes: exactly those of the output */
 } engram_output_target;
 
-/** From the first reset on, outputs are written to arrays of the caller's, `count` of them; they
- * outlive the handle. Arrays of images that engram_output returned before are no longer valid:
- * images are drawn into the caller's alone, to which it then points. second: NULL, or as many
- * arrays for the same outputs: steps then write to the second and the first in turns, so that one
- * can be read while a step_async writes the other. Refused after the first reset, and for a name or
- * size that is wrong. */
-ENGRAM_API engram_status engram_write_outputs(engram_env* env, const engram_output_target* first,
-                                              const engram_output_target* second, size_t count);
-/** 0 or 1: the arrays, first or second, that the last reset or step has written to. */
+/** From the first reset on, outputs are written to arrays of the caller's, which outlive the
+ * handle. Arrays of images that engram_output returned before are no longer valid: images are drawn
+ * into the caller's alone, to which it then points. targets: `turns` times `count` arrays, one turn
+ * after the other, each turn for the same outputs: the first reset writes to those of turn 0, each
+ * step to those of the next turn, after the last one to those of turn 0 again. With two turns, one
+ * can be read while a step_async writes the other; many hold a rollout. Refused after the first
+ * reset, for 0 turns, and for a name or size that is wrong. */
+ENGRAM_API engram_status engram_write_outputs(engram_env* env, const engram_output_target* targets,
+                                              size_t turns, size_t count);
+/** The turn, from 0 on, whose arrays the last reset or step has written to. */
 ENGRAM_API int32_t engram_output_buffer(const engram_env* env);
 
 /** The language instruction of one environment's episode. Copies at most `capacity` bytes, the

@@ -184,13 +184,8 @@ inline std::string joined_ids(const std::vector<TaskShare>& tasks) {
   return ids;
 }
 
-inline std::vector<engram_output_target> to_c(const std::vector<OutputTarget>& targets) {
-  std::vector<engram_output_target> all;
-  all.reserve(targets.size());
-  for (const OutputTarget& target : targets) {
-    all.push_back({c_text(target.name), target.bytes.data(), target.bytes.size()});
-  }
-  return all;
+inline engram_output_target to_c(const OutputTarget& target) {
+  return {c_text(target.name), target.bytes.data(), target.bytes.size()};
 }
 
 inline Output to_output(const engram_array& array) {
@@ -287,17 +282,18 @@ inline void VectorEnv::find_images() {
   if (segmentation) segmentation_ = all_of<std::int16_t>("segmentation");
 }
 
-inline void VectorEnv::write_outputs(const std::vector<OutputTarget>& first,
-                                     const std::vector<OutputTarget>& second) {
-  if (!second.empty() && second.size() != first.size()) {
-    detail::refuse(std::to_string(first.size()) + " first and " + std::to_string(second.size()) +
-                   " second arrays given, as many of both needed");
+inline void VectorEnv::write_outputs(const std::vector<std::vector<OutputTarget>>& turns) {
+  const std::size_t count = turns.empty() ? 0 : turns[0].size();
+  std::vector<engram_output_target> all;
+  for (const std::vector<OutputTarget>& targets : turns) {
+    if (targets.size() != count) {
+      detail::refuse("turns of " + std::to_string(count) + " and " +
+                     std::to_string(targets.size()) + " arrays given, as many in each needed");
+    }
+    for (const OutputTarget& target : targets) all.push_back(detail::to_c(target));
   }
-  const std::vector<engram_output_target> one = detail::to_c(first);
-  const std::vector<engram_output_target> other = detail::to_c(second);
-  detail::check(engram_write_outputs(handle(), one.data(), second.empty() ? nullptr : other.data(),
-                                     one.size()));
-  double_buffered_ = !second.empty();
+  detail::check(engram_write_outputs(handle(), all.data(), turns.size(), count));
+  takes_turns_ = turns.size() > 1;
   find_images();
 }
 
@@ -334,12 +330,12 @@ inline void VectorEnv::reset(const ResetRequest& request) {
 
 inline void VectorEnv::step(std::span<const float> actions) {
   detail::check(engram_step(handle(), actions.data(), actions.size()));
-  if (double_buffered_) find_images();
+  if (takes_turns_) find_images();
 }
 
 inline void VectorEnv::step_no_action() {
   detail::check(engram_step_no_action(handle()));
-  if (double_buffered_) find_images();
+  if (takes_turns_) find_images();
 }
 
 inline void VectorEnv::step_async(std::span<const float> actions) {
@@ -348,7 +344,7 @@ inline void VectorEnv::step_async(std::span<const float> actions) {
 
 inline void VectorEnv::step_wait() {
   detail::check(engram_step_wait(handle()));
-  if (double_buffered_) find_images();
+  if (takes_turns_) find_images();
 }
 
 inline void VectorEnv::act(Policy policy, std::span<float> actions) {

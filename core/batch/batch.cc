@@ -219,7 +219,7 @@ void Batch::step_no_action() {
 
 void Batch::step_all(const float* actions, std::span<const std::uint8_t> commanded) {
   const IeeeScope scope;
-  arrays_->swap_buffers();
+  arrays_->next_buffer();
   const auto actions_of = [&](const Part& part) {
     StepActions own = {nullptr, rows_of(commanded, part.data())};
     if (actions != nullptr) own.values = actions + at(part.data().first_env) * at(action_dim());
@@ -236,12 +236,12 @@ void Batch::step_all(const float* actions, std::span<const std::uint8_t> command
   }
 }
 
-void Batch::write_to(std::span<const OutputTarget> first, std::span<const OutputTarget> second) {
+void Batch::write_to(std::span<const std::vector<OutputTarget>> turns) {
   if (std::ranges::any_of(parts_, [](const Part& part) { return part.data().started; })) {
     throw Error(Error::kBadState,
                 "arrays for outputs given after the first reset; give them before");
   }
-  arrays_->write_to(first, second);
+  arrays_->write_to(turns);
 }
 
 ObservedImages Batch::images() const {

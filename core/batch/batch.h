@@ -120,10 +120,11 @@ class Batch {
   // All outputs as arrays over the environments of all tasks.
   const BatchOutputs& output_arrays() const { return *arrays_; }
   // Outputs are written to arrays of the caller's as well, images to those alone; each as large
-  // as the output. They outlive the batch. second: arrays of the same outputs; steps write to the
-  // first and the second alternately (double buffer), resets to those of the step before. Throws
-  // Error for a name or size that is wrong, twice the same name, or after the first reset.
-  void write_to(std::span<const OutputTarget> first, std::span<const OutputTarget> second = {});
+  // as the output. They outlive the batch. Each turn has arrays of the same outputs: the first
+  // reset writes to those of turn 0, each step to those of the next turn, after the last one of
+  // turn 0 again, later resets to those of the step before. Throws Error for a name or size that is
+  // wrong, twice the same name, turns of different outputs, or after the first reset.
+  void write_to(std::span<const std::vector<OutputTarget>> turns);
 
   // The engine's columns, for tools and tests that look inside.
   const State& state() const { return data().state; }

@@ -203,6 +203,7 @@ BatchOutputs::BatchOutputs(std::span<BatchData* const> parts, bool common) : com
     any_cue_ |= observes_cue(*data);
   }
   row_ = merged_rows(rows);
+  set_turns(1);
   now_ = merged(&Part::now);
   finals_ = merged(&Part::finals);
   if (!common_) return;
@@ -354,62 +355,66 @@ void BatchOutputs::check(std::span<const OutputTarget> targets) const {
   }
 }
 
-void BatchOutputs::write_to(std::span<const OutputTarget> first,
-                            std::span<const OutputTarget> second) {
-  check(first);
-  check(second);
-  for (const OutputTarget& target : second) {
-    const bool paired = std::ranges::any_of(
-        first, [&target](const OutputTarget& one) { return one.name == target.name; });
-    if (!paired || first.size() != second.size()) {
+void BatchOutputs::write_to(std::span<const std::vector<OutputTarget>> turns) {
+  if (turns.empty()) throw Error(Error::kInvalidArgument, "0 turns of arrays given, 1 needed");
+  for (const std::vector<OutputTarget>& targets : turns) {
+    check(targets);
+    if (!std::ranges::is_permutation(targets, turns[0], {}, &OutputTarget::name,
+                                     &OutputTarget::name)) {
       throw Error(Error::kInvalidArgument,
-                  "arrays that take turns: both must be for the same outputs");
+                  "arrays that take turns: all turns must be for the same outputs");
     }
   }
-  has_two_ = !second.empty();
   buffer_ = 0;
-  add_targets(first, 0);
-  if (has_two_) add_targets(second, 1);
+  set_turns(turns.size());
+  for (std::size_t turn = 0; turn < turns.size(); ++turn) add_targets(turns[turn], turn);
   for (Part& part : parts_) {
     if (part.data->images) part.data->images->draw_into(part.images[0], {});
   }
   use_buffer();
 }
 
-void BatchOutputs::add_targets(std::span<const OutputTarget> targets, std::size_t buffer) {
+void BatchOutputs::set_turns(std::size_t count) {
+  user_images_.assign(count, {});
+  for (Part& part : parts_) {
+    part.copies.assign(count, {});
+    part.images.assign(count, {});
+  }
+}
+
+void BatchOutputs::add_targets(std::span<const OutputTarget> targets, std::size_t turn) {
   std::vector<OutputArray> arrays;  // the callers'
-  user_images_[buffer].clear();
   for (const OutputTarget& target : targets) {
     const OutputArray* const array = find_array(now_, target.name);
     arrays.push_back(*array);
     arrays.back().data = static_cast<std::byte*>(target.data);
-    if (is_image(*array))
-      user_images_[buffer].emplace_back(array - now_.data(), arrays.back().data);
+    if (is_image(*array)) {
+      user_images_[turn].emplace_back(array - now_.data(), arrays.back().data);
+    }
   }
   for (Part& part : parts_) {
-    part.copies[buffer] = {};
-    add_common_copies(part, part.copies[buffer]);
-    part.images[buffer] = images_in(part, arrays);
+    add_common_copies(part, part.copies[turn]);
+    part.images[turn] = images_in(part, arrays);
     for (const OutputArray& array : arrays) {
       if (!is_image(array)) {
-        add_copies(part, part.now, array, &OutputCopies::add, part.copies[buffer]);
+        add_copies(part, part.now, array, &OutputCopies::add, part.copies[turn]);
       }
     }
   }
 }
 
-void BatchOutputs::swap_buffers() {
-  if (!has_two_) return;
-  buffer_ = 1 - buffer_;
+void BatchOutputs::next_buffer() {
+  if (user_images_.size() == 1) return;
+  buffer_ = (buffer_ + 1) % user_images_.size();
   for (Part& part : parts_) {
-    if (part.data->images) part.data->images->swap_to(part.images[at(buffer_)]);
+    if (part.data->images) part.data->images->swap_to(part.images[buffer_]);
   }
   use_buffer();
 }
 
 void BatchOutputs::use_buffer() {
-  for (Part& part : parts_) part.data->copies = &part.copies[at(buffer_)];
-  for (const auto& [output, data] : user_images_[at(buffer_)]) now_[output].data = data;
+  for (Part& part : parts_) part.data->copies = &part.copies[buffer_];
+  for (const auto& [output, data] : user_images_[buffer_]) now_[output].data = data;
 }
 
 }  // namespace engram

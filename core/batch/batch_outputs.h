@@ -2,7 +2,6 @@
 // tasks; and arrays of callers that they are written to.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -57,11 +56,11 @@ class BatchOutputs {
   bool has(std::size_t part, std::string_view name) const;
 
   // See Batch::write_to.
-  void write_to(std::span<const OutputTarget> first, std::span<const OutputTarget> second);
-  // Arrays of the last step or reset: 0: the first ones, 1: the second ones.
-  int buffer() const { return buffer_; }
-  // The next step writes to the other arrays, where there are two.
-  void swap_buffers();
+  void write_to(std::span<const std::vector<OutputTarget>> turns);
+  // The turn whose arrays the last step or reset has written to.
+  int buffer() const { return static_cast<int>(buffer_); }
+  // The next step writes to the arrays of the next turn, where there are several.
+  void next_buffer();
 
  private:
   struct Part {
@@ -69,9 +68,9 @@ class BatchOutputs {
     std::vector<OutputArray> now;
     std::vector<OutputArray> finals;
     std::vector<RangedField> row;
-    // For both buffers.
-    std::array<OutputCopies, 2> copies;
-    std::array<ImageTargets, 2> images;
+    // One of each turn.
+    std::vector<OutputCopies> copies;
+    std::vector<ImageTargets> images;
   };
 
   std::vector<OutputArray> merged(std::vector<OutputArray> Part::*list) const;
@@ -84,7 +83,8 @@ class BatchOutputs {
   bool hides_cue(const Part& part, std::string_view name) const;
   static ImageTargets images_in(const Part& part, const std::vector<OutputArray>& arrays);
   void check(std::span<const OutputTarget> targets) const;
-  void add_targets(std::span<const OutputTarget> targets, std::size_t buffer);
+  void set_turns(std::size_t count);
+  void add_targets(std::span<const OutputTarget> targets, std::size_t turn);
   void use_buffer();
 
   std::vector<Part> parts_;
@@ -95,10 +95,9 @@ class BatchOutputs {
   std::vector<OutputArray> now_;
   std::vector<OutputArray> finals_;
   std::vector<AlignedArray<std::byte>> memory_;
-  // Callers' arrays of images by the number of the output, of both buffers.
-  std::array<std::vector<std::pair<std::size_t, std::byte*>>, 2> user_images_;
-  bool has_two_ = false;
-  int buffer_ = 0;
+  // Callers' arrays of images by the number of the output, of each turn.
+  std::vector<std::vector<std::pair<std::size_t, std::byte*>>> user_images_;
+  std::size_t buffer_ = 0;
 };
 
 // One row for several tasks: fields keep their order, and one that tasks have in different widths

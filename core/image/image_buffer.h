@@ -44,7 +44,7 @@ class ImageBuffer {
       finals_ = finals;
     }
   }
-  // Double buffer: the next images go into this array.
+  // The next images go into this array.
   void swap_to(T* now) {
     if (size_ == 0 || now == nullptr) return;
     before_ = now_;

@@ -285,25 +285,20 @@ void Batch::act(int policy, const ActionsOut& actions) {
 
 // --- what comes out ---
 
-void Batch::write_outputs(const std::vector<OutputTarget>& first,
-                          const std::optional<std::vector<OutputTarget>>& second) {
+void Batch::write_outputs(const std::vector<std::vector<OutputTarget>>& turns) {
   const std::shared_ptr<Handle> handle = open();
-  const auto plain = [](const std::vector<OutputTarget>& targets) {
-    std::vector<engram_output_target> result;
-    for (const auto& [name, array] : targets) {
-      result.push_back({c_text(name), array.data(), array.nbytes()});
+  const std::size_t count = turns.empty() ? 0 : turns[0].size();
+  std::vector<engram_output_target> all;
+  for (const std::vector<OutputTarget>& targets : turns) {
+    if (targets.size() != count) {
+      raise(ENGRAM_INVALID_ARGUMENT,
+            "arrays that take turns: all turns must be for the same outputs");
     }
-    return result;
-  };
-  const std::vector<engram_output_target> one = plain(first);
-  const std::vector<engram_output_target> other = second ? plain(*second) : decltype(one){};
-  if (second && other.size() != one.size()) {
-    raise(ENGRAM_INVALID_ARGUMENT, "arrays that take turns: both must be for the same outputs");
+    for (const auto& [name, array] : targets) {
+      all.push_back({c_text(name), array.data(), array.nbytes()});
+    }
   }
-  run([&] {
-    return engram_write_outputs(handle->env(), one.data(), second ? other.data() : nullptr,
-                                one.size());
-  });
+  run([&] { return engram_write_outputs(handle->env(), all.data(), turns.size(), count); });
 }
 
 std::vector<std::string> Batch::output_names() const {

@@ -96,8 +96,7 @@ class Batch {
   void act(int policy, const ActionsOut& actions);
 
   // The arrays must outlive the batch.
-  void write_outputs(const std::vector<OutputTarget>& first,
-                     const std::optional<std::vector<OutputTarget>>& second);
+  void write_outputs(const std::vector<std::vector<OutputTarget>>& turns);
   int output_buffer() const { return engram_output_buffer(open()->env()); }
 
   std::vector<std::string> output_names() const;

@@ -137,7 +137,7 @@ void bind_batch(nb::module_& module) {
       .def("step_async", &Batch::step_async, "actions"_a.noconvert())
       .def("step_wait", &Batch::step_wait)
       .def("act", &Batch::act, "policy"_a, "actions"_a.noconvert())
-      .def("write_outputs", &Batch::write_outputs, "first"_a, "second"_a.none() = nb::none())
+      .def("write_outputs", &Batch::write_outputs, "turns"_a)
       .def_prop_ro("output_buffer", &Batch::output_buffer)
       .def_prop_ro("output_names", &Batch::output_names)
       .def("output", &Batch::output, "name"_a)

@@ -331,10 +331,11 @@ TEST_CASE("The header makes batches of several tasks, and writes to arrays of th
   };
   CHECK(kind_of(
             [&] {
-              env.write_outputs(target(one), {{"reward", {}}, {"rgb", {}}});
+              env.write_outputs({target(one), {{"reward", {}}, {"rgb", {}}}});
             },
-            "1 first and 2 second arrays") == Error::Kind::kInvalidArgument);
-  env.write_outputs(target(one), target(other));
+            "turns of 1 and 2 arrays") == Error::Kind::kInvalidArgument);
+  CHECK(kind_of([&] { env.write_outputs({}); }, "0 turns") == Error::Kind::kInvalidArgument);
+  env.write_outputs({target(one), target(other)});
   env.reset();
   CHECK(env.rgb().data() == one.data());
   std::vector<float> actions = env.make_actions();
@@ -343,7 +344,7 @@ TEST_CASE("The header makes batches of several tasks, and writes to arrays of th
   CHECK(env.rgb().data() == other.data());
   CHECK(env.output_buffer() == 1);
   CHECK(env.output("task_index").values<std::int32_t>()[4] == 1);
-  CHECK(kind_of([&] { env.write_outputs(target(one)); }, "after the first reset") ==
+  CHECK(kind_of([&] { env.write_outputs({target(one)}); }, "after the first reset") ==
         Error::Kind::kBadState);
 }
 

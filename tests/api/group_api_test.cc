@@ -128,11 +128,11 @@ TEST_CASE("Images are drawn into the caller's arrays, in turns", "[c_api]") {
   const BatchHandle batch = test::make_batch(options);
   const BatchHandle plain = test::make_batch(options);
   const std::size_t size = test::size_of(output(batch, "rgb"));
-  std::vector<std::uint8_t> images[2] = {std::vector<std::uint8_t>(size),
-                                         std::vector<std::uint8_t>(size)};
-  const engram_output_target first = {"rgb", images[0].data(), size};
-  const engram_output_target second = {"rgb", images[1].data(), size};
-  REQUIRE(engram_write_outputs(batch.get(), &first, &second, 1) == ENGRAM_OK);
+  const std::size_t turns = GENERATE(2, 5);
+  std::vector<std::vector<std::uint8_t>> images(turns, std::vector<std::uint8_t>(size));
+  std::vector<engram_output_target> targets;
+  for (std::vector<std::uint8_t>& one : images) targets.push_back({"rgb", one.data(), size});
+  REQUIRE(engram_write_outputs(batch.get(), targets.data(), turns, 1) == ENGRAM_OK);
   REQUIRE(engram_reset(batch.get(), nullptr) == ENGRAM_OK);
   REQUIRE(engram_reset(plain.get(), nullptr) == ENGRAM_OK);
   // Beyond the end of the episodes, where environments wait with their last image.
@@ -142,11 +142,12 @@ TEST_CASE("Images are drawn into the caller's arrays, in turns", "[c_api]") {
     REQUIRE(engram_step(plain.get(), actions.data(), actions.size()) == ENGRAM_OK);
     REQUIRE(engram_step_wait(batch.get()) == ENGRAM_OK);
     const int turn = engram_output_buffer(batch.get());
-    REQUIRE(turn == (i + 1) % 2);
-    REQUIRE(output(batch, "rgb").data == images[turn].data());
-    REQUIRE(std::memcmp(images[turn].data(), output(plain, "rgb").data, size) == 0);
+    REQUIRE(turn == (i + 1) % static_cast<int>(turns));
+    const std::vector<std::uint8_t>& now = images[static_cast<std::size_t>(turn)];
+    REQUIRE(output(batch, "rgb").data == now.data());
+    REQUIRE(std::memcmp(now.data(), output(plain, "rgb").data, size) == 0);
   }
-  CHECK(engram_write_outputs(batch.get(), &first, nullptr, 1) == ENGRAM_BAD_STATE);
+  CHECK(engram_write_outputs(batch.get(), targets.data(), 1, 1) == ENGRAM_BAD_STATE);
 }
 
 }  // namespace

@@ -294,8 +294,9 @@ TEST_CASE("Steps of a group do not allocate", "[allocation]") {
   Batch group = make_group({"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}, options);
   std::vector<float> own(static_cast<std::size_t>(group.num_envs()));
   std::vector<float> other(own.size());
-  group.write_to(std::vector<OutputTarget>{{"reward", own.data(), own.size() * sizeof(float)}},
-                 std::vector<OutputTarget>{{"reward", other.data(), own.size() * sizeof(float)}});
+  group.write_to(std::vector<std::vector<OutputTarget>>{
+      {{"reward", own.data(), own.size() * sizeof(float)}},
+      {{"reward", other.data(), own.size() * sizeof(float)}}});
   group.reset();
   std::vector<float> actions = zeros(group);
   act(group, Policy::kRandom, actions);
@@ -312,25 +313,27 @@ TEST_CASE("Outputs are written to arrays of the user's, in turns") {
                        : test::make_env(kThree[0], options);
   const auto count = static_cast<std::size_t>(group->num_envs());
   const auto width = static_cast<std::size_t>(group->state_dim());
-  std::vector<std::vector<float>> rows(2, std::vector<float>(count * width));
-  std::vector<std::vector<float>> rewards(2, std::vector<float>(count));
-  const auto targets = [&](std::size_t i) {
-    return std::vector<OutputTarget>{
-        {"observation", rows[i].data(), rows[i].size() * sizeof(float)},
-        {"reward", rewards[i].data(), count * sizeof(float)}};
-  };
-  group->write_to(targets(0), targets(1));
+  const std::size_t turns = GENERATE(1, 2, 4);
+  std::vector<std::vector<float>> rows(turns, std::vector<float>(count * width));
+  std::vector<std::vector<float>> rewards(turns, std::vector<float>(count));
+  std::vector<std::vector<OutputTarget>> targets;
+  for (std::size_t i = 0; i < turns; ++i) {
+    targets.push_back({{"observation", rows[i].data(), rows[i].size() * sizeof(float)},
+                       {"reward", rewards[i].data(), count * sizeof(float)}});
+  }
+  group->write_to(targets);
   group->reset();
   CHECK(group->output_arrays().buffer() == 0);
   std::vector<float> actions = zeros(*group);
-  for (int step = 0; step < 6; ++step) {
+  for (std::size_t step = 0; step < 10; ++step) {
     act(*group, Policy::kRandom, actions);
-    const std::vector<float> last = rows[static_cast<std::size_t>(group->output_arrays().buffer())];
-    const int output_buffer = group->output_arrays().buffer();
+    const std::vector<std::vector<float>> before = rows;
     group->step(actions);
-    CHECK(group->output_arrays().buffer() == 1 - output_buffer);
-    CHECK(rows[static_cast<std::size_t>(output_buffer)] == last);  // still readable
     const auto now = static_cast<std::size_t>(group->output_arrays().buffer());
+    CHECK(now == (step + 1) % turns);
+    for (std::size_t turn = 0; turn < turns; ++turn) {
+      if (turn != now) CHECK(rows[turn] == before[turn]);  // still readable
+    }
     const OutputArray& own = *find_array(group->output_arrays().now(), "observation");
     CHECK(std::memcmp(rows[now].data(), own.data, count * own.row_bytes()) == 0);
     CHECK(std::memcmp(rewards[now].data(), find_array(group->output_arrays().now(), "reward")->data,
@@ -341,14 +344,16 @@ TEST_CASE("Outputs are written to arrays of the user's, in turns") {
 TEST_CASE("Arrays for outputs are refused where they do not fit") {
   const auto group = test::make_env(kThree[0], {.num_envs = 2});
   std::vector<float> values(2);
-  const auto write = [&](const OutputTarget& first, const std::vector<OutputTarget>& second = {}) {
-    group->write_to(std::vector{first}, second);
+  const auto write = [&](const OutputTarget& target) {
+    group->write_to(std::vector<std::vector<OutputTarget>>{{target}});
   };
   CHECK_THROWS_WITH(write({"rewards", values.data(), 8}), Contains("no output named 'rewards'"));
   CHECK_THROWS_WITH(write({"reward", values.data(), 4}), Contains("4 bytes given, 8 bytes needed"));
   CHECK_THROWS_WITH(write({"reward", nullptr, 8}), Contains("no address"));
-  CHECK_THROWS_WITH(write({"reward", values.data(), 8}, {{"success", values.data(), 2}}),
-                    Contains("the same outputs"));
+  const std::vector<std::vector<OutputTarget>> different = {{{"reward", values.data(), 8}},
+                                                            {{"success", values.data(), 2}}};
+  CHECK_THROWS_WITH(group->write_to(different), Contains("the same outputs"));
+  CHECK_THROWS_WITH(group->write_to({}), Contains("0 turns"));
   group->reset();
   CHECK_THROWS_WITH(write({"reward", values.data(), 8}), Contains("after the first reset"));
 }
