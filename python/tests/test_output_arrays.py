@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -77,8 +79,17 @@ def test_two_sets_take_turns() -> None:
         ({"reward": np.broadcast_to(np.float32(0), 2)}, "writable"),
         ({"reward": [0.0, 0.0]}, "list given"),
         ([{"reward": np.zeros(2, np.float32)}, {}], "the same outputs"),
-        ([], "a dict from names to arrays, or two"),
-        (3, "a dict from names to arrays, or two"),
+        ([], "a dict from names to arrays, or a list of them"),
+        (3, "a dict from names to arrays, or a list of them"),
+        ({"reward": np.zeros((0, 2), np.float32)}, "leading axes of 0 given"),
+        (
+            {"reward": np.zeros((4, 2), np.float32), "proprio": np.zeros((5, 2, 7), np.float32)},
+            "leading axes of 4, 5 given, one needed",
+        ),
+        (
+            {"reward": np.zeros((4, 2), np.float32), "success": np.zeros(2, np.bool_)},
+            "a leading axis of 4 needed",
+        ),
     ],
 )
 def test_other_arrays_are_refused(out: object, message: str) -> None:
@@ -102,3 +113,33 @@ def test_arrays_that_share_memory_are_refused(count: int) -> None:
         COLOR, 2, obs_mode="objects", out={"observation": observation, "reward": memory[-2:]}
     )
     assert env.reset()[0] is observation
+
+
+def outputs_of_rollout(turns: int, steps: int, **options: Any) -> tuple[Any, list[Any]]:
+    """A batch, and copies of its rewards, proprio and observations after a reset and steps."""
+    env = engram.make_vec(COLOR, 3, obs_mode="objects", seed=2, **options)
+    obs, info = env.reset()
+    seen = [(np.array(obs), np.array(info["proprio"]), np.zeros(3, np.float32))]
+    for _ in range(steps):
+        obs, reward, *_, info = env.step(env.act("oracle"))
+        seen.append((np.array(obs), np.array(info["proprio"]), np.array(reward)))
+    return env, seen
+
+
+@pytest.mark.parametrize("as_list", [False, True])
+def test_a_rollout_is_written_in_place(as_list: bool) -> None:
+    turns, steps = 16, 40
+    width = engram.make_vec(COLOR, 3, obs_mode="objects").observation_space.shape[1]
+    store = {
+        "observation": np.zeros((turns, 3, width), np.float32),
+        "proprio": np.zeros((turns, 3, 7), np.float32),
+        "reward": np.zeros((turns, 3), np.float32),
+    }
+    rows = [{name: array[t] for name, array in store.items()} for t in range(turns)]
+    _, seen = outputs_of_rollout(turns, steps)
+    outputs_of_rollout(turns, steps, out=rows if as_list else store)
+    for step in range(steps + 1 - turns, steps + 1):  # the last of each turn
+        observation, proprio, reward = seen[step]
+        assert (store["observation"][step % turns] == observation).all()
+        assert (store["proprio"][step % turns] == proprio).all()
+        assert (store["reward"][step % turns] == reward).all()

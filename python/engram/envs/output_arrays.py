@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import combinations
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,24 +16,19 @@ from engram.errors import InvalidArgumentError
 
 
 class OutputArrays:
-    """The keyword ``out`` of a batch: one dict from outputs to arrays, or two that take turns."""
+    """The keyword ``out`` of a batch: dicts from outputs to arrays, which take turns."""
 
     def __init__(self, batch: _core.Batch, out: Any) -> None:
-        given = [out] if isinstance(out, Mapping) else out
-        if not isinstance(given, Sequence) or isinstance(given, str) or len(given) not in (1, 2):
-            raise InvalidArgumentError(
-                f"out: {kind_of(out)} given; a dict from names to arrays, or two, needed"
-            )
         self._batch = batch
-        self._turns = [dict(text_keys("out", turn)) for turn in given]
+        self._turns = _turns_of(batch, out)
         self._arrays = [  # kept for as long as the batch may write to them
             [(name, _writable(batch, name, value)) for name, value in turn.items()]
             for turn in self._turns
         ]
-        if len(given) == 2 and self._turns[0].keys() != self._turns[1].keys():
-            raise InvalidArgumentError("out: both dicts must be for the same outputs")
+        if any(turn.keys() != self._turns[0].keys() for turn in self._turns):
+            raise InvalidArgumentError("out: all dicts must be for the same outputs")
         _require_apart([one for turn in self._arrays for one in turn])
-        batch.write_outputs(*self._arrays)
+        batch.write_outputs(self._arrays)
 
     def __contains__(self, name: object) -> bool:
         return name in self._turns[0]
@@ -43,8 +38,8 @@ class OutputArrays:
         if len(self._turns) == 1:
             array = self._turns[0][name]
             return lambda: array
-        pair = [turn[name] for turn in self._turns]
-        return lambda: pair[self._batch.output_buffer]
+        arrays = [turn[name] for turn in self._turns]
+        return lambda: arrays[self._batch.output_buffer]
 
     def observation(
         self, layout: Layout, whole: Any, exported: Callable[[Any], Callable[[], Any]]
@@ -66,12 +61,44 @@ class OutputArrays:
         return self.getter(own[0]) if own else exported(whole)
 
 
+def _turns_of(batch: _core.Batch, out: Any) -> list[dict[str, Any]]:
+    """One dict for each turn: those that are given, or the rows of arrays with a leading axis."""
+    given = [out] if isinstance(out, Mapping) else out
+    if not isinstance(given, Sequence) or isinstance(given, str) or not given:
+        raise InvalidArgumentError(
+            f"out: {kind_of(out)} given; a dict from names to arrays, or a list of them, needed"
+        )
+    turns = [dict(text_keys("out", turn)) for turn in given]
+    lengths = {
+        len(value)
+        for name, value in turns[0].items()
+        if getattr(value, "ndim", 0) == batch.output(name).ndim + 1
+    }
+    if len(turns) > 1 or not lengths:
+        return turns
+    (turn,) = turns
+    if len(lengths) > 1 or 0 in lengths:
+        raise InvalidArgumentError(
+            f"out: leading axes of {', '.join(map(str, sorted(lengths)))} given, one needed"
+        )
+    (length,) = lengths
+    return [{name: _row(name, value, t, length) for name, value in turn.items()}
+            for t in range(length)]  # fmt: skip
+
+
+def _row(name: str, value: Any, turn: int, length: int) -> Any:
+    if not hasattr(value, "ndim") or value.ndim == 0 or len(value) != length:
+        raise InvalidArgumentError(f"out[{name!r}]: a leading axis of {length} needed, as others")
+    return value[turn]
+
+
 def _require_apart(arrays: list[tuple[str, np.ndarray]]) -> None:
-    """Raises InvalidArgumentError if two arrays have memory in common."""
-    for (name, one), (other_name, other) in combinations(arrays, 2):
-        if np.may_share_memory(one, other):
+    """Raises InvalidArgumentError if two arrays, which have no gaps, have memory in common."""
+    places = sorted((array.ctypes.data, array.nbytes, name) for name, array in arrays)
+    for (start, size, name), (following, _, other) in pairwise(places):
+        if start + size > following:
             raise InvalidArgumentError(
-                f"out: the arrays of {name!r} and {other_name!r} share memory; separate ones needed"
+                f"out: the arrays of {name!r} and {other!r} share memory; separate ones needed"
             )
 
 

@@ -155,9 +155,10 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             the other.
         out: Arrays or torch tensors (pinned ones too) by output: {"rgb": ..., "proprio": ...,
             "reward": ...}. engram writes there, and ``reset`` and ``step`` return them instead of
-            copies. Each needs the dtype and shape of the output. Two such dicts take turns: steps
-            write to the second, the first, the second, ..., so that one can be read while
-            ``step_async`` works on the other.
+            copies. Each needs the dtype and shape of the output. A list of such dicts, or arrays
+            with a leading axis of T turns, take turns: ``reset`` writes to the first, each step to
+            the next, after the last one to the first again. With two, one can be read while
+            ``step_async`` works on the other; T + 1 hold a rollout of T steps in place.
         privileged: Infos with what reveals the hidden quantity, or how near the robot is to it:
             oracle_info, reward_dict and others; ``engram.describe(id)["outputs"]`` marks them. For
             analysis, not for policies.
