@@ -35,10 +35,15 @@ constexpr double kPenetrationOnFour = 1e-5;  // m
 
 // The fingers' contacts are harder than the default. With that, fingers would sink 1.5 mm under 30
 // N into a cube of 64 g; with this, 0.2 mm. Even harder ones cost solver iterations.
-constexpr std::array<double, 3> kGripImpedance = {0.99, 0.999, 0.0002};
+constexpr std::array<double, 3> kGripImpedance = {0.99, 0.9996, 0.0002};
 // Props that rest: a hand that presses with all its force pushes a cube 0.5 mm into the table; with
 // the default, 6 mm.
 constexpr std::array<double, 3> kStandingImpedance = {0.99, 0.999, 0.0007};
+
+// Stiffness and damping of an overlap, 1/s^2 and 1/s, where the robot touches a prop. The damping
+// stops them within a substep; the stiffness takes out a tenth of the overlap in each, as a speed
+// apart. With the default, 0.25, props jump away from a fast hand and tremble before a slow one.
+constexpr std::array<double, 2> kTouchReference = {-1000, -100};  // negative: direct values
 
 // Onset of a contact, m above the surface: the height at which it pushes, and the distance above
 // that at which it is found and does not push yet.
@@ -84,7 +89,7 @@ GeomGroup group_of(const Prop& prop) {
 // Pairs every geom of one group with every geom of the other. The friction is the average of both,
 // as in PhysX; MuJoCo by itself would take the larger one.
 void add_pairs(Element& contact, const GeomGroup& first, const GeomGroup& second,
-               const Onset& onset = {}) {
+               const Onset& onset = {}, bool robot_and_prop = false) {
   const double friction = (first.material.friction + second.material.friction) / 2;
   const double patch = std::max(first.material.patch, second.material.patch);
   const bool gripping = patch == kRubber.patch;
@@ -95,6 +100,7 @@ void add_pairs(Element& contact, const GeomGroup& first, const GeomGroup& second
       set(pair, "geom1", geom1);
       set(pair, "geom2", geom2);
       if (!usual) set(pair, "friction", pair_friction(friction, patch));
+      if (robot_and_prop) set(pair, "solref", kTouchReference);
       if (gripping) set(pair, "solimp", kGripImpedance);
       if (!gripping && onset.push > 0) set(pair, "solimp", kStandingImpedance);
       if (onset.push + onset.speculative > 0) set(pair, "margin", onset.push + onset.speculative);
@@ -133,7 +139,7 @@ void add_prop_pairs(Element& contact, const LinkGroups& robot, const Prop& prop,
                     const GeomGroup& support) {
   const GeomGroup own = group_of(prop);
   for (auto i = static_cast<std::size_t>(Link::kLink5); i < robot.size(); ++i) {
-    add_pairs(contact, robot[i], own);
+    add_pairs(contact, robot[i], own, {}, true);
   }
   if (prop.body_type == BodyType::kDynamic) {
     const double penetration = kPenetrationOnFour * 4 / table_contact_count(prop);

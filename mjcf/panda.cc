@@ -1,20 +1,34 @@
 #include "mjcf/panda.h"
 
+#include <array>
 #include <utility>
 
 namespace engram::mjcf {
 namespace {
 
-// Drive: 1000 (target - q) - 100 qdot. The damping is the joint's, which the Euler integrator
-// takes implicitly. As the actuator's it would be unstable at 0.01 s.
+// Drive: 1000 (target - q) - 100 qdot, a net force of at most 100.
 constexpr double kStiffness = 1000;
 constexpr double kDamping = 100;
 constexpr double kForceLimit = 100;
 
-// Rotor inertia: very little for the arm. 1 kg for the fingers: with their own 15 g, the stiff
-// drive would squeeze them through what they hold. They stay overdamped, as in the original.
-constexpr double kArmArmature = 0.005;
-constexpr double kFingerArmature = 1;
+// MuJoCo adds up forces at a substep's start, where these would be unstable, and solves contacts
+// before it integrates a joint's damping. Taken implicitly, (M + h D + s h^2 K) dv is equal to
+// h (K (target - q) - (D + s h K) v), with s = 1 for the speed at the substep's end and s = 1/2 for
+// the mean speed. So the left side's part is rotor inertia, the right side's an actuator, and
+// contacts see the joint that resists them. The mean follows the original's arm best; the fingers
+// are lighter than that allows.
+constexpr double kArmShare = 0.5;
+constexpr double kFingerShare = 1;
+
+double end_share(const JointSpec& joint) {
+  return is_finger(joint.link) ? kFingerShare : kArmShare;
+}
+
+// The rotor inertia takes up about half of the force by which a joint accelerates.
+constexpr double kAppliedForceLimit = 2 * kForceLimit;
+
+// Joint limits are nearly rigid: closed fingers press each other less than 0.05 mm beyond theirs.
+constexpr std::array<double, 3> kLimitImpedance = {0.99, 0.999, 0.001};
 
 // The original couples the fingers by a spring of 1e5 N/m, too stiff to integrate explicitly. An
 // equality constraint would couple robot and props in the solver. So this is a softer spring.
@@ -30,8 +44,8 @@ void add_joint(Element& body, const JointSpec& joint) {
   set(element, "axis", joint.axis);
   set(element, "limited", "true");
   set(element, "range", {joint.lower, joint.upper});
-  set(element, "damping", kDamping);
-  set(element, "armature", is_finger(joint.link) ? kFingerArmature : kArmArmature);
+  set(element, "solimplimit", kLimitImpedance);
+  set(element, "armature", kTimestep * (kDamping + end_share(joint) * kTimestep * kStiffness));
 }
 
 void add_inertia(Element& element, const LinkSpec& body) {
@@ -99,9 +113,11 @@ void add_drives(Element& root) {
     set(drive, "joint", joint.name);
     set(drive, "gainprm", kStiffness);
     set(drive, "biastype", "affine");
-    set(drive, "biasprm", {0, -kStiffness, 0});
+    set(drive, "biasprm",
+        {0, -kStiffness, -(kDamping + end_share(joint) * kTimestep * kStiffness)});
     set(drive, "forcelimited", "true");
-    set(drive, "forcerange", {-kForceLimit, kForceLimit});
+    set(drive, "forcerange", {-kAppliedForceLimit, kAppliedForceLimit});
+    set(drive, "user", {kStiffness, kDamping, kForceLimit});
   }
 }
 

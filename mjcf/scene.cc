@@ -28,7 +28,7 @@ void add_compiler(Element& root) {
 
 void add_options(Element& root) {
   Element& option = add(root, "option");
-  set(option, "timestep", 0.01);
+  set(option, "timestep", kTimestep);
   set(option, "gravity", {0, 0, -kGravity});
   set(option, "integrator", "Euler");
   set(option, "cone", "elliptic");

@@ -42,14 +42,14 @@ void bound_prop(const mjModel& model, int body, PropModel& prop) {
 // Reads the drive that all nine joints share, and their limits. Throws Error for scenes in which
 // the drives differ.
 RobotParams read_robot_params(const mjModel& model) {
+  if (model.nuser_actuator < 3) refuse("drives without stiffness, damping and force limit");
   RobotParams params;
-  params.drive = {model.actuator_gainprm[0], model.dof_damping[0], model.actuator_forcerange[1]};
+  const mjtNum* const first = model.actuator_user;
+  params.drive = {first[0], first[1], first[2]};
   params.timestep = model.opt.timestep;
   for (int i = 0; i < kRobotJoints; ++i) {
-    const bool same = model.actuator_gainprm[i * mjNGAIN] == params.drive.stiffness &&
-                      model.dof_damping[i] == params.drive.damping &&
-                      model.actuator_forcerange[2 * i + 1] == params.drive.limit &&
-                      model.actuator_trnid[2 * i] == i;
+    const mjtNum* const drive = first + i * model.nuser_actuator;
+    const bool same = std::equal(first, first + 3, drive) && model.actuator_trnid[2 * i] == i;
     if (!same) refuse("the robot's joints need the same drive and actuators in joint order");
     params.lower[i] = model.jnt_range[2 * i];
     params.upper[i] = model.jnt_range[2 * i + 1];

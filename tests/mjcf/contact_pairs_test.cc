@@ -68,6 +68,18 @@ TEST_CASE("Pairs take the average friction", "[mjcf][contact_pairs]") {
   }
 }
 
+TEST_CASE("Where the robot touches a prop, an overlap goes slowly", "[mjcf][contact_pairs]") {
+  const Model model = compile(cubes(2), Detail::kPhysics);
+  const auto is_prop = [](const std::string& body) { return body.starts_with("cube"); };
+  for (int i = 0; i < model->npair; ++i) {
+    const std::string a = body_of(model, model->pair_geom1[i]);
+    const std::string b = body_of(model, model->pair_geom2[i]);
+    const bool touch = is_prop(a) != is_prop(b) && a != "world" && b != "world";
+    CHECK(model->pair_solref[2 * i] == (touch ? -1000 : 0.02));
+    CHECK(model->pair_solref[2 * i + 1] == (touch ? -100 : 1));
+  }
+}
+
 TEST_CASE("Props meet robot, table and each other as they should", "[mjcf][contact_pairs]") {
   Scene scene = cubes(1);
   for (const char* name : {"post", "wall"}) {

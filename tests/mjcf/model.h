@@ -43,16 +43,10 @@ inline Model compile(const std::string& xml) {
 
 inline Model compile(const Scene& scene, Detail detail) { return compile(compose(scene, detail)); }
 
-// A scene that MuJoCo itself moves: no gravity in the model, and the drives' damping as armature
-// and force, so that contacts are solved with the accelerations that happen.
+// A scene that MuJoCo itself moves, without gravity in the model.
 inline Model compile_driven(const Scene& scene, Detail detail) {
   Model model = compile(scene, detail);
   model->opt.gravity[2] = 0;
-  for (int i = 0; i < 9; ++i) {
-    model->actuator_biasprm[mjNBIAS * i + 2] = -model->dof_damping[i];
-    model->dof_armature[i] += model->opt.timestep * model->dof_damping[i];
-    model->dof_damping[i] = 0;
-  }
   return model;
 }
 

@@ -2,6 +2,7 @@
 #include "mjcf/panda.h"
 
 #include <catch2/catch.hpp>
+#include <vector>
 
 #include "tests/mjcf/model.h"
 
@@ -157,17 +158,23 @@ TEST_CASE("Inertial properties are those of the table in every document", "[mjcf
   }
 }
 
-TEST_CASE("A drive pulls with 1000 N/m, damped by 100, limited to 100 N", "[mjcf][panda]") {
+TEST_CASE("A drive pulls with 1000 N/m, damped by 100, taken implicitly", "[mjcf][panda]") {
   const Model model = compile({}, Detail::kRobotOnly);
   const Data data = make_data(model, kMikasa);
   for (int i = 0; i < 9; ++i) {
     INFO("joint " << i);
+    const double implicit = i < 7 ? 5 : 10;  // half and all of 0.01 s times the stiffness
+    CHECK(model->dof_armature[i] == Approx(0.01 * (100 + implicit)));
+    CHECK(model->dof_damping[i] == 0);
     const double error = GENERATE(0.02, -0.05, 0.3, -0.3);
     data->ctrl[i] = data->qpos[i] + error;
     data->qvel[i] = 0.1;
     mj_forward(model.get(), data.get());
-    CHECK(data->qfrc_actuator[i] == Approx(std::clamp(1000 * error, -100.0, 100.0)));
-    CHECK(data->qfrc_passive[i] == Approx(-10));
+    const double force = 1000 * error - 0.1 * (100 + implicit);
+    CHECK(data->qfrc_actuator[i] == Approx(std::clamp(force, -200.0, 200.0)));
+    REQUIRE(model->nuser_actuator == 3);
+    const std::vector<double> user(model->actuator_user + 3 * i, model->actuator_user + 3 * i + 3);
+    CHECK(user == std::vector<double>{1000, 100, 100});
   }
 }
 
