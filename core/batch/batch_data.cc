@@ -109,8 +109,8 @@ void BatchData::allocate() {
   state =
       State(memory, static_cast<int>(model->props().size()), max_stored_pairs(model->collision()));
   if (options.physics == Physics::kMujoco) {
-    mujoco = std::make_unique<MujocoPhysics>(task->scene(), *model, options.substeps, num_envs(),
-                                             memory);
+    mujoco = std::make_unique<MujocoPhysics>(task->scene(), *model, options.substeps,
+                                             options.threads, num_envs(), memory);
   }
   const bool goes_on = options.after_end == AfterEnd::kContinue;
   memory.limit("elapsed", 0, goes_on ? kMaxElapsed : info.horizon);

@@ -202,7 +202,8 @@ std::size_t Queries::bytes_per_env() const {
   const BatchData& of = data();
   const std::size_t images = of.images ? of.images->bytes() : 0;
   const std::size_t objects = of.objects ? of.objects->bytes() : 0;
-  return images + objects + of.memory.row_bytes() + of.pin_memory.row_bytes() +
+  const std::size_t mujoco = of.mujoco ? of.mujoco->bytes_per_env() : 0;
+  return images + objects + mujoco + of.memory.row_bytes() + of.pin_memory.row_bytes() +
          2 * of.outputs.row_bytes();
 }
 

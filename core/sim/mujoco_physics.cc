@@ -35,10 +35,8 @@ int count_warnings(const mjData& data) {
 }  // namespace
 
 MujocoPhysics::MujocoPhysics(const SceneSpec& scene, const PhysicsModel& model, int substeps,
-                             int num_envs, ColumnStore& memory)
-    : substeps_(substeps),
-      drive_damping_(model.robot_params().drive.damping),
-      mujoco_(compile_scene(scene)) {
+                             int workers, int num_envs, ColumnStore& memory)
+    : substeps_(substeps), drive_(model.robot_params().drive), mujoco_(compile_scene(scene)) {
   const mjModel& compiled = *mujoco_;
   prop_of_body_.assign(at(compiled.nbody), -1);
   finger_of_body_.assign(at(compiled.nbody), -1);
@@ -57,30 +55,38 @@ MujocoPhysics::MujocoPhysics(const SceneSpec& scene, const PhysicsModel& model, 
     prop_of_body_[at(place.body)] = static_cast<int>(props_.size());
     props_.push_back(place);
   }
+  workspaces_.reserve(at(workers));
+  for (int worker = 0; worker < workers; ++worker) workspaces_.emplace_back(compiled);
   data_.reserve(at(num_envs));
-  for (int env = 0; env < num_envs; ++env) data_.push_back(make_data_lazy_contacts(compiled));
+  for (int env = 0; env < num_envs; ++env) {
+    data_.push_back(make_data_lazy_contacts(compiled));
+    release_stack(*data_.back());
+  }
   warm_start_ = memory.add<double>("qacc_warmstart", compiled.nv, "rad/s^2, m/s^2");
 }
 
-void MujocoPhysics::step(const State& state, int first, int /*worker*/,
+void MujocoPhysics::step(const State& state, int first, int worker,
                          std::span<const DriveTarget> drives, bool* ok, StepClock::Worker* clock) {
   std::fill_n(ok, drives.size(), true);
   if (substeps_ == 0) return;
   const MujocoScope scope;
   for (std::size_t i = 0; i < drives.size(); ++i) {
-    ok[i] = step_env(state, first + static_cast<int>(i), drives[i]);
+    ok[i] = step_env(state, first + static_cast<int>(i), worker, drives[i]);
   }
   mark(clock, StepPart::kDynamics);
 }
 
-bool MujocoPhysics::step_env(const State& state, int env, const DriveTarget& drive) {
+bool MujocoPhysics::step_env(const State& state, int env, int worker, const DriveTarget& drive) {
   mjData& data = *data_[at(env)];
+  const WorkspaceLoan loan(data, workspaces_[at(worker)]);
   load(state, env, data);
   try {
     for (int substep = 0; substep < substeps_; ++substep) {
       move_kinematic_props(state, env, substep, data);
       apply_drive(drive, data);
-      mj_step(mujoco_.get(), &data);
+      mj_step1(mujoco_.get(), &data);
+      pass_on_kinematic_velocities(state, env, data);
+      mj_step2(mujoco_.get(), &data);
       if (count_warnings(data) > 0) return false;
     }
   } catch (const Error&) {
@@ -92,6 +98,12 @@ bool MujocoPhysics::step_env(const State& state, int env, const DriveTarget& dri
   }
   store(state, env, data);
   return true;
+}
+
+std::size_t MujocoPhysics::bytes_per_env() const {
+  std::size_t bytes = 0;
+  for (const DataPtr& data : data_) bytes += resident_bytes(data);
+  return bytes / data_.size();
 }
 
 // --- from the columns ---
@@ -121,13 +133,14 @@ void MujocoPhysics::load_prop(const State& state, int env, int prop, mjData& dat
   data.xfrc_applied[6 * place.body + 2] = hidden ? 0.0 : -place.weight;
 }
 
-// Kinematic props in motion are where they will be at the end of the substep.
+// Kinematic props in motion are where they are at the beginning of the substep; after the last one
+// at their goals.
 void MujocoPhysics::move_kinematic_props(const State& state, int env, int substep,
                                          mjData& data) const {
-  const double part = static_cast<double>(substep + 1) / substeps_;
+  const double part = static_cast<double>(substep) / substeps_;
   for (int prop = 0; prop < state.num_props; ++prop) {
     const PropPlace& place = props_[at(prop)];
-    if (place.mocap < 0 || state.status_of(env, prop) != PropStatus::kAwake) continue;
+    if (!is_moving(state, env, prop)) continue;
     const double* from = state.prop_pos_of(env, prop);
     const double* displacement = state.prop_qvel_of(env, prop);
     for (int i = 0; i < 3; ++i) {
@@ -136,12 +149,44 @@ void MujocoPhysics::move_kinematic_props(const State& state, int env, int subste
   }
 }
 
-// The damping is the joints' own, which MuJoCo takes implicitly; a target velocity adds to it.
+bool MujocoPhysics::is_moving(const State& state, int env, int prop) const {
+  return props_[at(prop)].mocap >= 0 && state.status_of(env, prop) == PropStatus::kAwake;
+}
+
+// A mocap body has no velocity in MuJoCo. Where a contact has one in motion, its velocity is added
+// to the contact's, and so to the acceleration that the contact aims at.
+void MujocoPhysics::pass_on_kinematic_velocities(const State& state, int env, mjData& data) const {
+  const double per_second = 1 / (substeps_ * mujoco_->opt.timestep);
+  for (int i = 0; i < data.ncon; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.efc_address < 0) continue;
+    for (const bool second : {false, true}) {
+      const int prop =
+          prop_of_body_[at(mujoco_->geom_bodyid[second ? contact.geom2 : contact.geom1])];
+      if (prop < 0 || !is_moving(state, env, prop)) continue;
+      const double* const displacement = state.prop_qvel_of(env, prop);
+      for (int axis = 0; axis < std::min(3, contact.dim); ++axis) {
+        const double along = mju_dot3(contact.frame + 3 * axis, displacement);
+        const double speed = (second ? per_second : -per_second) * along;
+        const int row = contact.efc_address + axis;
+        data.efc_vel[row] += speed;
+        data.efc_aref[row] -= data.efc_KBIP[4 * row + 1] * speed;
+      }
+    }
+  }
+}
+
+// Targets are controls. A target velocity shifts them, as the damping would; in velocity mode so
+// that no spring is left.
 void MujocoPhysics::apply_drive(const DriveTarget& drive, mjData& data) const {
   for (std::size_t i = 0; i < kRobotJoints; ++i) {
-    const bool arm = i < kArmJoints;
-    data.ctrl[i] = drive.velocity_mode && arm ? data.qpos[i] : drive.qpos[i];
-    data.qfrc_applied[i] = arm ? drive_damping_ * drive.qvel[i] : 0.0;
+    data.ctrl[i] = drive.qpos[i];
+    if (i >= kArmJoints) continue;
+    if (drive.velocity_mode) {
+      const double damping = -mujoco_->actuator_biasprm[i * mjNBIAS + 2];
+      data.ctrl[i] = data.qpos[i] + (damping - drive_.damping) / drive_.stiffness * data.qvel[i];
+    }
+    data.ctrl[i] += drive_.damping / drive_.stiffness * drive.qvel[i];
   }
 }
 
@@ -161,8 +206,9 @@ void MujocoPhysics::store(const State& state, int env, const mjData& data) const
       std::copy_n(data.qvel + place.dof, 6, state.prop_qvel_of(env, prop));
       status = static_cast<std::uint8_t>(PropStatus::kAwake);
     } else if (status == static_cast<std::uint8_t>(PropStatus::kAwake)) {
-      std::copy_n(data.mocap_pos + 3 * place.mocap, 3, state.prop_pos_of(env, prop));
-      std::fill_n(state.prop_qvel_of(env, prop), 6, 0.0);
+      double* const displacement = state.prop_qvel_of(env, prop);
+      for (int i = 0; i < 3; ++i) state.prop_pos_of(env, prop)[i] += displacement[i];
+      std::fill_n(displacement, 6, 0.0);
       status = static_cast<std::uint8_t>(PropStatus::kAsleep);
     }
   }

@@ -5,15 +5,18 @@
 //
 // MuJoCo has no weightless bodies. Gravity is off in the model, and a force acts as the weight of
 // each free prop that is present. Hidden props wait high above the scene, where nothing is.
+// Kinematic props are mocap bodies, which have no velocity in MuJoCo; contacts with one in motion
+// are given its velocity before they are solved.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "core/base/column.h"
 #include "core/base/index.h"
-#include "core/scene/mujoco_handle.h"
+#include "core/scene/mujoco_memory.h"
 #include "core/scene/scene_spec.h"
 #include "core/sim/physics_engine.h"
 
@@ -25,8 +28,8 @@ class MujocoPhysics final : public PhysicsEngine {
  public:
   // `model` is that of the scene and must outlive this object. Adds a column to `memory`. Throws
   // Error if memory runs out.
-  MujocoPhysics(const SceneSpec& scene, const PhysicsModel& model, int substeps, int num_envs,
-                ColumnStore& memory);
+  MujocoPhysics(const SceneSpec& scene, const PhysicsModel& model, int substeps, int workers,
+                int num_envs, ColumnStore& memory);
 
   void step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
             bool* ok, StepClock::Worker* clock) override;
@@ -34,6 +37,8 @@ class MujocoPhysics final : public PhysicsEngine {
   // For code that is written for MuJoCo. The data are those of an environment's last step.
   const mjModel& model() const { return *mujoco_; }
   const mjData& data(int env) const { return *data_[at(env)]; }
+  // Memory that an environment's mjData takes up now, the mean of all.
+  std::size_t bytes_per_env() const;
 
  private:
   // Places of a prop in the model.
@@ -45,22 +50,25 @@ class MujocoPhysics final : public PhysicsEngine {
     double weight = 0;  // N
   };
 
-  bool step_env(const State& state, int env, const DriveTarget& drive);
+  bool step_env(const State& state, int env, int worker, const DriveTarget& drive);
   void load(const State& state, int env, mjData& data) const;
   void load_prop(const State& state, int env, int prop, mjData& data) const;
   void move_kinematic_props(const State& state, int env, int substep, mjData& data) const;
+  bool is_moving(const State& state, int env, int prop) const;
+  void pass_on_kinematic_velocities(const State& state, int env, mjData& data) const;
   void apply_drive(const DriveTarget& drive, mjData& data) const;
   void store(const State& state, int env, const mjData& data) const;
   void store_finger_forces(const State& state, int env, const mjData& data) const;
 
   int substeps_;
-  double drive_damping_;  // N m s/rad, N s/m
+  DriveParams drive_;
   ModelPtr mujoco_;
   std::vector<PropPlace> props_;
-  std::vector<int> prop_of_body_;    // -1: none
-  std::vector<int> finger_of_body_;  // -1: none
-  std::vector<DataPtr> data_;        // of each environment
-  Column<double> warm_start_;        // (nv) qacc_warmstart
+  std::vector<int> prop_of_body_;            // -1: none
+  std::vector<int> finger_of_body_;          // -1: none
+  std::vector<DataPtr> data_;                // of each environment
+  std::vector<MujocoWorkspace> workspaces_;  // of each worker
+  Column<double> warm_start_;                // (nv) qacc_warmstart
 };
 
 }  // namespace engram

@@ -58,6 +58,25 @@ TEST_CASE("A moving kinematic prop wakes what is ahead of it and pushes it evenl
   if (options.sleep) CHECK(rig.status(1) == PropStatus::kAsleep);
 }
 
+TEST_CASE("In MuJoCo a moving kinematic prop pushes and carries at its own speed",
+          "[mujoco_physics]") {
+  BatchOptions options;
+  options.physics = Physics::kMujoco;
+  Rig rig = make_rig(options);
+  const double on_top[3] = {kStart, 0.2, 0.06};
+  const double upright[4] = {1, 0, 0, 0};
+  rig.state().place_prop(0, 2, on_top, upright);
+  move_red(rig, 20);
+  const double goal = kStart + 20 * kPace;
+  CHECK(rig.pos(0).x() == Approx(goal).margin(1e-9));
+  CHECK(rig.pos(1).x() == Approx(goal + 0.04).margin(2e-3));
+  CHECK(rig.state().prop_qvel_of(0, 1)[0] == Approx(20 * kPace).margin(0.04));
+  CHECK(rig.pos(1).z() == Approx(0.02).margin(1e-3));
+  // At first the lower one slides away beneath it: v^2 / (2 mu g), 6.8 mm.
+  CHECK(rig.pos(2).x() == Approx(goal - 0.0068).margin(2e-3));
+  CHECK(rig.state().prop_qvel_of(0, 2)[0] == Approx(20 * kPace).margin(0.02));
+}
+
 TEST_CASE("A teleported prop does not sweep what lies between", "[physics]") {
   Rig rig = make_rig({});
   rig.rest(2);

@@ -47,10 +47,35 @@ double success_rate(const char* id, int episodes) {
 
 }  // namespace
 
+// Tasks in which props are touched, pushed, gripped, turned, carried and caught.
 TEST_CASE("MuJoCo's step: oracles succeed", "[mujoco_physics]") {
-  for (const char* id : {"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0"}) {
+  for (const char* id :
+       {"RememberColor3-VLA-v0", "ShellGameTouch-VLA-v0", "ShellGamePush-VLA-v0",
+        "ShellGamePick-VLA-v0", "ShellGamePick-v0", "TakeItBack-VLA-v0", "RotateLenientPos-VLA-v0",
+        "RotateStrictPos-VLA-v0", "InterceptMedium-VLA-v0", "InterceptGrabFast-VLA-v0"}) {
     INFO(id);
     CHECK(success_rate(id, 20) >= 0.95);
+  }
+}
+
+TEST_CASE("MuJoCo's step: oracles succeed in all tasks", "[mujoco_physics][long]") {
+  constexpr int kSteps = 20'000;
+  for (const std::string& id : implemented_ids()) {
+    INFO(id);
+    const int episodes = std::clamp(kSteps / require_entry(id).horizon, 10, 50);
+    CHECK(success_rate(id.c_str(), episodes) >= 0.9);
+  }
+}
+
+TEST_CASE("MuJoCo's step: mjData take up half a megabyte at most", "[mujoco_physics]") {
+  for (const char* id : {"RememberColor9-VLA-v0", "RememberShapeAndColor5x3-VLA-v0"}) {
+    INFO(id);
+    const auto own = make_running(id, {.num_envs = 8});
+    const auto batch = make_running(id, mujoco(8));
+    for (int i = 0; i < 20; ++i) step(*batch, Policy::kOracle);
+    const std::size_t bytes = Queries(*batch).bytes_per_env() - Queries(*own).bytes_per_env();
+    CHECK(bytes > sizeof(mjData));
+    CHECK(bytes < 500'000);
   }
 }
 
@@ -106,6 +131,16 @@ TEST_CASE("MuJoCo's silent reset is a diverged environment, and nothing is writt
   batch->step(zeros(*batch));  // a new episode
   batch->step(zeros(*batch));
   CHECK(batch->outputs().unstable[1] == 0);
+}
+
+TEST_CASE("A full buffer of MuJoCo is a diverged environment", "[mujoco_physics]") {
+  const auto batch = make_running(kId, mujoco(1));
+  const double pos[3] = {0.1, 0.3, 0.02};  // four contacts with the table
+  const double quat[4] = {1, 0, 0, 0};
+  batch->state().place_prop(0, 0, pos, quat);
+  const_cast<mjModel&>(BatchAccess::data(*batch).mujoco->model()).nconmax = 1;
+  batch->step(zeros(*batch));
+  CHECK(batch->outputs().unstable[0] == 1);
 }
 
 TEST_CASE("MuJoCo's step: a cube falls and rests, and a hidden one does not move",
