@@ -64,3 +64,17 @@ engram_status engram_camera_params(engram_env* env, const char* camera, int32_t 
   });
 }
 // end generated
+
+engram_status engram_mujoco_model(engram_env* env, int32_t index, const mjModel_** model) {
+  if (model == nullptr) return refuse_null("model");
+  *model = nullptr;
+  return with_env(env, [&](engram_env& of) { *model = &of.queries.mujoco_model(index); });
+}
+
+engram_status engram_mujoco_data(engram_env* env, int32_t index, const mjData_** data) {
+  if (data == nullptr) return refuse_null("data");
+  *data = nullptr;
+  return with_env(env, [&](engram_env& of) { *data = &of.queries.mujoco_data(index); });
+}
+
+const char* engram_mujoco_version(void) { return mj_versionString(); }

@@ -280,6 +280,16 @@ class VectorEnv {
   void drawn(std::span<float> values) const;
   int drawn_dim() const { return engram_drawn_dim(handle_.get()); }
 
+  // --- MuJoCo's own structures: of batches with Physics::kMujoco ---
+  /// The mjModel of one environment's task, for code that is compiled with the headers of the
+  /// version that mujoco_version() names. This object owns it. Throws Error (kInvalidArgument) if
+  /// the physics is engram's own.
+  const mjModel_* mujoco_model(int env = 0) const;
+  /// The mjData of one environment as it is now, with all that mj_forward computes. The address
+  /// stays for the life of this object; resets and steps change the content, which the next call
+  /// brings up to date. Throws Error as above, and before the first reset.
+  const mjData_* mujoco_data(int env) const;
+
   // --- snapshots ---
   /// The whole batch.
   Snapshot save() const;
@@ -376,6 +386,8 @@ std::string_view list();
 std::string_view suites();
 /// Version of the library, "0.5.0".
 inline std::string_view version() { return engram_version(); }
+/// Version of MuJoCo, "2.2.2".
+inline std::string_view mujoco_version() { return engram_mujoco_version(); }
 
 }  // namespace v0
 }  // namespace engram

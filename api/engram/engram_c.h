@@ -293,6 +293,26 @@ ENGRAM_API engram_status engram_camera_params(engram_env* env, const char* camer
 ENGRAM_API int32_t engram_drawn_dim(const engram_env* env);
 ENGRAM_API engram_status engram_drawn(engram_env* env, float* values, size_t count);
 
+/* ---- MuJoCo's own structures: of batches whose option physics is ENGRAM_PHYSICS_MUJOCO ---- */
+
+struct mjModel_; /**< MuJoCo's mjModel */
+struct mjData_;  /**< MuJoCo's mjData */
+
+/** *model: the mjModel of one environment's task, for code that is compiled with the headers of the
+ * version that engram_mujoco_version names. The batch owns it: to be read, until engram_close.
+ * Other tasks of a batch have other models. Fails with ENGRAM_INVALID_ARGUMENT if the physics is
+ * engram's own or there is no such environment, and then *model is NULL. */
+ENGRAM_API engram_status engram_mujoco_model(engram_env* env, int32_t index,
+                                             const struct mjModel_** model);
+/** *data: the mjData of one environment as it is now, with all that mj_forward computes. Its
+ * address stays until engram_close; resets and steps change the content, which the next call brings
+ * up to date. Fails as engram_mujoco_model does, and with ENGRAM_BAD_STATE before the first reset.
+ */
+ENGRAM_API engram_status engram_mujoco_data(engram_env* env, int32_t index,
+                                            const struct mjData_** data);
+/** Version of MuJoCo, "2.2.2". */
+ENGRAM_API const char* engram_mujoco_version(void);
+
 /* ---- snapshots ---- */
 
 #define ENGRAM_WHOLE_BATCH (-1) /**< instead of the index of an environment */

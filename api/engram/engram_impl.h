@@ -437,6 +437,18 @@ inline void VectorEnv::drawn(std::span<float> values) const {
   detail::check(engram_drawn(handle(), values.data(), values.size()));
 }
 
+inline const mjModel_* VectorEnv::mujoco_model(int env) const {
+  const mjModel_* model = nullptr;
+  detail::check(engram_mujoco_model(handle(), env, &model));
+  return model;
+}
+
+inline const mjData_* VectorEnv::mujoco_data(int env) const {
+  const mjData_* data = nullptr;
+  detail::check(engram_mujoco_data(handle(), env, &data));
+  return data;
+}
+
 // Converts an index that must be an environment for the C API, where -1 is the whole batch.
 inline int VectorEnv::slot(int env) const { return env == ENGRAM_WHOLE_BATCH ? num_envs_ : env; }
 

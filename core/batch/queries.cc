@@ -46,6 +46,28 @@ void Queries::require_started(const char* what) const {
   for (int i = 0; i < batch_.num_parts(); ++i) data(i).require_started(what);
 }
 
+std::pair<BatchData&, int> Queries::locate_mujoco(int index) const {
+  const auto [part, env] = batch_.locate(index);
+  BatchData& of_part = data(part);
+  if (of_part.mujoco == nullptr) {
+    throw Error(Error::kInvalidArgument,
+                "MuJoCo's model and data: a batch with physics 'engram' "
+                "given, one with physics 'mujoco' needed");
+  }
+  return {of_part, env};
+}
+
+const mjModel& Queries::mujoco_model(int env) const {
+  return locate_mujoco(env).first.mujoco->model();
+}
+
+const mjData& Queries::mujoco_data(int index) const {
+  const IeeeScope scope;
+  const auto [of_part, env] = locate_mujoco(index);
+  of_part.require_started("MuJoCo's data");
+  return of_part.mujoco->current_data(of_part.state, env);
+}
+
 std::uint64_t Queries::unstable_count() const {
   std::uint64_t count = 0;
   for (int i = 0; i < batch_.num_parts(); ++i) count += data(i).unstable_count.load();

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/batch/batch.h"
@@ -67,6 +68,12 @@ class Queries {
   // MJCF text of an environment's episode as it is now, at rest, for MuJoCo's own step. Privileged.
   std::string drawn_document(int env) const;
 
+  // MuJoCo's model of an environment's task, and the environment's mjData as it is now. They are
+  // the batch's, and the next step or reset changes the data. Throw Error under engram's own
+  // physics; mujoco_data also before the first reset.
+  const mjModel& mujoco_model(int env) const;
+  const mjData& mujoco_data(int env) const;
+
   // Environment steps that have diverged since construction.
   std::uint64_t unstable_count() const;
   // Bytes that every further environment adds.
@@ -76,6 +83,9 @@ class Queries {
   BatchData& data() const;  // of a batch of one task
   BatchData& data(int part) const;
   void require_started(const char* what) const;
+  // The data of the part that an environment is of, which has MuJoCo's physics, and its number
+  // there.
+  std::pair<BatchData&, int> locate_mujoco(int env) const;
   static std::vector<std::string> wordings(const BatchData& data, int env);
 
   const Batch& batch_;

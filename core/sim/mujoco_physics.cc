@@ -106,6 +106,14 @@ std::size_t MujocoPhysics::bytes_per_env() const {
   return bytes / data_.size();
 }
 
+const mjData& MujocoPhysics::current_data(const State& state, int env) {
+  const MujocoScope scope;
+  mjData& data = *data_[at(env)];
+  load(state, env, data);
+  mj_forward(mujoco_.get(), &data);
+  return data;
+}
+
 // --- from the columns ---
 
 void MujocoPhysics::load(const State& state, int env, mjData& data) const {

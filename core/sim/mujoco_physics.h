@@ -34,9 +34,10 @@ class MujocoPhysics final : public PhysicsEngine {
   void step(const State& state, int first, int worker, std::span<const DriveTarget> drives,
             bool* ok, StepClock::Worker* clock) override;
 
-  // For code that is written for MuJoCo. The data are those of an environment's last step.
+  // For code that is written for MuJoCo: the model, and an environment's data, brought up to its
+  // state by mj_forward. Steps do not depend on it. Throws Error if MuJoCo fails.
   const mjModel& model() const { return *mujoco_; }
-  const mjData& data(int env) const { return *data_[at(env)]; }
+  const mjData& current_data(const State& state, int env);
   // Memory that an environment's mjData takes up now, the mean of all.
   std::size_t bytes_per_env() const;
 

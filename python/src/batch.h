@@ -116,6 +116,9 @@ class Batch {
   nb::object drawn() const;
   nb::object render(int index, const std::string& camera, int width, int height) const;
 
+  // MuJoCo's state of an environment: arrays and names, by the names of MujocoState.
+  nb::dict mujoco(int index) const;
+
   nb::bytes save(int index) const;
   void restore(int index, const nb::bytes& bytes);
 

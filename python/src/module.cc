@@ -153,6 +153,7 @@ void bind_batch(nb::module_& module) {
       .def("answer", &Batch::answer, "index"_a, "choices"_a)
       .def("drawn", &Batch::drawn)
       .def("render", &Batch::render, "index"_a, "camera"_a, "width"_a, "height"_a)
+      .def("mujoco", &Batch::mujoco, "index"_a)
       .def("save", &Batch::save, "index"_a)
       .def("restore", &Batch::restore, "index"_a, "bytes"_a);
 }

@@ -74,6 +74,46 @@ def test_snapshots_are_refused_by_the_other_physics(make):
         make(physics="bullet")
 
 
+def test_mujoco_state_is_of_this_moment_and_read_only(make):
+    env = make(num_envs=3, **MUJOCO)
+    with pytest.raises(engram.BadStateError, match="reset"):
+        env.mujoco(0)
+    played(env, 6)
+    robot = env.robot_state()
+    for index in range(3):
+        state = env.mujoco(index)
+        assert state.time == pytest.approx(0.3)
+        np.testing.assert_array_equal(state.qpos[:9].astype(np.float32), robot["qpos"][index])
+        np.testing.assert_array_equal(state.qvel[:9].astype(np.float32), robot["qvel"][index])
+        assert state.xpos.shape == (len(state.body_names), 3)
+        assert state.xquat.shape == (len(state.body_names), 4)
+        assert state.mocap_pos.shape == (state.mocap_quat.shape[0], 3)
+        assert (state.act.shape, state.ctrl.shape) == ((0,), (9,))
+        fingers = state.xpos[
+            [state.body_names.index(f"{side}finger") for side in ("left", "right")]
+        ]
+        assert np.linalg.norm(fingers.mean(axis=0) - robot["tcp_pose"][index, :3]) < 0.06
+        assert len(state.joint_names) == 9 + (len(state.qpos) - 9) // 7
+    with pytest.raises(ValueError, match="read-only"):
+        state.qpos[0] = 1
+    kept = state.qpos.copy()
+    env.step(env.act("oracle"))
+    np.testing.assert_array_equal(state.qpos, kept)
+    assert not np.array_equal(env.mujoco(2).qpos, kept)
+    with pytest.raises(engram.InvalidArgumentError, match="3"):
+        env.mujoco(3)
+
+
+def test_mujoco_state_of_one_environment():
+    with engram.make(TASK, **MUJOCO) as env:
+        env.reset(seed=2)
+        assert env.mujoco().time == 0
+    with engram.make(TASK) as env:
+        env.reset(seed=2)
+        with pytest.raises(engram.InvalidArgumentError, match="physics 'mujoco' needed"):
+            env.mujoco()
+
+
 def still(observation):
     return np.zeros((len(observation["instruction"]), 7), np.float32)
 

@@ -22,6 +22,7 @@ from engram.errors import BadStateError
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+    from engram.envs.mujoco_state import MujocoState
     from engram.typing import EnvOptions, ObsMode, Policy
 
 METADATA = {"render_modes": ["human", "rgb_array"], "render_fps": 20}
@@ -118,6 +119,10 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
     def drawn(self) -> dict[str, Any]:
         """Values drawn for the episode, numbers or arrays by name. See ``VectorEnv.drawn``."""
         return _first(self.batch.drawn())
+
+    def mujoco(self) -> MujocoState:
+        """MuJoCo's state as it is now, for code that is written for it. See ``VectorEnv.mujoco``."""
+        return self.batch.mujoco()
 
     def render(self) -> Any:
         """An image, uint8 (height, width, 3), in mode "rgb_array"; None otherwise."""

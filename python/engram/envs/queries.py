@@ -10,6 +10,7 @@ import numpy as np
 
 from engram import _core
 from engram._args import options, values
+from engram.envs.mujoco_state import MujocoState
 from engram.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -108,6 +109,18 @@ class QueryMixin:
             result[field["name"]] = part.astype(np.int64 if field["integer"] else np.float32)
             at += width
         return result
+
+    def mujoco(self, index: int = 0) -> MujocoState:
+        """MuJoCo's state of an environment as it is now, for code that is written for MuJoCo.
+
+        Args:
+            index: Index of the environment.
+
+        Raises:
+            InvalidArgumentError: The physics is not "mujoco", or there is no such environment.
+            BadStateError: Nothing was reset.
+        """
+        return MujocoState(**self._batch.mujoco(values.integer("index", index)))
 
     def ask(self, index: int = 0) -> None:
         """Lets an environment's episode wait for an answer by name (docs/choices.md).
