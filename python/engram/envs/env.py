@@ -121,7 +121,7 @@ class Env(gymnasium.Env[ObsT, np.ndarray]):
         return _first(self.batch.drawn())
 
     def mujoco(self) -> MujocoState:
-        """MuJoCo's state as it is now, for code that is written for it. See ``VectorEnv.mujoco``."""
+        """MuJoCo's state as it is now, for code written for it. See ``VectorEnv.mujoco``."""
         return self.batch.mujoco()
 
     def render(self) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclasses.dataclass(frozen=True)
 class MujocoState:
-    """What MuJoCo's mjData says of an environment; read-only float64 arrays, which stay as they are.
+    """What MuJoCo's mjData says of an environment, as read-only copies in float64.
 
     Names and units are MuJoCo's: m, rad, s, quaternions (w, x, y, z). Kinematic props are mocap
     bodies. Hidden props are high above the scene.
