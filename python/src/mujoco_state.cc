@@ -10,7 +10,7 @@ namespace engram_python {
 namespace {
 
 // A copy of rows of `width` numbers; width 0: of one row.
-nb::object copied(const mjtNum* values, int rows, int width) {
+nb::object copy_rows(const mjtNum* values, int rows, int width) {
   const std::vector<std::size_t> shape =
       width == 0 ? std::vector{static_cast<std::size_t>(rows)}
                  : std::vector{static_cast<std::size_t>(rows), static_cast<std::size_t>(width)};
@@ -44,14 +44,14 @@ nb::dict Batch::mujoco(int index) const {
   check(status);
   nb::dict state;
   state["time"] = data->time;
-  state["qpos"] = copied(data->qpos, model->nq, 0);
-  state["qvel"] = copied(data->qvel, model->nv, 0);
-  state["act"] = copied(data->act, model->na, 0);
-  state["ctrl"] = copied(data->ctrl, model->nu, 0);
-  state["xpos"] = copied(data->xpos, model->nbody, 3);
-  state["xquat"] = copied(data->xquat, model->nbody, 4);
-  state["mocap_pos"] = copied(data->mocap_pos, model->nmocap, 3);
-  state["mocap_quat"] = copied(data->mocap_quat, model->nmocap, 4);
+  state["qpos"] = copy_rows(data->qpos, model->nq, 0);
+  state["qvel"] = copy_rows(data->qvel, model->nv, 0);
+  state["act"] = copy_rows(data->act, model->na, 0);
+  state["ctrl"] = copy_rows(data->ctrl, model->nu, 0);
+  state["xpos"] = copy_rows(data->xpos, model->nbody, 3);
+  state["xquat"] = copy_rows(data->xquat, model->nbody, 4);
+  state["mocap_pos"] = copy_rows(data->mocap_pos, model->nmocap, 3);
+  state["mocap_quat"] = copy_rows(data->mocap_quat, model->nmocap, 4);
   state["body_names"] = names(*model, model->name_bodyadr, model->nbody);
   state["joint_names"] = names(*model, model->name_jntadr, model->njnt);
   return state;

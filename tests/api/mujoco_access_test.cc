@@ -109,7 +109,7 @@ TEST_CASE("C++ API: each task of a batch has a model of MuJoCo's", "[cpp_api][mu
   CHECK(envs.mujoco_data(0) != envs.mujoco_data(1));
   CHECK(envs.mujoco_data(2)->qpos[0] == Approx(envs.mujoco_data(0)->qpos[0]).margin(0.1));
   CHECK(mujoco_version() == mj_versionString());
-  CHECK_THROWS_AS(make(kId).mujoco_model(), Error);
+  CHECK_THROWS_AS(make(kId).mujoco_model(), v0::Error);
 }
 
 }  // namespace engram
