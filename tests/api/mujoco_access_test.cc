@@ -100,7 +100,7 @@ TEST_CASE("C API: MuJoCo's structures are refused where there are none",
 
 TEST_CASE("C++ API: each task of a batch has a model of MuJoCo's", "[cpp_api][mujoco_physics]") {
   EnvOptions options;
-  options.physics = Physics::kMujoco;
+  options.physics = v0::Physics::kMujoco;
   VectorEnv envs =
       make_group({{"RememberColor3-VLA-v0", 2}, {"ShellGameTouch-VLA-v0", 1}}, options);
   envs.reset();
