@@ -308,9 +308,8 @@ engram_status engram_output_at(engram_env* env, size_t index, engram_array* arra
 engram_status engram_write_outputs(engram_env* env, const engram_output_target* targets,
                                    size_t turns, size_t count) {
   if (targets == nullptr && turns > 0 && count > 0) return refuse_null("targets");
-  return with_env(env, [&](engram_env& of) {
-    of.batch->write_to(engram::c::to_turns(targets, turns, count));
-  });
+  return with_env(
+      env, [&](engram_env& of) { of.batch->write_to(engram::c::to_turns(targets, turns, count)); });
 }
 
 int32_t engram_output_buffer(const engram_env* env) {

@@ -330,7 +330,9 @@ void add_view(const Command& command, RecordOptions& options) {
   const Option on = command.add_flag(
       "--shadows", [&options] { options.shadows = true; },
       "Soft shadows in the human view; slower. Default: in images and sheets");
-  command.add_flag("--no-shadows", [&options] { options.shadows = false; }, "No shadows")
+  command
+      .add_flag(
+          "--no-shadows", [&options] { options.shadows = false; }, "No shadows")
       .excludes(on);
 }
 

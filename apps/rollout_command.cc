@@ -177,7 +177,6 @@ JsonTable to_document(const Batch& group, const RolloutOptions& options, const R
                         {"policy", name_of(options.policy)},
                         {"renderer", renderer_name(common)},
                         {"rules", name_of(common.rules)},
-                        {kPhysicsKey, name_of(common.physics)},
                         {"env_steps_per_second", env_rate},
                         {"physics_steps_per_second", env_rate * common.substeps},
                         {"images_per_second", env_rate * images_per_step(common)},
@@ -188,7 +187,10 @@ JsonTable to_document(const Batch& group, const RolloutOptions& options, const R
                         {"hash", hash_document(log.hash())},
                         {"wall_seconds", report.wall_seconds}};
   Json mujoco = mujoco_version_of(common.physics);
-  if (!is_null(mujoco)) document.emplace_back(kMujocoVersionKey, std::move(mujoco));
+  if (!is_null(mujoco)) {
+    document.emplace_back(kPhysicsKey, name_of(common.physics));
+    document.emplace_back(kMujocoVersionKey, std::move(mujoco));
+  }
   if (!group.is_common()) return document;
   JsonList tasks;
   for (const TaskLog& task : log.tasks()) {

@@ -74,10 +74,13 @@ TEST_CASE("An error of MuJoCo inside a scope is an Error and nothing is lost", "
 TEST_CASE("Sparing data computes what MuJoCo's own does, and again after a reset", "[mujoco]") {
   const ModelPtr model = compile_model(
       "<mujoco><option cone='elliptic'/><size nstack='20000' nconmax='30' njmax='120'/><worldbody>"
-      "<geom type='plane' size='1 1 1'/>"
-      "<body pos='0 0 0.1'><freejoint/><geom type='box' size='.1 .1 .1' mass='1'/></body>"
-      "<body pos='.05 0 0.32'><freejoint/><geom type='box' size='.1 .1 .1' mass='1'/></body>"
-      "</worldbody></mujoco>");
+      "<geom name='floor' type='plane' size='1 1 1'/>"
+      "<body pos='0 0 0.1'><freejoint/>"
+      "<geom name='low' type='box' size='.1 .1 .1' mass='1'/></body>"
+      "<body pos='.05 0 0.32'><freejoint/>"
+      "<geom name='high' type='box' size='.1 .1 .1' mass='1'/></body>"
+      "</worldbody><contact><pair geom1='floor' geom2='low'/><pair geom1='low' geom2='high'/>"
+      "</contact></mujoco>");
   const DataPtr usual = make_data(*model);
   const DataPtr sparing = make_data_lazy_contacts(*model);
   for (int episode = 0; episode < 2; ++episode) {

@@ -120,6 +120,7 @@ TEST_CASE("MuJoCo's silent reset is a diverged environment, and nothing is writt
           "[mujoco_physics]") {
   const auto batch = make_running(kId, mujoco(2));
   const State& state = batch->state();
+  const bool log_before = std::filesystem::exists("MUJOCO_LOG.TXT");
   std::fill_n(state.qvel.row(1), kRobotJoints, 1e11);
   const std::vector<double> before(state.qpos.row(1), state.qpos.row(1) + kRobotJoints);
   batch->step(zeros(*batch));
@@ -127,7 +128,7 @@ TEST_CASE("MuJoCo's silent reset is a diverged environment, and nothing is writt
   CHECK(batch->outputs().unstable[1] == 1);
   CHECK(Queries(*batch).unstable_count() == 1);
   CHECK(std::equal(before.begin(), before.end(), state.qpos.row(1)));
-  CHECK_FALSE(std::filesystem::exists("MUJOCO_LOG.TXT"));
+  CHECK(std::filesystem::exists("MUJOCO_LOG.TXT") == log_before);
   batch->step(zeros(*batch));  // a new episode
   batch->step(zeros(*batch));
   CHECK(batch->outputs().unstable[1] == 0);
