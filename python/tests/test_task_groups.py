@@ -219,12 +219,12 @@ def test_drawn_values_differ_by_task() -> None:
 def test_all_tasks_in_one_batch() -> None:
     ids = registered_ids()
     env = engram.make_vec(ids, num_envs=2 * len(ids), obs_mode="objects")
-    env.reset()
+    env.reset(seed=0)
     for _ in range(30):
         step(env, "oracle")
     for k in (0, 40, 96):
         alone = engram.make_vec(ids[k], 2, obs_mode="objects")
-        alone.reset()
+        alone.reset(seed=0)
         for _ in range(30):
             step(alone, "oracle")
         assert alone.save(1) == env.save(2 * k + 1)
