@@ -65,9 +65,11 @@ void add_play_command(const Command& program,
   process.type_name("COMMAND");
   const Option server = add_policy_server(command, pass_on("--policy-server"));
   server.excludes(process);
-  add_server_options(command, server, [pass_on](const std::string& name, const std::string& value) {
+  const auto take = [pass_on](const std::string& name, const std::string& value) {
     pass_on(name)(value);
-  });
+  };
+  add_server_options(command, server, take);
+  for (const Option& option : add_chunk_options(command, take)) option.needs(server);
   command
       .add_option("--policy-timeout", pass_on("--policy-timeout"),
                   "Seconds for every answer of that process or server; default: 300")
