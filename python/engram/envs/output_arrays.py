@@ -72,7 +72,7 @@ def _turns_of(batch: _core.Batch, out: Any) -> list[dict[str, Any]]:
     lengths = {
         len(value)
         for name, value in turns[0].items()
-        if getattr(value, "ndim", 0) == np.ndim(batch.output(name)) + 1
+        if getattr(value, "ndim", 0) == np.asarray(batch.output(name)).ndim + 1
     }
     if len(turns) > 1 or not lengths:
         return turns
