@@ -37,9 +37,7 @@ constexpr std::array<ServerOption, 2> kChunkOptions = {{
      "stride"},
 }};
 
-using Take = std::function<void(const std::string&, const std::string&)>;
-
-Option add_one(const Command& command, const ServerOption& option, const Take& take) {
+Option add_one(const Command& command, const ServerOption& option, const TakeOption& take) {
   const std::string name = option.name;
   return command
       .add_option(
@@ -64,14 +62,11 @@ Option add_policy_server(const Command& command,
       .type_name("URL");
 }
 
-void add_server_options(const Command& command, const Option& server,
-                        const std::function<void(const std::string&, const std::string&)>& take) {
+void add_server_options(const Command& command, const Option& server, const TakeOption& take) {
   for (const ServerOption& option : kServerOptions) add_one(command, option, take).needs(server);
 }
 
-std::vector<Option> add_chunk_options(
-    const Command& command,
-    const std::function<void(const std::string&, const std::string&)>& take) {
+std::vector<Option> add_chunk_options(const Command& command, const TakeOption& take) {
   std::vector<Option> options;
   for (const ServerOption& option : kChunkOptions) {
     options.push_back(add_one(command, option, take));

@@ -19,17 +19,17 @@ struct PolicyServer {
   bool given() const { return !url.empty(); }
 };
 
+// Takes an option's name, as of Python's command line, and its value.
+using TakeOption = std::function<void(const std::string& name, const std::string& value)>;
+
 // --policy-server; take gets its value.
 Option add_policy_server(const Command& command,
                          const std::function<void(const std::string&)>& take);
-// The server's options, which need it; take gets names, as of Python's command line, and values.
-void add_server_options(const Command& command, const Option& server,
-                        const std::function<void(const std::string&, const std::string&)>& take);
+// The server's options, which need it.
+void add_server_options(const Command& command, const Option& server, const TakeOption& take);
 
 // --replan and --history, of servers and of commands.
-std::vector<Option> add_chunk_options(
-    const Command& command,
-    const std::function<void(const std::string&, const std::string&)>& take);
+std::vector<Option> add_chunk_options(const Command& command, const TakeOption& take);
 
 // Its description in results and settings; of the command, if there is no server.
 Json server_config(const PolicyServer& server, const std::string& command);

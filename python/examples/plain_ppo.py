@@ -187,7 +187,7 @@ def make_env(args: argparse.Namespace, num_envs: int) -> Any:
     return wrappers.train(env, gamma=args.gamma, **left_out)
 
 
-def train(args: argparse.Namespace) -> tuple[Params, Normaliser, Any]:
+def train(args: argparse.Namespace) -> tuple[Params, Normaliser]:
     """Learns; prints the success of the episodes that exploration has ended."""
     rng = np.random.default_rng(args.seed)
     env = make_env(args, args.num_envs)
@@ -237,7 +237,7 @@ def train(args: argparse.Namespace) -> tuple[Params, Normaliser, Any]:
                 f"{steps:>9,} steps {time.process_time():6.1f} s  exploring {share:.3f}", flush=True
             )
             successes = []
-    return params, normaliser, env
+    return params, normaliser
 
 
 def estimate_advantages(
@@ -282,7 +282,7 @@ def evaluate(args: argparse.Namespace, params: Params, normaliser: Normaliser) -
 
 def main() -> None:
     args = parse_arguments()
-    params, normaliser, _ = train(args)
+    params, normaliser = train(args)
     success = evaluate(args, params, normaliser)
     left_out = f" without {', '.join(args.without)}" if args.without else ""
     print(

@@ -4,13 +4,26 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import importlib.util
 import io
 import runpy
 import sys
 from pathlib import Path
+from types import ModuleType
 from unittest import mock
 
 FOLDER = Path(__file__).parents[1] / "examples"
+
+
+def load(name: str) -> ModuleType:
+    """An example as a module."""
+    spec = importlib.util.spec_from_file_location(f"{name}_example", FOLDER / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses need it
+    spec.loader.exec_module(module)
+    return module
 
 
 def learn(name: str, out: Path, *arguments: str) -> tuple[str, list[dict[str, float]]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import importlib.util
 import math
 import sys
 from pathlib import Path
@@ -11,7 +10,7 @@ from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
-from example_runs import FOLDER, learn
+from example_runs import FOLDER, learn, load
 
 torch = pytest.importorskip("torch")
 
@@ -22,16 +21,6 @@ SHORT = {
     "ppo_lstm": ("--total-timesteps", "1600", "--num-envs", "16", "--eval-every", "2"),
     "distil": ("--num-iterations", "4", "--num-envs", "8", "--num-updates", "2", "--eval-every=2"),
 }
-
-
-def load(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"{name}_example", FOLDER / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import io
 import sys
-from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from unittest import mock
 
 import numpy as np
 import pytest
+from example_runs import FOLDER, load
 
 pytest.importorskip("jax")
 
-FILE = Path(__file__).parents[1] / "examples" / "plain_ppo.py"
+FILE = FOLDER / "plain_ppo.py"
 
 
 @pytest.fixture(scope="module")
 def plain_ppo() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("plain_ppo_example", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return load("plain_ppo")
 
 
 def learn(plain_ppo: ModuleType, *words: str) -> float:

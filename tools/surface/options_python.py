@@ -70,8 +70,10 @@ def python_types(indent):
 
 
 def default_in_python(option):
-    value = option.get("python_default", option["default"])
-    return f'"{value}"' if isinstance(value, str) and value != "None" else str(value)
+    if "python_default" in option:
+        return option["python_default"]
+    value = option["default"]
+    return f'"{value}"' if isinstance(value, str) else str(value)
 
 
 def help_lines(indent):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,18 @@ def packed(kind: int, body: bytes) -> bytes:
 def packed_text(text: str) -> bytes:
     data = text.encode()
     return struct.pack("<I", len(data)) + data
+
+
+def packed_request(observation: Mapping[str, Any]) -> bytes:
+    """The body of a request for rows of an observation of engram.evaluate; some parts may lack."""
+    parts = [struct.pack("<I", len(observation["slot"]))]
+    parts += [observation[name].astype("<i4").tobytes() for name in ("slot", "episode", "step")]
+    parts.append(observation["first"].astype("u1").tobytes())
+    parts += [packed_text(one) for one in observation["instruction"]]
+    for name, kind in (("proprio", "<f4"), ("rgb", "u1"), ("state", "<f4"), ("seed", "<u8")):
+        if observation.get(name) is not None:
+            parts.append(observation[name].astype(kind).tobytes())
+    return b"".join(parts)
 
 
 class Reader:

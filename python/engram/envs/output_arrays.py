@@ -82,8 +82,9 @@ def _turns_of(batch: _core.Batch, out: Any) -> list[dict[str, Any]]:
             f"out: leading axes of {', '.join(map(str, sorted(lengths)))} given, one needed"
         )
     (length,) = lengths
-    return [{name: _row(name, value, t, length) for name, value in turn.items()}
-            for t in range(length)]  # fmt: skip
+    return [
+        {name: _row(name, value, t, length) for name, value in turn.items()} for t in range(length)
+    ]
 
 
 def _row(name: str, value: Any, turn: int, length: int) -> Any:

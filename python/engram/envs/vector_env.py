@@ -95,8 +95,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             same, and "depth" (mm) or "segmentation", int16 (N, height, width, cameras); "objects":
             one float32 row of what cameras can show; "objects_dict": the same by name, {"agent":
             ..., "objects": (N, tokens, values)}; "none".
-        seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system, and told
-            by the attribute ``seed``. A pair (base, worker): ``engram.worker_seed(base, worker)``.
+        seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system; the
+            attribute ``seed`` has it. A pair (base, worker): ``engram.worker_seed(base, worker)``.
         threads: Threads that work on a step, the caller's included; results do not depend on it. 0
             (one per core) to 1024.
         reward_mode: The reward of a step. "none", "sparse", "dense" or "normalized_dense".

@@ -142,18 +142,18 @@ class PolicyProcess:
         count = len(waiting)
         views = env._views
         instructions = env.instructions
-        row = "rgb" if self._obs == "rgb" else "observation"
-        self._send(
-            pipes.REQUEST,
-            struct.pack("<I", count)
-            + np.array(waiting, "<i4").tobytes()
-            + np.full(count, self._episode, "<i4").tobytes()
-            + self._steps[waiting].astype("<i4").tobytes()
-            + (self._steps[waiting] == 0).astype(np.uint8).tobytes()
-            + b"".join(pipes.packed_text(instructions[i]) for i in waiting)
-            + views["proprio"][waiting].astype("<f4").tobytes()
-            + views[row][waiting].tobytes(),
-        )
+        row, source = ("rgb", "rgb") if self._obs == "rgb" else ("state", "observation")
+        steps = self._steps[waiting]
+        request = {
+            "slot": np.array(waiting),
+            "episode": np.full(count, self._episode),
+            "step": steps,
+            "first": steps == 0,
+            "instruction": [instructions[i] for i in waiting],
+            "proprio": views["proprio"][waiting],
+            row: views[source][waiting],
+        }
+        self._send(pipes.REQUEST, pipes.packed_request(request))
         for i, chunk in zip(waiting, _chunks(self._receive(pipes.CHUNKS), count)):
             self._queues[i] = list(chunk)
 

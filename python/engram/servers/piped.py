@@ -53,7 +53,7 @@ class PipedBridge(Bridge):
     def _ask(self, observation: dict[str, Any]) -> list[npt.NDArray[Any]]:
         if "frames" in observation:
             self._send(pipes.FRAMES, b"".join(_packed_frames(f) for f in observation["frames"]))
-        self._send(pipes.REQUEST, _packed_request(observation))
+        self._send(pipes.REQUEST, pipes.packed_request(observation))
         reader = pipes.Reader(self._receive(pipes.CHUNKS))
         try:
             return [_chunk(reader) for _ in range(reader.number())]
@@ -86,18 +86,6 @@ class PipedBridge(Bridge):
 
     def _fail(self, what: str) -> NoReturn:
         raise UnavailableError(f"--policy-command: {what}")
-
-
-def _packed_request(observation: dict[str, Any]) -> bytes:
-    parts = [struct.pack("<I", len(observation["slot"]))]
-    parts += [observation[name].astype("<i4").tobytes() for name in ("slot", "episode", "step")]
-    parts.append(observation["first"].astype("u1").tobytes())
-    parts += [pipes.packed_text(one) for one in observation["instruction"]]
-    parts.append(observation["proprio"].astype("<f4").tobytes())
-    for name, kind in (("rgb", "u1"), ("state", "<f4"), ("seed", "<u8")):
-        if observation.get(name) is not None:
-            parts.append(observation[name].astype(kind).tobytes())
-    return b"".join(parts)
 
 
 def _packed_frames(frames: dict[str, npt.NDArray[Any] | None]) -> bytes:

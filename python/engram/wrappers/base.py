@@ -130,7 +130,7 @@ class Wrapper(VectorBase[Any]):
     @property
     def fields(self) -> list[dict[str, Any]]:
         """Parts of an observation row: name, offset, width and unit."""
-        return list(getattr(self.env, "fields", None) or self.env.description["state_fields"])
+        return fields_of(self.env)
 
     def restore(self, data: bytes, index: int | None = None) -> Any:
         """Refused: a snapshot does not have what wrappers keep of an episode."""
@@ -216,6 +216,11 @@ class Step:
         if BENCHMARK_REWARD not in self.info:
             self.info[BENCHMARK_REWARD] = self.reward
             self.info[f"_{BENCHMARK_REWARD}"] = ~self.idle
+
+
+def fields_of(env: Any) -> list[dict[str, Any]]:
+    """Parts of the observation rows of a batch or a wrapper."""
+    return list(env.fields if isinstance(env, Wrapper) else env.description["state_fields"])
 
 
 def horizons(env: Any) -> np.ndarray:

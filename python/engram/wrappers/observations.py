@@ -10,15 +10,18 @@ from gymnasium.spaces import Box
 from gymnasium.vector.utils import batch_space
 
 from engram.errors import InvalidArgumentError
-from engram.wrappers.base import Wrapper, horizons
+from engram.wrappers.base import Wrapper, fields_of, horizons
 
 # Units of lengths, angles and speeds in scaled observations.
 LENGTH, ANGLE, SPEED, TURN_RATE = 0.1, 0.5, 0.5, 1.0
 # Largest scaled value.
 LIMIT = 10.0
 # Rest pose of arm and fingers, and the TCP's position there.
-REST = (0, 0, 0, -2 * np.pi / 3, 0, 2 * np.pi / 3, np.pi / 4, 0.04, 0.04)
-REST_TCP = (-0.0707, 0, 0.3180)
+REST = np.array([0, 0, 0, -2 * np.pi / 3, 0, 2 * np.pi / 3, np.pi / 4, 0.04, 0.04])
+REST_TCP = np.array([-0.0707, 0, 0.3180])
+# Units of arm and fingers, and those of their rows in the mode "objects", rad and m.
+JOINTS = np.array([ANGLE] * 7 + [0.04] * 2)
+OBJECTS_JOINTS = np.array([np.pi] * 7 + [0.04] * 2)
 # A coordinate of something hidden.
 HIDDEN = 500.0
 
@@ -26,15 +29,21 @@ _EXCLUSIVE = re.compile(r"goal_\d+_pose")
 _TOKEN = re.compile(r"object_(\d+)_(\w+)")
 
 
+def has_rows(env: Any) -> bool:
+    """Whether observations are rows."""
+    space = env.single_observation_space
+    return isinstance(space, Box) and len(space.shape) == 1 and space.shape[0] > 0
+
+
 class RowWrapper(Wrapper):
     """A wrapper of observations that are rows: modes "state" and "objects", or another's rows."""
 
     def __init__(self, env: Any) -> None:
         super().__init__(env)
-        space = env.single_observation_space
-        if not isinstance(space, Box) or len(space.shape) != 1 or not space.shape[0]:
+        if not has_rows(env):
             raise InvalidArgumentError(
-                f"env: observations {space} given, rows needed: obs_mode='state' or 'objects'"
+                f"env: observations {env.single_observation_space} given, rows needed: "
+                "obs_mode='state' or 'objects'"
             )
 
     def _set_fields(self, fields: list[tuple[str, int]], limit: float) -> None:
@@ -69,7 +78,7 @@ class ScaleState(RowWrapper):
 
     def __init__(self, env: Any) -> None:
         super().__init__(env)
-        fields = getattr(env, "fields", None) or env.description["state_fields"]
+        fields = fields_of(env)
         names = [field["name"] for field in fields]
         if "tcp_pose" not in names or any(_TOKEN.fullmatch(name) for name in names):
             raise InvalidArgumentError("env: another observation mode given, 'state' needed")
@@ -96,9 +105,9 @@ class ScaleState(RowWrapper):
 
     def _scale(self, part: str, values: np.ndarray, tcp: np.ndarray) -> np.ndarray:
         if part == "joints":
-            return (values - np.array(REST)) / np.array([ANGLE] * 7 + [0.04] * 2)
+            return (values - REST) / JOINTS
         if part == "tcp":
-            return np.concatenate([(values[:, :3] - np.array(REST_TCP)) / LENGTH, values[:, 3:]], 1)
+            return np.concatenate([(values[:, :3] - REST_TCP) / LENGTH, values[:, 3:]], 1)
         if part == "position":
             return _located(values, tcp)
         if part == "difference":
@@ -151,7 +160,7 @@ class ObjectRows(RowWrapper):
 
     def __init__(self, env: Any) -> None:
         super().__init__(env)
-        fields = getattr(env, "fields", None) or env.description["state_fields"]
+        fields = fields_of(env)
         tokens = [f for f in fields if _TOKEN.fullmatch(f["name"])]
         if not tokens:
             raise InvalidArgumentError("env: another observation mode given, 'objects' needed")
@@ -198,11 +207,10 @@ class ObjectRows(RowWrapper):
 
     def _flat(self, rows: np.ndarray, tokens: np.ndarray, order: np.ndarray) -> np.ndarray:
         robot = np.array(rows[:, : self._first])
-        qpos = robot[:, self._qpos] * np.array([np.pi] * 7 + [0.04] * 2)  # its units
-        robot[:, self._qpos] = (qpos - np.array(REST)) / np.array([ANGLE] * 7 + [0.04] * 2)
+        robot[:, self._qpos] = (robot[:, self._qpos] * OBJECTS_JOINTS - REST) / JOINTS
         robot[:, self._qvel] *= np.pi / TURN_RATE
         tcp = robot[:, self._tcp][:, :3] * np.float32(0.5)
-        robot[:, self._tcp.start : self._tcp.start + 3] = (tcp - np.array(REST_TCP)) / LENGTH
+        robot[:, self._tcp.start : self._tcp.start + 3] = (tcp - REST_TCP) / LENGTH
         tokens = np.take_along_axis(tokens, order[..., None], 1)
         seen = tokens[..., self._token["seen"]]
         position = 0.5 * tokens[..., self._token["position"]] - tcp[:, None]
@@ -222,7 +230,7 @@ class TimeLeft(RowWrapper):
         super().__init__(env)
         inner = env.single_observation_space
         self._horizons = horizons(env)
-        fields = getattr(env, "fields", None) or env.description["state_fields"]
+        fields = fields_of(env)
         width = inner.shape[0]
         self._fields = [*fields, {"name": "time_left", "offset": width, "width": 1, "unit": ""}]
         self.single_observation_space = Box(

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from gymnasium.spaces import Box
-
 from engram.errors import InvalidArgumentError
 from engram.wrappers.actions import ScaleActions, SmoothActions
 from engram.wrappers.base import Wrapper
-from engram.wrappers.observations import ObjectRows, ScaleState, TimeLeft
+from engram.wrappers.observations import ObjectRows, ScaleState, TimeLeft, has_rows
 from engram.wrappers.rewards import HeldReward, PotentialReward
 
 # Shares of the largest motions that an action of 1 is: translation, rotation and gripper of
@@ -65,8 +63,7 @@ def train(
         env = ScaleActions(env, POSE_SCALE if pose else OTHER_SCALE)
     if smoothing:
         env = SmoothActions(env, smoothing)
-    space = env.single_observation_space
-    if isinstance(space, Box) and len(space.shape) == 1 and space.shape[0]:
+    if has_rows(env):
         names = [field["name"] for field in env.description["state_fields"]]
         if scale_observations:
             env = ObjectRows(env) if "object_0_seen" in names else ScaleState(env)
