@@ -7,12 +7,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
 from engram._args.keywords import check_single
 from engram.envs.compat import AutoresetMode
 from engram.errors import InvalidArgumentError
 from engram.factory import make_vec
+from engram.integrations.periodic import Lockstep, PeriodicEvaluation
+from engram.wrappers import WrappedPolicy
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -55,6 +58,7 @@ class Sb3VecEnv(VecEnv):
         if images_only and obs_mode != "rgb":
             raise InvalidArgumentError(f"images_only: obs_mode={obs_mode!r} given, 'rgb' needed")
         given: dict[str, Any] = {"preset": preset, "obs_mode": obs_mode, **options}
+        self.arguments = {"id": id, **given}
         self.batch: Any = make_vec(id, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **given)
         self._images_only = images_only
         self._start = time.time()
@@ -134,3 +138,91 @@ class Sb3VecEnv(VecEnv):
     def get_images(self) -> Sequence[np.ndarray | None]:
         """One image per environment."""
         return self.batch.render() or [None] * self.num_envs
+
+
+class EvaluationCallback(BaseCallback):
+    """Evaluates an agent of Stable-Baselines3 during its training.
+
+    ::
+
+        evaluation = PeriodicEvaluation("RememberColor3-VLA-v0", every=50_000, obs="objects")
+        model.learn(1_000_000, callback=EvaluationCallback(evaluation))
+
+    The logger gets ``eval/success``, ``eval/low``, ``eval/high`` and, where the task has answers,
+    ``eval/first_answer``. Observations are those of the training: by the ``preset`` of its
+    ``Sb3VecEnv``, and by ``VecNormalize`` if there is one. Recurrent policies of sb3-contrib begin
+    each episode without memory.
+
+    Args:
+        evaluation: When and what; its ``obs`` is the training's obs_mode.
+        deterministic: Acts by the mode of the agent's distribution.
+        verbose: 1: prints each record.
+    """
+
+    def __init__(
+        self, evaluation: PeriodicEvaluation, *, deterministic: bool = True, verbose: int = 0
+    ) -> None:
+        super().__init__(verbose)
+        self.evaluation = evaluation
+        self._deterministic = deterministic
+
+    def _on_training_start(self) -> None:
+        self._on_step()
+
+    def _on_step(self) -> bool:
+        if self.evaluation.due(self.num_timesteps):
+            record = self.evaluation.run(self.num_timesteps, self._policy())
+            for name in ("success", "low", "high", "first_answer"):
+                if record[name] is not None:
+                    self.logger.record(f"eval/{name}", record[name])
+            if self.verbose:
+                print({name: value for name, value in record.items() if value is not None})
+        return True
+
+    def _policy(self) -> Any:
+        """The agent as a policy of engram.evaluate."""
+        env: Any = self.training_env
+        while hasattr(env, "venv"):
+            env = env.venv
+        if not isinstance(env, Sb3VecEnv):
+            raise InvalidArgumentError(f"EvaluationCallback: {env!r} given, an Sb3VecEnv needed")
+        act = _Agent(self.model, self._deterministic)
+        if env.arguments["obs_mode"] == "rgb":
+            return Lockstep(lambda seen, begins: act(_image_observation(env, seen), begins))
+        wrapped = make_vec(num_envs=self.evaluation.num_envs, **env.arguments)
+        return WrappedPolicy(wrapped, act)
+
+
+def _image_observation(env: Sb3VecEnv, seen: dict[str, Any]) -> Any:
+    space: Any = env.observation_space
+    names = getattr(space, "spaces", None)
+    if names is None:
+        return seen["rgb"]
+    missing = set(names) - seen.keys()
+    if missing:
+        raise InvalidArgumentError(
+            f"EvaluationCallback: the agent observes {', '.join(sorted(missing))}, which "
+            "evaluations do not give; rgb and proprio allowed"
+        )
+    return {name: seen[name] for name in names}
+
+
+class _Agent:
+    """Actions of an agent and its memory, for rows of a fixed number."""
+
+    def __init__(self, model: Any, deterministic: bool) -> None:
+        self._model = model
+        self._deterministic = deterministic
+        self._memory: Any = None
+
+    def __call__(self, observation: Any, begins: np.ndarray) -> np.ndarray:
+        normalize = self._model.get_vec_normalize_env()
+        if normalize is not None:
+            observation = normalize.normalize_obs(observation)
+        actions, self._memory = self._model.predict(
+            observation,
+            self._memory,
+            episode_start=begins,
+            deterministic=self._deterministic,
+        )
+        return actions

@@ -4,11 +4,13 @@
     engram.evaluate(policy, "RememberColor3-VLA-v0")
 
 ``engram eval --policy-server URL`` starts ``python -m engram.servers bridge URL``, the same policy
-behind pipes. docs/policy_servers.md has protocols and options.
+behind pipes. ``engram.servers.check(URL, ID)`` asks a server some questions before a run.
+docs/policy_servers.md has protocols and options.
 """
 
 from __future__ import annotations
 
+from engram.servers.checking.run import check
 from engram.servers.policy import ServerError, ServerPolicy
 
-__all__ = ["ServerError", "ServerPolicy"]
+__all__ = ["ServerError", "ServerPolicy", "check"]

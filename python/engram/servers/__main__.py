@@ -1,4 +1,4 @@
-"""The command `engram serve`, and the bridge between pipes and a server of `--policy-server`."""
+"""The commands `engram serve` and `engram servers`, and the bridge of `--policy-server`."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ from typing import Any, NoReturn
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs one of the two: the first word names it."""
+    """Runs one of the three: the first word names it."""
     words = sys.argv[1:] if arguments is None else arguments
     if words[:1] == ["bridge"]:
         return bridge(words[1:])
+    if words[:1] == ["check"]:
+        from engram.servers.checking.command import check_server
+
+        return check_server(words[1:])
     from engram.servers.serving.command import serve
 
     return serve(words[1:] if words[:1] == ["serve"] else words)

@@ -82,8 +82,8 @@ class ServerPolicy:
     ) -> None:
         self.options = ServerOptions.parse(url, timeout, **options)
         self._class = _connection_class(self.options.protocol)
-        self._keys = _completed(keys_of(self.options.protocol, self.options.keys), self.options)
-        if self._keys.flat and "reset" not in self.options.given:
+        self.keys = _completed(keys_of(self.options.protocol, self.options.keys), self.options)
+        if self.keys.flat and "reset" not in self.options.given:
             self.options = dataclasses.replace(self.options, reset="none")
         self._dim = action_dim
         self._slots: dict[tuple[int, int], _Slot] = {}
@@ -184,14 +184,14 @@ class ServerPolicy:
         if slot.connection is None:
             if slot.answers and self.options.reset != "none":
                 raise LostError(f"policy server {self.options.url} was left in this episode")
-            slot.connection = self._class(self.options, self._keys, slot.session)
+            slot.connection = self._class(self.options, self.keys, slot.session)
             await slot.connection.open()
         connection = slot.connection
         if begins:
             await connection.begin(question.env_id)
         answer = await connection.ask(question.finished(self._size(connection, question.frames)))
         actions = connection.chunk(answer, self._dim)
-        return to_engram(self._keys.convention, actions).astype(np.float32)
+        return to_engram(self.keys.convention, actions).astype(np.float32)
 
     async def _within(self, exchange: Coroutine[Any, Any, Array]) -> Array:
         try:
@@ -207,9 +207,9 @@ class ServerPolicy:
     def _frame(self, last: Frame | None, observation: dict[str, Any], row: int) -> Frame:
         rgb, numbers = observation["rgb"], observation["state"]
         state = None
-        if self._keys.state:
+        if self.keys.state:
             before = None if last is None else last.state
-            state = state_of(self._keys.layout, observation["proprio"][row], before)
+            state = state_of(self.keys.layout, observation["proprio"][row], before)
         return Frame(
             None if rgb is None else rgb[row], state, None if numbers is None else numbers[row]
         )
@@ -220,7 +220,7 @@ class ServerPolicy:
         if isinstance(self.options.image, tuple):
             return self.options.image
         if connection.size is None or frames[0].rgb is None:
-            return self._keys.size
+            return self.keys.size
         height, width = connection.size
         count = len(frames) * height * width * frames[0].rgb.shape[-1]
         if count > limits.QUESTION:
@@ -234,7 +234,7 @@ class ServerPolicy:
     def _question(self, slot: _Slot, observation: dict[str, Any], row: int) -> _Draft:
         frames = slot.history.take()
         return _Draft(
-            self._keys,
+            self.keys,
             frames,
             not self.options.history.is_last,
             observation["instruction"][row],

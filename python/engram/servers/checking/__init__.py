@@ -1,0 +1,1 @@
+"""Checks of a policy server before a run: what answers mean and depend on."""
