@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import copy
 import warnings
 
 import numpy as np
@@ -12,7 +13,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import engram
-from engram.integrations.sb3 import Sb3VecEnv
+from engram.integrations.periodic import PeriodicEvaluation
+from engram.integrations.sb3 import EvaluationCallback, Sb3VecEnv
 
 
 @pytest.fixture
@@ -146,3 +148,47 @@ def test_attributes_and_methods(env):
     assert env.env_method("output", "elapsed_steps", indices=[0]) == [0]
     assert env.env_is_wrapped(VecMonitor) == [False] * 4
     assert [image.shape for image in env.get_images()] == [(16, 16, 3)] * 4
+
+
+@pytest.mark.parametrize("options", [{"preset": "train"}, {"obs_mode": "rgb", "image_size": 128}])
+def test_an_agent_is_evaluated_in_training_as_it_is_trained(options, monkeypatch):
+    """It sees what a batch shows it that plays the same episodes."""
+    env = Sb3VecEnv(TASK, num_envs=2, threads=1, seed=5, **options)
+    name = "MultiInputPolicy" if "obs_mode" in options else "MlpPolicy"
+    model = PPO(name, env, n_steps=25, batch_size=50, n_epochs=1, device="cpu", seed=0)
+    obs = options.get("obs_mode", "state")
+    evaluation = PeriodicEvaluation(TASK, every=1000, episodes=2, num_envs=2, obs=obs, seed=7)
+    seen, predict = [], model.predict
+
+    def recorded(observation, *rest, **options):
+        seen.append(copy.deepcopy(observation))
+        return predict(observation, *rest, **options)
+
+    monkeypatch.setattr(model, "predict", recorded)
+    model.learn(50, callback=EvaluationCallback(evaluation))
+    (record,) = evaluation.records
+    assert (record["step"], record["episodes"]) == (0, 2)
+    assert len(seen) == 25
+    fresh = PPO(name, env, n_steps=25, batch_size=50, n_epochs=1, device="cpu", seed=0)
+    other = Sb3VecEnv(TASK, num_envs=2, threads=1, **options)
+    other._seeds = [7, 8]
+    shown = other.reset()
+    for given in seen:
+        for key in shown if isinstance(shown, dict) else [...]:
+            np.testing.assert_array_equal(given[key], shown[key])
+        shown = other.step(fresh.predict(shown, deterministic=True)[0])[0]
+    env.close()
+    other.close()
+
+
+def test_an_evaluation_needs_its_own_vec_env():
+    env = VecMonitor(Sb3VecEnv(TASK, num_envs=2, threads=1))
+    evaluation = PeriodicEvaluation(TASK, every=100, episodes=2, num_envs=2, obs="state")
+    with pytest.raises(engram.InvalidArgumentError, match=r"an Sb3VecEnv needed"):
+        PPO("MlpPolicy", "CartPole-v1", n_steps=8, batch_size=8, device="cpu").learn(
+            8, callback=EvaluationCallback(evaluation)
+        )
+    model = PPO("MlpPolicy", env, n_steps=8, batch_size=8, device="cpu")
+    model.learn(8, callback=EvaluationCallback(evaluation))
+    assert len(evaluation.records) == 1
+    env.close()

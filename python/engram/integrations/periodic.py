@@ -106,7 +106,7 @@ class PeriodicEvaluation:
         stopped = ""
         while not stopped:
             task = self._group(policy, len(successes))
-            successes += [bool(success) for success in task["success_once"]]
+            successes += task["successes"]
             answers += task["first_answers_correct"] or []
             chance = task["chance"]
             stopped = self._reason(successes, time.monotonic() - begin)
@@ -186,7 +186,7 @@ class Lockstep:
     def __call__(self, observation: dict[str, Any]) -> Any:
         """Actions of the episodes that need one."""
         slots, first = observation["slot"], observation["first"].astype(bool)
-        if first.all():
+        if first.all() and sorted(slots) == list(range(len(slots))):
             self._seen = _in_order(observation, slots)
         elif first.any():
             raise InvalidArgumentError(

@@ -10,6 +10,7 @@ to: observation.images.top, observation.images.wrist, observation.state.
 from __future__ import annotations
 
 from engram.integrations.lerobot.configuration import EngramEnvConfig
+from engram.integrations.lerobot.policy import LeRobotPolicy
 from engram.integrations.lerobot.vector_env import LeRobotEnv, make_env
 
-__all__ = ["EngramEnvConfig", "LeRobotEnv", "make_env"]
+__all__ = ["EngramEnvConfig", "LeRobotEnv", "LeRobotPolicy", "make_env"]

@@ -22,6 +22,8 @@ from lerobot.scripts.lerobot_eval import eval_policy_all, rollout
 import engram
 import engram.integrations.lerobot
 from engram.datasets.spaces import continuous
+from engram.integrations.lerobot import LeRobotPolicy
+from engram.integrations.periodic import PeriodicEvaluation
 
 SEED = 4242424242
 
@@ -231,3 +233,33 @@ def test_env_hub_loads_it(monkeypatch, tmp_path):
     obs, _ = env.reset(seed=[1, 2])
     assert env.observation_space.contains(obs)
     close_envs(made)
+
+
+class Simple(Player):
+    """Actions that follow from what is seen, and from the steps since the reset."""
+
+    def select_action(self, batch, **_):
+        self.seen.append(batch)
+        light = batch["observation.images.wrist"].mean((1, 2, 3))
+        wave = torch.sin(len(self.seen) * torch.arange(1, 8))
+        return torch.tanh(light[:, None] * wave + batch["observation.state"][:, :1])
+
+
+def test_a_policy_of_lerobot_is_evaluated_during_its_training(config):
+    """It sees and does in engram's evaluation what it does in LeRobot's rollout."""
+    policy = Simple()
+    adapted = LeRobotPolicy(policy, lambda batch: batch, lambda action: action)
+    policy.train()
+    periodic = PeriodicEvaluation(TASK, every=10, episodes=3, num_envs=3, obs="rgb", seed=SEED)
+    record = periodic(0, adapted)
+    assert policy.training
+    seen = policy.seen
+    env = make_env(config, n_envs=3)[TASK][0]
+    result = rollout(env, policy, seeds=[SEED, SEED + 1, SEED + 2], **pipelines(config))
+    env.close()
+    assert record["success"] == result["success"].any(1).float().mean()
+    assert len(policy.seen) == len(seen) == 25
+    for first, second in zip(policy.seen, seen):
+        for name in ("observation.state", "observation.images.top"):
+            np.testing.assert_array_equal(first[name], second[name])
+        assert first["task"] == second["task"]
