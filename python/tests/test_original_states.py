@@ -1,4 +1,4 @@
-"""Whole episodes of the original, with its draws and actions: robot, props and success of each step.
+"""Whole episodes of the original, with its draws and actions: robot, props, success of each step.
 
 tests/data/original_states.npz has them as measured in it: the rows after each action, all episodes
 one after the other; "index" names their tasks, seeds and draws. original_states.csv has the largest
