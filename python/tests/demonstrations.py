@@ -39,7 +39,7 @@ def demonstrations(tmp_path_factory) -> Path:
         stdout=subprocess.DEVNULL,
     )
     # In processes of their own: video libraries of several packages conflict at exit.
-    for arguments in (["rlds", folder], ["lerobot", folder, "--fps", "20"]):
+    for arguments in (["rlds", folder], ["lerobot", folder]):
         subprocess.run([sys.executable, "-m", "engram.datasets", *arguments], check=True)
     return folder
 

@@ -200,7 +200,7 @@ def _add_lerobot_options(command: argparse.ArgumentParser) -> None:
         "--fps",
         type=_whole(1, checks.MAX_FPS),
         default=lerobot_options.FPS,
-        help=f"nominal frames per second, default {lerobot_options.FPS}",
+        help=f"frames per second of time stamps, default {lerobot_options.FPS}: real time",
     )
     frames = command.add_mutually_exclusive_group()
     frames.add_argument(

@@ -11,6 +11,7 @@ from typing import Any
 from engram.datasets.additions import ADDITIONS, DEPTH, LABELS, SEGMENTATION
 from engram.datasets.checks import printable
 from engram.datasets.collected import EpisodeSource
+from engram.datasets.spaces import CONTROL_RATE
 
 _LICENCE = "apache-2.0"  # engram's, of what it makes
 _MOST_INSTRUCTIONS = 20
@@ -99,6 +100,7 @@ def _facts(folder: EpisodeSource, further: Mapping[str, str]) -> dict[str, str]:
         f"{sum(lengths) / len(lengths):.1f} on average",
         "seeds": f"{min(seeds)} to {max(seeds)}",
         "control mode": folder.spaces.control_mode,
+        "control steps per second": str(CONTROL_RATE),
         **further,
     }
     if folder.keeps_failures:

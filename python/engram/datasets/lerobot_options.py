@@ -8,13 +8,13 @@ from typing import Any
 from engram.datasets import checks
 from engram.datasets.additions import ADDITIONS
 from engram.datasets.checks import DatasetError
-from engram.datasets.spaces import ANGLES
+from engram.datasets.spaces import ANGLES, CONTROL_RATE
 
 ENCODER = "libx264"  # which all trainers decode
 VERSIONS = ("3.0", "2.1")
 FRAMES = ("videos", "images", "auto")
 MODALITIES = ("gr00t",)
-FPS = 10  # nominal, as in the published data; the robot is controlled at 20 Hz
+FPS = CONTROL_RATE  # a second of the set is one of the robot; the published data have 10
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Options:
 
     Attributes:
         version: Of the format, "3.0" or "2.1".
-        fps: Nominal frames per second.
+        fps: Frames per second, as time stamps have it; the robot makes 20 steps.
         frames: "videos", "images" (PNG, lossless) or "auto": images where they are no larger.
         codec: An encoder of FFmpeg for videos; None: libx264.
         angles: "continuous", or as the "benchmark" has them.

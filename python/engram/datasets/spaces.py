@@ -11,6 +11,7 @@ from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 
 CONTROL_MODE = "pd_ee_delta_pose"  # the benchmark's
+CONTROL_RATE = 20  # control steps, and frames, in a second
 ANGLES = ("continuous", "benchmark")
 
 _JOINTS = tuple(f"joint{i}" for i in range(1, 8))

@@ -36,7 +36,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def test_its_commands_make_the_same_set_again(demonstrations, tmp_path):
     folder = find_folders(demonstrations, [IDS[-1]])[0]
-    options = {"version": "2.1", "fps": 20, "frames": "auto", "angles": "benchmark"}
+    options = {"version": "2.1", "fps": 10, "frames": "auto", "angles": "benchmark"}
     path = lerobot.convert(folder, tmp_path / "first", **options)
     # The command of the environment that runs this, instead of the one that PATH has.
     words = commands((path / "README.md").read_text()).replace(
@@ -64,6 +64,7 @@ def test_its_figures_are_those_of_the_set(demonstrations, folder, tmp_path):
         assert facts["frames"] == f"{sum(lengths):,}"
         assert facts["frames per episode"].startswith(f"{min(lengths)} to {max(lengths)}, ")
         assert facts["seeds"] == f"{min(seeds)} to {max(seeds)}"
+        assert facts["control steps per second"] == "20"
         assert facts["licence"] == "apache-2.0"
         assert facts["version of engram"] == folder.metadata["engram"]["version"]
         for episode in folder:

@@ -9,7 +9,7 @@ from engram.datasets import card, frame_stats, frozen
 from engram.datasets.collected import EpisodeSource
 from engram.datasets.lerobot import layout
 from engram.datasets.lerobot_options import FRAMES, Options
-from engram.datasets.spaces import ANGLES, Spaces
+from engram.datasets.spaces import ANGLES, CONTROL_RATE, Spaces
 
 _READERS = {"3.0": "lerobot 0.4 and newer", "2.1": "lerobot 0.3"}
 
@@ -30,7 +30,7 @@ def text(
     if chosen.frames != FRAMES[0]:
         frames = "PNG images (lossless)"
     facts = {
-        "frames per second": f"{chosen.fps}, nominal; the robot is controlled at 20 Hz",
+        "frames per second": _rate(chosen.fps),
         "pictures": f"{frames} of 128 x 128, base and wrist camera",
         "read by": _READERS[chosen.version] + (", Isaac-GR00T" if chosen.modality else ""),
     }
@@ -57,6 +57,12 @@ def _command(folder: EpisodeSource, asked: Options) -> list[str]:
         if value != field.default:
             words += [f"--{field.name}"] if value is True else [f"--{field.name}", str(value)]
     return words
+
+
+def _rate(fps: int) -> str:
+    if fps == CONTROL_RATE:
+        return f"{fps}: a second of time stamps and videos is one of the robot"
+    return f"{fps}: a second of time stamps and videos is {fps / CONTROL_RATE:g} s of the robot"
 
 
 def _notes(spaces: Spaces, options: Options) -> list[str]:

@@ -39,7 +39,7 @@ def test_lerobot_reads_every_frame(demonstrations, folder, frames, tmp_path):
     assert dataset.meta.robot_type == "mikasa_robo"
     for index, episode in enumerate(folder):
         assert dataset.meta.episodes[index]["episode_seed"] == episode.episode_seed
-    check_frames(dataset, folder, fps=10, exact=frames == "images")
+    check_frames(dataset, folder, fps=20, exact=frames == "images")
     if frames == "videos":
         assert dataset.features["observation.images.top"]["info"]["video.codec"] == "h264"
 

@@ -16,13 +16,15 @@ from lerobot_frames import check_frames
 
 from engram.datasets import find_folders
 from engram.datasets.__main__ import main
+from engram.datasets.spaces import continuous
+from engram.integrations.lerobot import EngramEnvConfig, LeRobotEnv
 
 
 @pytest.mark.parametrize("images", [False, True])
 def test_lerobot_reads_every_frame(demonstrations, folder, images, tmp_path):
     path = demonstrations / "data_lerobot" / folder.env_id
     if images:
-        words = ["lerobot", str(demonstrations), folder.env_id, "--images", "--fps", "20"]
+        words = ["lerobot", str(demonstrations), folder.env_id, "--images"]
         assert main([*words, "--out", str(tmp_path)]) == 0
         path = tmp_path / "data_lerobot" / folder.env_id
     dataset = LeRobotDataset("local/test", root=path, video_backend="pyav")
@@ -33,6 +35,27 @@ def test_lerobot_reads_every_frame(demonstrations, folder, images, tmp_path):
     for index, episode in enumerate(folder):
         assert dataset.meta.episodes[index]["episode_seed"] == episode.episode_seed
     check_frames(dataset, folder, fps=20, exact=images)
+
+
+def test_a_second_is_the_same_in_training_and_in_evaluation(demonstrations):
+    """Frames one second apart are 20 control steps apart in both, as LeRobot counts them."""
+    folder = max(find_folders(demonstrations), key=lambda one: len(one[0]))
+    path = demonstrations / "data_lerobot" / folder.env_id
+    data = LeRobotDataset(
+        "local/test",
+        root=path,
+        video_backend="pyav",
+        delta_timestamps={"observation.state": [-1.0, 0.0], "action": [0.0, 0.05]},
+    )
+    env = LeRobotEnv(folder.env_id, 1)
+    env.close()
+    rate = env.unwrapped.metadata["render_fps"]
+    assert data.fps == rate == EngramEnvConfig().fps == 20
+    states, actions = continuous(folder[0].proprio), folder[0].action
+    for now in (rate, len(states) - 1):
+        row = data[now]
+        np.testing.assert_array_equal(row["observation.state"], states[[now - rate, now]])
+        np.testing.assert_array_equal(row["action"][0], actions[now])
 
 
 def test_the_benchmarks_own_angles_are_kept_by_choice(demonstrations, tmp_path):
