@@ -117,6 +117,19 @@ IncidentFace make_incident(const BoxPose& box, const ReferenceFace& reference) {
           {out.dot(reference.x), out.dot(reference.y), out.dot(reference.normal)}};
 }
 
+// Tests for an incident face that lies beyond an edge of the reference face, so that clipping
+// leaves nothing of it.
+bool lies_aside(const ReferenceFace& reference, const IncidentFace& incident) {
+  constexpr double kBeyond = 1e-6;  // m, more than any rounding
+  const auto beyond = [&](int k, double half) {
+    const auto& c = incident.corners;
+    const double low = std::min(std::min(c[0][k], c[1][k]), std::min(c[2][k], c[3][k]));
+    const double high = std::max(std::max(c[0][k], c[1][k]), std::max(c[2][k], c[3][k]));
+    return low > half + kBeyond || high < -(half + kBeyond);
+  };
+  return beyond(0, reference.half_x) || beyond(1, reference.half_y);
+}
+
 // Clipped points in the reference face's frame; z is the gap.
 class ClippedFace {
  public:
@@ -223,6 +236,7 @@ ContactPoints box_box(const BoxPose& a, const BoxPose& b, double reach) {
   const ReferenceFace reference =
       make_face(of_a ? a : b, axis.index % 3, of_a ? axis.side : -axis.side);
   const IncidentFace incident = make_incident(of_a ? b : a, reference);
+  if (lies_aside(reference, incident)) return points;
   ClippedFace face(reference, incident, reach);
   ContactPolygon& clipped = face.points();
   clipped.reduce_to_four();

@@ -10,15 +10,24 @@
 namespace engram {
 
 struct ContactPoint {
-  Vec3 pos;        // on the surface of B, m, world
-  Vec3 normal;     // from B to A
-  double gap = 0;  // distance along the normal; below zero: overlap, m
+  Vec3 pos;     // on the surface of B, m, world
+  Vec3 normal;  // from B to A
+  double gap;   // distance along the normal; below zero: overlap, m
 };
 
 // Points of one pair; those beyond the capacity are left out.
 class ContactPoints {
  public:
   static constexpr int kCapacity = 8;
+
+  ContactPoints() = default;
+  ContactPoints(const ContactPoints& other) { *this = other; }
+  // Copies no more points than there are.
+  ContactPoints& operator=(const ContactPoints& other) {
+    size_ = other.size_;
+    for (int i = 0; i < size_; ++i) (*this)[i] = other[i];
+    return *this;
+  }
 
   void push(const ContactPoint& point) {
     if (size_ < kCapacity) points_[at(size_++)] = point;

@@ -5,14 +5,23 @@
 namespace engram {
 
 void ContactPolygon::clip(double cosine, double sine, double limit) {
-  const auto beyond = [&](const Vec3& p) { return p.x() * cosine + p.y() * sine - limit; };
-  const ContactPolygon before = *this;
+  std::array<double, kCapacity> beyond;
+  bool inside = true;
+  for (int i = 0; i < size_; ++i) {
+    beyond[at(i)] = (*this)[i].x() * cosine + (*this)[i].y() * sine - limit;
+    inside = inside && beyond[at(i)] <= 0;
+  }
+  if (inside) return;
+  const int count = size_;
+  std::array<Vec3, kCapacity> before;
+  std::copy_n(points_.begin(), count, before.begin());
   size_ = 0;
-  for (int i = 0; i < before.size(); ++i) {
-    const Vec3& from = before[i];
-    const Vec3& to = before[(i + 1) % before.size()];
-    const double out_from = beyond(from);
-    const double out_to = beyond(to);
+  for (int i = 0; i < count; ++i) {
+    const int next = i + 1 < count ? i + 1 : 0;
+    const Vec3& from = before[at(i)];
+    const Vec3& to = before[at(next)];
+    const double out_from = beyond[at(i)];
+    const double out_to = beyond[at(next)];
     if (out_from <= 0) push(from);
     if ((out_from < 0 && out_to > 0) || (out_from > 0 && out_to < 0)) {
       push(from + (to - from) * (out_from / (out_from - out_to)));
@@ -48,8 +57,9 @@ void ContactPolygon::reduce_to_four() {
       chosen[at(count++)] = i;
     }
   }
-  const std::array<Vec3, kCapacity> all = points_;
-  for (int i = 0; i < count; ++i) points_[at(i)] = all[at(chosen[at(i)])];
+  std::array<Vec3, 4> kept;
+  for (int i = 0; i < count; ++i) kept[at(i)] = points_[at(chosen[at(i)])];
+  std::copy_n(kept.begin(), count, points_.begin());
   size_ = count;
 }
 

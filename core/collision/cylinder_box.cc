@@ -38,8 +38,9 @@ class LocalCylinder {
         side(box.frame.axes.transpose() * cylinder.frame.axes.col(0)) {}
 
   // Extent from the centre along a unit vector.
-  double extent(const Vec3& direction) const {
-    const double along = direction.dot(axis);
+  double extent(const Vec3& direction) const { return extent_at(direction.dot(axis)); }
+  // `along`: cosine of the angle between that vector and the axis.
+  double extent_at(double along) const {
     return half * std::abs(along) + radius * std::sqrt(std::max(0.0, 1 - along * along));
   }
   // The unit vector across the axis that is nearest to `direction`; `side` if there is none.
@@ -68,22 +69,29 @@ struct CylinderAxis {
   double overlap = std::numeric_limits<double>::infinity();
 };
 
+// Overlap along an axis of the box, with which the search for the least begins.
+void consider_face(int k, const LocalCylinder& cylinder, const Vec3& half, CylinderAxis& best) {
+  const double offset = cylinder.center[k];
+  const double overlap = half[k] + cylinder.extent_at(cylinder.axis[k]) - std::abs(offset);
+  if (!(overlap < best.overlap)) return;
+  const Vec3 direction = Vec3::Unit(k);
+  best = {Feature::kBoxFace, offset < 0 ? Vec3(-direction) : direction, overlap};
+}
+
 // Overlap along a unit vector, which then points from the box to the cylinder.
 void consider(Feature feature, Vec3 direction, const LocalCylinder& cylinder, const Vec3& half,
-              double preference, CylinderAxis& best) {
+              CylinderAxis& best) {
   const double offset = cylinder.center.dot(direction);
   if (offset < 0) direction = -direction;
   const double overlap =
       box_extent(half, direction) + cylinder.extent(direction) - std::abs(offset);
-  if (overlap < best.overlap - preference) best = {feature, direction, overlap};
+  if (overlap < best.overlap - kBoxFacePreference) best = {feature, direction, overlap};
 }
 
 CylinderAxis find_face_axis(const LocalCylinder& cylinder, const Vec3& half) {
   CylinderAxis best;
-  for (int k = 0; k < 3; ++k) {
-    consider(Feature::kBoxFace, Vec3::Unit(k), cylinder, half, 0, best);
-  }
-  consider(Feature::kCap, cylinder.axis, cylinder, half, kBoxFacePreference, best);
+  for (int k = 0; k < 3; ++k) consider_face(k, cylinder, half, best);
+  consider(Feature::kCap, cylinder.axis, cylinder, half, best);
   return best;
 }
 
@@ -94,7 +102,9 @@ Vec3 nearest_on_axis(const LocalCylinder& cylinder, const Vec3& half) {
   for (int i = 0; i < kRounds; ++i) {
     const Vec3 in_box = point.cwiseMin(half).cwiseMax(-half);
     const double along = (in_box - cylinder.center).dot(cylinder.axis);
+    const Vec3 before = point;
     point = cylinder.center + std::clamp(along, -cylinder.half, cylinder.half) * cylinder.axis;
+    if (point == before) break;  // as in all rounds from here
   }
   return point;
 }
@@ -106,7 +116,7 @@ CylinderAxis find_cylinder_axis(const LocalCylinder& cylinder, const Vec3& half)
   const Vec3 radial = offset - offset.dot(cylinder.axis) * cylinder.axis;
   const double length = radial.norm();
   if (length > 1e-9) {
-    consider(Feature::kSide, radial / length, cylinder, half, kBoxFacePreference, best);
+    consider(Feature::kSide, radial / length, cylinder, half, best);
   }
   return best;
 }
@@ -175,9 +185,14 @@ void add_on_box_face(const LocalCylinder& cylinder, const Vec3& half, const Vec3
   const Vec3 aside = cylinder.axis.cross(down);
   const int i = (k + 1) % 3;
   const int j = (k + 2) % 3;
+  // Points of the quarters are enough where the whole cap surely is over the face.
+  constexpr double kRounding = 1e-9;  // m, more than that of a point
+  const double around = cylinder.radius + kRounding;
+  bool inside = std::abs(cap[i]) + around <= half[i] && std::abs(cap[j]) + around <= half[j];
+  const int step = inside ? kSides / 4 : 1;
+  inside = true;
   ContactPolygon rim;
-  bool inside = true;
-  for (int side = 0; side < kSides; ++side) {
+  for (int side = 0; side < kSides; side += step) {
     const Vec3 point = cap + cylinder.radius * (cosine_of(side) * down + sine_of(side) * aside);
     rim.push({point[i], point[j], point.dot(normal) - half[k]});
     inside = inside && std::abs(point[i]) <= half[i] && std::abs(point[j]) <= half[j];
@@ -190,7 +205,7 @@ void add_on_box_face(const LocalCylinder& cylinder, const Vec3& half, const Vec3
     contacts.add(on_box, local.z());
   };
   if (inside) {
-    for (int side = 0; side < kSides; side += kSides / 4) put(rim[side]);
+    for (int n = 0; n < rim.size(); n += rim.size() / 4) put(rim[n]);
     return;
   }
   for (const double sign : {1.0, -1.0}) {
@@ -269,8 +284,10 @@ void add_on_rim(const LocalCylinder& cylinder, const Vec3& half, const CylinderA
     const Vec3 offset = on_box - cylinder.center;
     const double along = offset.dot(cylinder.axis);
     const Vec3 radial = offset - along * cylinder.axis;
+    const Vec3 before = inner;
     inner = cylinder.center + std::clamp(along, -half_height, half_height) * cylinder.axis +
             radial * std::min(1.0, radius / std::max(radial.norm(), 1e-9));
+    if (inner == before) break;  // as in all rounds from here
   }
   const Vec3 offset = inner - on_box;
   const double distance = offset.norm();

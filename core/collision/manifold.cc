@@ -34,11 +34,11 @@ ManifoldPoint localize(const BoxPose& a, const BoxPose& b, const ContactPoint& p
   return {to_local(a.frame, point.pos + point.normal * point.gap), to_local(b.frame, point.pos)};
 }
 
-void set_reference(Manifold& manifold, const BoxPose& a, const BoxPose& b) {
+void set_reference(Manifold& manifold, const ManifoldBox& a, const ManifoldBox& b) {
   manifold.known = true;
-  manifold.position = to_local(b.frame, a.frame.pos);
-  manifold.quat_a = manifold_quat(a.frame.axes);
-  manifold.quat_b = manifold_quat(b.frame.axes);
+  manifold.position = to_local(b.pose.frame, a.pose.frame.pos);
+  manifold.quat_a = a.quat;
+  manifold.quat_b = b.quat;
 }
 
 }  // namespace
@@ -58,10 +58,11 @@ Eigen::Vector4d manifold_quat(const Mat3& axes) {
   return values[0] < 0 ? Eigen::Vector4d(-values) : values;
 }
 
-bool refresh_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
+bool refresh_manifold(Manifold& manifold, const ManifoldBox& a, const ManifoldBox& b,
                       const ManifoldLimits& limits) {
-  const Mat3 rotation = b.frame.axes.transpose() * a.frame.axes;
-  const Vec3 position = to_local(b.frame, a.frame.pos);
+  if (!manifold.known && manifold.num_points == 0) return true;
+  const Mat3 rotation = b.pose.frame.axes.transpose() * a.pose.frame.axes;
+  const Vec3 position = to_local(b.pose.frame, a.pose.frame.pos);
   const int before = manifold.num_points;
   const double slide = kSlideShare * limits.margin;
   for (int i = before - 1; i >= 0; --i) {
@@ -76,18 +77,18 @@ bool refresh_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
   if ((position - manifold.position).cwiseAbs().maxCoeff() > kMotionShare[count] * limits.margin) {
     return true;
   }
-  return manifold_quat(a.frame.axes).dot(manifold.quat_a) < limits.cosine_a[count] ||
-         manifold_quat(b.frame.axes).dot(manifold.quat_b) < limits.cosine_b[count];
+  return a.quat.dot(manifold.quat_a) < limits.cosine_a[count] ||
+         b.quat.dot(manifold.quat_b) < limits.cosine_b[count];
 }
 
-void find_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b, double reach) {
-  const ContactPoints points = box_box(a, b, reach);
+void find_manifold(Manifold& manifold, const ManifoldBox& a, const ManifoldBox& b, double reach) {
+  const ContactPoints points = box_box(a.pose, b.pose, reach);
   set_reference(manifold, a, b);
   manifold.num_points = std::min(points.size(), Manifold::kMaxPoints);
   for (int i = 0; i < manifold.num_points; ++i) {
-    manifold.points[at(i)] = localize(a, b, points[i]);
+    manifold.points[at(i)] = localize(a.pose, b.pose, points[i]);
   }
-  if (manifold.num_points > 0) manifold.normal = b.frame.axes.transpose() * points[0].normal;
+  if (manifold.num_points > 0) manifold.normal = b.pose.frame.axes.transpose() * points[0].normal;
 }
 
 ContactPoints manifold_points(const Manifold& manifold, const BoxPose& a, const BoxPose& b,

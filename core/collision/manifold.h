@@ -20,12 +20,22 @@ ManifoldLimits manifold_limits(const Vec3& half_a, const Vec3& half_b);
 // Unit quaternion (w, x, y, z) of axes, with w not below zero.
 Eigen::Vector4d manifold_quat(const Mat3& axes);
 
+// A box with the quaternion of its axes.
+struct ManifoldBox {
+  ManifoldBox(const BoxPose& box, const Eigen::Vector4d& its_quat) : pose(box), quat(its_quat) {}
+  // NOLINTNEXTLINE(google-explicit-constructor): what is not given follows from the pose
+  ManifoldBox(const BoxPose& box) : ManifoldBox(box, manifold_quat(box.frame.axes)) {}
+
+  const BoxPose& pose;
+  Eigen::Vector4d quat;
+};
+
 // Moves the points of `manifold` with the boxes and drops those that have slid away. True if it
 // has to be found anew.
-bool refresh_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b,
+bool refresh_manifold(Manifold& manifold, const ManifoldBox& a, const ManifoldBox& b,
                       const ManifoldLimits& limits);
 // Finds it anew, with points up to `reach` apart; empty if nothing is left of the clipped face.
-void find_manifold(Manifold& manifold, const BoxPose& a, const BoxPose& b, double reach);
+void find_manifold(Manifold& manifold, const ManifoldBox& a, const ManifoldBox& b, double reach);
 
 // The manifold's points whose gap is at most `reach`.
 ContactPoints manifold_points(const Manifold& manifold, const BoxPose& a, const BoxPose& b,

@@ -84,14 +84,21 @@ double NarrowPhase::separation(int shape_pair, const Frame& a, const Frame& b) c
   return -kInfinity;
 }
 
-double NarrowPhase::min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
-                                 const ContactPoints& points) const {
+double NarrowPhase::min_distance(int shape_pair, const Frame& a, const Frame& b,
+                                 double least) const {
   // Lateral motion may bring parts of a box into play that are nearer than its points.
   const double apart = separation(shape_pair, a, b);
-  if (apart > -kInfinity) return apart;
-  double least = reach;
-  for (const ContactPoint& point : points) least = std::min(least, point.gap);
-  return least;
+  return apart > -kInfinity ? apart : least;
+}
+
+const Eigen::Vector4d& NarrowPhase::quat_of(const Mat3& axes) {
+  for (const KnownQuat& known : quats_) {
+    if (known.axes == axes) return known.quat;
+  }
+  KnownQuat& added = quats_[oldest_quat_];
+  oldest_quat_ = (oldest_quat_ + 1) % quats_.size();
+  added = {axes, manifold_quat(axes)};
+  return added.quat;
 }
 
 ContactPoints NarrowPhase::find_boxes(int shape_pair, const Frame& a, const Frame& b,
@@ -99,9 +106,10 @@ ContactPoints NarrowPhase::find_boxes(int shape_pair, const Frame& a, const Fram
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   const BoxPose box_a = {scene_.shapes()[at(shapes.a)].half, a};
   const BoxPose box_b = {scene_.shapes()[at(shapes.b)].half, b};
-  const ManifoldLimits& limits = limits_[at(shape_pair)];
-  if (refresh_manifold(pair.manifold, box_a, box_b, limits)) {
-    find_manifold(pair.manifold, box_a, box_b, kContactReach);
+  const ManifoldBox of_a(box_a, quat_of(a.axes));
+  const ManifoldBox of_b(box_b, quat_of(b.axes));
+  if (refresh_manifold(pair.manifold, of_a, of_b, limits_[at(shape_pair)])) {
+    find_manifold(pair.manifold, of_a, of_b, kContactReach);
   }
   return manifold_points(pair.manifold, box_a, box_b, kContactReach);
 }

@@ -3,6 +3,7 @@
 // others.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "core/collision/manifold.h"
@@ -27,11 +28,12 @@ class NarrowPhase {
   // Lower bound of the gaps of all points that `find` has, m, for a fraction of its cost; minus
   // infinity for pairs that MuJoCo's functions collide.
   double separation(int shape_pair, const Frame& a, const Frame& b) const;
-  // Lower bound of the distance of shapes at which these points were found, m.
-  double min_distance(int shape_pair, const Frame& a, const Frame& b, double reach,
-                      const ContactPoints& points) const;
+  // Lower bound of the distance of shapes, m, of which `find` has no point with a gap below
+  // `least`.
+  double min_distance(int shape_pair, const Frame& a, const Frame& b, double least) const;
 
  private:
+  const Eigen::Vector4d& quat_of(const Mat3& axes);
   ContactPoints find_boxes(int shape_pair, const Frame& a, const Frame& b, ContactPair& pair);
   // MuJoCo's points.
   ContactPoints collide(const ShapePair& pair, const Frame& a, const Frame& b, double reach);
@@ -41,6 +43,13 @@ class NarrowPhase {
   const CollisionScene& scene_;
   DataPtr data_;
   std::vector<ManifoldLimits> limits_;  // of each shape pair
+  // Axes, of which many pairs have the same, and their quaternions: the last ones asked for.
+  struct KnownQuat {
+    Mat3 axes = Mat3::Identity();
+    Eigen::Vector4d quat{1, 0, 0, 0};
+  };
+  std::array<KnownQuat, 4> quats_;
+  std::size_t oldest_quat_ = 0;
   std::vector<MujocoContact> found_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/index.h"
 #include "core/scene/speculative_margin.h"
@@ -30,6 +31,11 @@ constexpr double kNever = -1;
 // Bodies whose bounding spheres are so much farther apart than they can come together in a substep
 // are not measured more precisely, m.
 constexpr double kFarApart = 0.1;
+// Substeps, as long as the present one, for which the pairs to visit are chosen.
+constexpr double kVisitedSubsteps = 6;
+// Factor beyond all rounding of sums of travel.
+constexpr double kRoundingFactor = 1 + 1e-12;
+constexpr std::uint64_t kForever = std::numeric_limits<std::uint64_t>::max();
 
 // Lower bound of the distance of a point to a shape.
 double distance_to(const CollisionShape& shape, const Frame& frame, const Vec3& point) {
@@ -89,14 +95,20 @@ PairSearch::PairSearch(const CollisionScene& scene)
     : scene_(scene),
       travel_(scene.bodies().size()),
       bodies_clear_(scene.body_pairs().size()),
+      visit_presence_(scene.bodies().size()),
+      visit_travel_(scene.bodies().size()),
       shapes_clear_(scene.shape_pairs().size()),
       was_near_(scene.body_pairs().size()),
       shape_frames_(scene.shapes().size()),
-      posed_(scene.shapes().size()),
       centers_(scene.bodies().size()),
+      posed_(scene.shapes().size()),
       centered_(scene.bodies().size()) {
+  for (const CollisionShape& shape : scene.shapes()) {
+    turned_.push_back(shape.frame.axes.isIdentity(0) ? 0 : 1);
+  }
+  visits_.reserve(scene.body_pairs().size());
   const auto most = at(max_near_pairs(scene));
-  near_.reserve(most);
+  near_.reserve(most + 1);  // one that may be left out
   kept_.reserve(most);
   order_.reserve(most);
   moved_to_.reserve(most);
@@ -107,18 +119,23 @@ void PairSearch::begin() {
   std::fill(travel_.begin(), travel_.end(), Travel{});
   std::fill(bodies_clear_.begin(), bodies_clear_.end(), kNever);
   std::fill(was_near_.begin(), was_near_.end(), std::uint8_t{0});
+  std::fill(visit_travel_.begin(), visit_travel_.end(), kNever);
 }
 
 void PairSearch::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
                       double timestep) {
   near_.clear();
   advance_travel(bodies, timestep);
-  std::fill(posed_.begin(), posed_.end(), std::uint8_t{0});
-  std::fill(centered_.begin(), centered_.end(), std::uint8_t{0});
+  ++search_;
   const int known = static_cast<int>(memory.pairs.size());
   kept_.assign(memory.pairs.size(), 0);
-  for (std::size_t i = 0; i < scene_.body_pairs().size(); ++i) {
-    find_body_pair(static_cast<int>(i), bodies, memory, narrow_phase);
+  if (visits_are_known(bodies)) {
+    for (const int pair : visits_) find_body_pair(pair, bodies, memory, narrow_phase);
+  } else {
+    for (std::size_t i = 0; i < scene_.body_pairs().size(); ++i) {
+      find_body_pair(static_cast<int>(i), bodies, memory, narrow_phase);
+    }
+    choose_visits(bodies);
   }
   sort_new(known, memory);
   forget_distant(bodies, memory);
@@ -132,28 +149,58 @@ void PairSearch::advance_travel(const BodyStates& bodies, double timestep) {
   }
 }
 
+bool PairSearch::visits_are_known(const BodyStates& bodies) const {
+  for (std::size_t i = 0; i < travel_.size(); ++i) {
+    if (!(travel_[i].after() <= visit_travel_[i])) return false;
+  }
+  return bodies.presence == visit_presence_;
+}
+
+void PairSearch::choose_visits(const BodyStates& bodies) {
+  visit_presence_ = bodies.presence;
+  for (std::size_t i = 0; i < travel_.size(); ++i) {
+    visit_travel_[i] = travel_[i].before + kVisitedSubsteps * travel_[i].substep;
+  }
+  visits_.clear();
+  for (std::size_t i = 0; i < bodies_clear_.size(); ++i) {
+    const BodyPair& pair = scene_.body_pairs()[i];
+    if (visit_presence_[at(pair.a)] != BodyPresence::kPresent ||
+        visit_presence_[at(pair.b)] != BodyPresence::kPresent) {
+      continue;
+    }
+    const double most = visit_travel_[at(pair.a)] + visit_travel_[at(pair.b)];
+    if (!(bodies_clear_[i] > kRoundingFactor * most)) visits_.push_back(static_cast<int>(i));
+  }
+}
+
 PairSearch::Travel PairSearch::travel_of(int body_a, int body_b) const {
   const Travel& a = travel_[at(body_a)];
   const Travel& b = travel_[at(body_b)];
   return {a.before + b.before, a.substep + b.substep};
 }
 
+// Search until which the frame of a body stays what it is.
+std::uint64_t PairSearch::known_until(int body) const {
+  return scene_.bodies()[at(body)].kind == BodyKind::kStatic ? kForever : search_;
+}
+
 const Frame& PairSearch::shape_frame(int shape, const BodyStates& bodies) {
   Frame& frame = shape_frames_[at(shape)];
-  if (posed_[at(shape)] == 0) {
-    posed_[at(shape)] = 1;
+  if (posed_[at(shape)] < search_) {
     const CollisionShape& of = scene_.shapes()[at(shape)];
+    posed_[at(shape)] = known_until(of.body);
     const Frame& body = bodies.frames[at(of.body)];
     frame.pos = body.pos + body.axes * of.frame.pos;
-    frame.axes = body.axes * of.frame.axes;
+    frame.axes = body.axes;
+    if (turned_[at(shape)] != 0) frame.axes = body.axes * of.frame.axes;
   }
   return frame;
 }
 
 const Vec3& PairSearch::center(int body, const BodyStates& bodies) {
   Vec3& result = centers_[at(body)];
-  if (centered_[at(body)] == 0) {
-    centered_[at(body)] = 1;
+  if (centered_[at(body)] < search_) {
+    centered_[at(body)] = known_until(body);
     const Frame& frame = bodies.frames[at(body)];
     result = frame.pos + frame.axes * scene_.bodies()[at(body)].bounding_center;
   }
@@ -206,11 +253,6 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   if (travel.after() < clear) return;
   clear = kNever;
   const int known = record_of(index, memory);
-  if (known < 0) {
-    added_pair_ = ContactPair{};
-    added_pair_.shape_pair = index;
-  }
-  ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
   const bool of_links = scene_.bodies()[at(a.body)].kind == BodyKind::kLink &&
                         scene_.bodies()[at(b.body)].kind == BodyKind::kLink;
   const double reach = kActiveGap + travel.substep;
@@ -221,24 +263,28 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
     clear = travel.before - kActiveGap + apart;
     return;
   }
-  ContactPoints points = narrow_phase.find(index, frame_a, frame_b, active + kLookAhead, pair);
-  const ContactPoints found = points;
-  points.keep_below(active);
-  if (points.empty()) {
-    clear = travel.before - kActiveGap +
-            narrow_phase.min_distance(index, frame_a, frame_b, active + kLookAhead, found);
+  if (known < 0) {
+    added_pair_.shape_pair = index;
+    added_pair_.manifold = Manifold{};
+  }
+  ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
+  NearPair& near = near_.emplace_back(known, index, active + kLookAhead);
+  near.points = narrow_phase.find(index, frame_a, frame_b, near.gap, pair);
+  for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
+  if (!(near.gap < active)) {
+    clear =
+        travel.before - kActiveGap + narrow_phase.min_distance(index, frame_a, frame_b, near.gap);
+    near_.pop_back();
     return;
   }
-  const int record = known < 0 ? static_cast<int>(memory.pairs.size()) : known;
+  near.points.keep_below(active);
   if (known < 0) {
-    if (memory.pairs.size() == memory.pairs.capacity()) return;
+    if (memory.pairs.size() == memory.pairs.capacity()) return near_.pop_back();
+    near.record = static_cast<int>(memory.pairs.size());
     memory.pairs.push_back(added_pair_);
     kept_.push_back(0);
   }
-  kept_[at(record)] = 1;
-  double gap = points[0].gap;
-  for (const ContactPoint& point : points) gap = std::min(gap, point.gap);
-  near_.push_back({record, index, points, gap});
+  kept_[at(near.record)] = 1;
 }
 
 // Known pairs keep their order; new ones follow from the nearest on.

@@ -40,10 +40,13 @@ int max_stored_pairs(const CollisionScene& scene);
 
 // A pair of shapes near each other in this substep.
 struct NearPair {
-  int record = 0;  // of the memory
-  int shape_pair = 0;
+  NearPair(int of_record, int of_shapes, double at_most)
+      : record(of_record), shape_pair(of_shapes), gap(at_most) {}
+
+  int record;  // of the memory
+  int shape_pair;
   ContactPoints points;  // that can act in this substep
-  double gap = 0;        // least, m
+  double gap;            // least, m
 };
 
 class PairSearch {
@@ -73,7 +76,10 @@ class PairSearch {
   };
 
   void advance_travel(const BodyStates& bodies, double timestep);
+  bool visits_are_known(const BodyStates& bodies) const;
+  void choose_visits(const BodyStates& bodies);
   Travel travel_of(int body_a, int body_b) const;
+  std::uint64_t known_until(int body) const;
   const Frame& shape_frame(int shape, const BodyStates& bodies);
   const Vec3& center(int body, const BodyStates& bodies);
   double body_distance(const BodyPair& pair, double needed, const BodyStates& bodies);
@@ -89,15 +95,23 @@ class PairSearch {
   std::vector<Travel> travel_;  // of each body
   // Travel of both bodies up to which a pair cannot come near: body pairs, shape pairs.
   std::vector<double> bodies_clear_;
+  // Body pairs to visit, ascending, while presences are these and each body's travel is at most
+  // this; no other can come near.
+  std::vector<int> visits_;
+  std::vector<BodyPresence> visit_presence_;
+  std::vector<double> visit_travel_;
   std::vector<double> shapes_clear_;    // set for body pairs that have been near
   std::vector<std::uint8_t> was_near_;  // body pairs, in this control step
   std::vector<Frame> shape_frames_;
-  std::vector<std::uint8_t> posed_;     // shapes whose frame is known
-  std::vector<Vec3> centers_;           // of the bodies' bounding spheres, world
-  std::vector<std::uint8_t> centered_;  // bodies whose centre is known
-  std::vector<std::uint8_t> kept_;      // of the memory's pairs
-  std::vector<int> order_;              // of near_
-  std::vector<int> moved_to_;           // of the memory's pairs
+  std::vector<std::uint8_t> turned_;  // shapes whose axes are not the body's
+  std::vector<Vec3> centers_;         // of the bodies' bounding spheres, world
+  // Searches until which a shape's frame and a body's centre are known.
+  std::vector<std::uint64_t> posed_;
+  std::vector<std::uint64_t> centered_;
+  std::uint64_t search_ = 0;        // counts them
+  std::vector<std::uint8_t> kept_;  // of the memory's pairs
+  std::vector<int> order_;          // of near_
+  std::vector<int> moved_to_;       // of the memory's pairs
   std::vector<ContactPair> added_;
   ContactPair added_pair_;  // one that may be added
 };

@@ -150,17 +150,20 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
   if (size == capacity_[at(spec.list)]) return -1;
   const int patch = view_.lists.begin[spec.list] + size++;
   view_.lists.size[spec.list] = std::max(view_.lists.size[spec.list], size);
-  empty_patch(lane, patch);
   MutableLane vectors(patch_vectors(patch), lanes_, lane);
   vectors[ENGRAM_VECTOR(Patch, link_a)] = spec.link_a;
   vectors[ENGRAM_VECTOR(Patch, link_b)] = spec.link_b;
   vectors[ENGRAM_VECTOR(Patch, prop_a)] = spec.body_a;
   vectors[ENGRAM_VECTOR(Patch, prop_b)] = spec.body_b;
+  std::array<double, kRobotJoints> sign_of{};
   for (const auto& [link, sign] : {std::pair(spec.link_a, 1.0), std::pair(spec.link_b, -1.0)}) {
     if (link < 0) continue;
-    for (int i = 0; i < hinges_of(link); ++i) vectors[ENGRAM_VECTOR(Patch, joint_sign) + i] += sign;
+    for (int i = 0; i < hinges_of(link); ++i) sign_of[at(i)] += sign;
     const int finger = finger_of(link);
-    if (finger >= 0) vectors[ENGRAM_VECTOR(Patch, joint_sign) + kArmJoints + finger] += sign;
+    if (finger >= 0) sign_of[at(kArmJoints + finger)] += sign;
+  }
+  for (int i = 0; i < kRobotJoints; ++i) {
+    vectors[ENGRAM_VECTOR(Patch, joint_sign) + i] = sign_of[at(i)];
   }
   vectors[ENGRAM_VECTOR(Patch, num_points)] = spec.num_points;
   vectors[ENGRAM_VECTOR(Patch, num_anchors)] = spec.num_anchors;
@@ -168,15 +171,20 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
   vectors[ENGRAM_VECTOR(Patch, torsion_radius)] = spec.torsion_radius;
   vectors.put(ENGRAM_VECTOR(Patch, normal), spec.normal);
   vectors.put(ENGRAM_VECTOR(Patch, kinematic_velocity), spec.kinematic_velocity);
-  for (int i = 0; i < spec.num_points; ++i) {
-    vectors.put(ENGRAM_VECTOR(Patch, point) + 3 * i, spec.points[at(i)] - base_);
-    const double gap = spec.gaps[at(i)];
+  for (int i = 0; i < kPatchPoints; ++i) {
+    const bool present = i < spec.num_points;
+    const double gap = present ? spec.gaps[at(i)] : 0;
+    vectors.put(ENGRAM_VECTOR(Patch, point) + 3 * i,
+                present ? Vec3(spec.points[at(i)] - base_) : Vec3::Zero());
     vectors[ENGRAM_VECTOR(Patch, gap) + i] =
         spec.link_b >= 0 ? std::max(gap, -kMaxSelfOverlap) : gap;
   }
-  for (int i = 0; i < spec.num_anchors; ++i) {
-    vectors.put(ENGRAM_VECTOR(Patch, anchor_a) + 3 * i, spec.anchors_a[at(i)] - base_);
-    vectors.put(ENGRAM_VECTOR(Patch, anchor_b) + 3 * i, spec.anchors_b[at(i)] - base_);
+  for (int i = 0; i < kPatchAnchors; ++i) {
+    const bool present = i < spec.num_anchors;
+    vectors.put(ENGRAM_VECTOR(Patch, anchor_a) + 3 * i,
+                present ? Vec3(spec.anchors_a[at(i)] - base_) : Vec3::Zero());
+    vectors.put(ENGRAM_VECTOR(Patch, anchor_b) + 3 * i,
+                present ? Vec3(spec.anchors_b[at(i)] - base_) : Vec3::Zero());
   }
   add_member(lane, patch, spec);
   return patch;

@@ -33,6 +33,7 @@ ContactStep::ContactStep(const CollisionScene& scene) : scene_(scene), search_(s
 void ContactStep::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
                        double timestep, int lane, ContactBlock& block) {
   refs_.clear();
+  num_moving_ = 0;
   search_.find(bodies, memory, narrow_phase, timestep);
   search_.for_each([&](const NearPair& near) { add_patches(near, bodies, memory, lane, block); });
 }
@@ -59,7 +60,9 @@ void ContactStep::add_patches(const NearPair& near, const BodyStates& bodies, Co
     spec.torsion_radius = shapes.torsion_radius;
     spec.kinematic_velocity = bodies.kinematic_velocities[at(b)];
     const int patch = block.add_patch(lane, spec);
-    if (patch >= 0) refs_.push_back({patch, near.record, i, near.shape_pair});
+    if (patch < 0) continue;
+    refs_.push_back({patch, near.record, i, near.shape_pair});
+    if (spec.list == PatchLists::kMoving) ++num_moving_;
   }
 }
 

@@ -24,8 +24,9 @@ class ContactStep {
   void finish(ContactMemory& memory, int lane, const ContactBlock& block) const;
   // Tests for contacts in this substep.
   bool empty() const { return refs_.empty(); }
-  // In this substep.
-  int num_patches() const { return static_cast<int>(refs_.size()); }
+  // Work of this substep's patches: environments of like work move side by side. Most take those
+  // between moving bodies, which come first in the order of solving.
+  int work() const { return kMovingWork * num_moving_ + static_cast<int>(refs_.size()); }
 
   // Calls `add(prop, finger, impulse)` for each patch between a prop and a finger: impulse on the
   // finger, N s, world.
@@ -42,6 +43,8 @@ class ContactStep {
   }
 
  private:
+  static constexpr int kMovingWork = 1024;
+
   struct Ref {
     int patch = 0;
     int record = 0;
@@ -58,6 +61,7 @@ class ContactStep {
   const CollisionScene& scene_;
   PairSearch search_;
   std::vector<Ref> refs_;
+  int num_moving_ = 0;  // patches between moving bodies
 };
 
 }  // namespace engram

@@ -17,6 +17,9 @@ constexpr double kMinSpacingSquared = 1e-8;  // m^2, between two anchors
 struct Group {
   FrictionPatch patch;
   Vec3 normal = Vec3::Zero();  // world
+  // Anchors of the patch, world.
+  std::array<Vec3, FrictionPatch::kMaxAnchors> anchors_a;
+  std::array<Vec3, FrictionPatch::kMaxAnchors> anchors_b;
   std::array<int, kPatchPoints> points{};
   int size = 0;
 };
@@ -25,7 +28,11 @@ struct Groups {
   int size = 0;
 };
 
-Vec3 anchor_on(const Frame& body, const Vec3& local) { return body.pos + body.axes * local; }
+void place_anchor(int k, const FrictionAnchor& anchor, const Frame& a, const Frame& b,
+                  Group& group) {
+  group.anchors_a[at(k)] = a.pos + a.axes * anchor.a;
+  group.anchors_b[at(k)] = b.pos + b.axes * anchor.b;
+}
 
 // Patches of the last substep that still hold.
 void keep_patches(const ContactPair& pair, const Frame& a, const Frame& b, Groups& groups) {
@@ -34,14 +41,17 @@ void keep_patches(const ContactPair& pair, const Frame& a, const Frame& b, Group
     if (patch.num_anchors == 0) continue;
     const Vec3 normal = a.axes * patch.normal_a;
     if (normal.dot(b.axes * patch.normal_b) <= kSameNormal) continue;
+    Group& group = groups.at_index[at(groups.size)];
     bool parted = false;
     for (int k = 0; k < patch.num_anchors; ++k) {
-      const FrictionAnchor& anchor = patch.anchors[at(k)];
-      const Vec3 apart = anchor_on(a, anchor.a) - anchor_on(b, anchor.b);
+      place_anchor(k, patch.anchors[at(k)], a, b, group);
+      const Vec3 apart = group.anchors_a[at(k)] - group.anchors_b[at(k)];
       parted = parted || std::abs(apart.dot(normal)) >= kMaxParting;
     }
     if (parted) continue;
-    groups.at_index[at(groups.size++)] = {patch, normal, {}, 0};
+    group.patch = patch;
+    group.normal = normal;
+    ++groups.size;
   }
 }
 
@@ -52,7 +62,6 @@ Group* group_with(const Vec3& normal, const Frame& a, const Frame& b, Groups& gr
   }
   if (groups.size == ContactPair::kMaxPatches) return nullptr;
   Group& added = groups.at_index[at(groups.size++)];
-  added = {};
   added.patch.normal_a = a.axes.transpose() * normal;
   added.patch.normal_b = b.axes.transpose() * normal;
   added.normal = normal;
@@ -98,7 +107,7 @@ void grow_anchors(const ContactPoints& points, const Frame& a, const Frame& b, G
   const int kept = patch.num_anchors;
   if (kept == FrictionPatch::kMaxAnchors) return;
   std::array<Vec3, FrictionPatch::kMaxAnchors> world;
-  for (int i = 0; i < kept; ++i) world[at(i)] = anchor_on(a, patch.anchors[at(i)].a);
+  for (int i = 0; i < kept; ++i) world[at(i)] = group.anchors_a[at(i)];
   int count = kept;
   double spread = 0;
   for (int i = 0; i < group.size; ++i) {
@@ -125,12 +134,12 @@ void grow_anchors(const ContactPoints& points, const Frame& a, const Frame& b, G
   for (int i = kept; i < count; ++i) {
     patch.anchors[at(i)] = {a.axes.transpose() * (world[at(i)] - a.pos),
                             b.axes.transpose() * (world[at(i)] - b.pos)};
+    place_anchor(i, patch.anchors[at(i)], a, b, group);
   }
   patch.num_anchors = count;
 }
 
-void fill_spec(const ContactPoints& points, const Frame& a, const Frame& b, const Group& group,
-               PatchSpec& spec) {
+void fill_spec(const ContactPoints& points, const Group& group, PatchSpec& spec) {
   spec.normal = points[group.points[0]].normal;
   spec.num_points = group.size;
   for (int i = 0; i < group.size; ++i) {
@@ -140,8 +149,8 @@ void fill_spec(const ContactPoints& points, const Frame& a, const Frame& b, cons
   }
   spec.num_anchors = group.patch.num_anchors;
   for (int i = 0; i < spec.num_anchors; ++i) {
-    spec.anchors_a[at(i)] = anchor_on(a, group.patch.anchors[at(i)].a);
-    spec.anchors_b[at(i)] = anchor_on(b, group.patch.anchors[at(i)].b);
+    spec.anchors_a[at(i)] = group.anchors_a[at(i)];
+    spec.anchors_b[at(i)] = group.anchors_b[at(i)];
   }
 }
 
@@ -158,7 +167,7 @@ int build_patches(const ContactPoints& points, const Frame& a, const Frame& b, C
     if (group.size == 0) continue;
     drop_narrow_anchors(points, a, group);
     grow_anchors(points, a, b, group);
-    fill_spec(points, a, b, group, specs[at(pair.num_patches)]);
+    fill_spec(points, group, specs[at(pair.num_patches)]);
     pair.patches[at(pair.num_patches++)] = group.patch;
   }
   return pair.num_patches;

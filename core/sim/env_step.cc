@@ -4,6 +4,11 @@ namespace engram {
 
 StepWorkspace::StepWorkspace(const PhysicsModel& model)
     : bodies(model.collision()), contacts(model.collision()) {
+  for (const CollisionBody& body : model.collision().bodies()) {
+    const Attachment& attachment = body.attachment;
+    const bool same = attachment.frame.pos.isZero(0) && attachment.frame.axes.isIdentity(0);
+    is_link.push_back(attachment.link >= 0 && same ? 1 : 0);
+  }
   const std::size_t props = model.props().size();
   status.resize(props);
   motion.resize(props);

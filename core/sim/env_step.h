@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/base/index.h"
@@ -27,6 +28,7 @@ struct StepWorkspace {
   std::vector<int> moving;            // kinematic props in motion
   double moves_per_second = 0;        // control steps, 1/s
   BodyStates bodies;                  // of the CollisionScene
+  std::vector<std::uint8_t> is_link;  // bodies whose frames are those of links
   std::vector<Frame> reach_frames;    // of the robot's shapes that can touch props
   std::vector<double> reach_gaps;     // below which they wake props, m
   ContactMemory memory;

@@ -132,7 +132,7 @@ struct Simulator::Lane {
 
   // Work of its contacts.
   int cost() const {
-    return busy ? step.workspace.contacts.num_patches() + static_cast<int>(step.awake().size()) : 0;
+    return busy ? step.workspace.contacts.work() + static_cast<int>(step.awake().size()) : 0;
   }
 
   EnvStep step;

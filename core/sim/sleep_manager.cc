@@ -38,6 +38,7 @@ SleepWorkspace::SleepWorkspace(const PhysicsModel& model) {
   frame_known.resize(props);
   centers.resize(props);
   clearance.resize(props);
+  approach.resize(props);
   obstacles.reserve(props);
 }
 
@@ -100,6 +101,8 @@ void SleepManager::locate_awake() {
     frame.pos = motion.center - frame.axes * prop_model(prop).body.center();
     workspace_.frame_known[at(prop)] = 1;
     workspace_.centers[at(prop)] = frame.pos + frame.axes * prop_model(prop).bounding_center;
+    workspace_.approach[at(prop)] =
+        kSpeculativeFactor * step_.model.robot_params().timestep * step_.prop_speed(prop);
   }
 }
 
@@ -115,6 +118,8 @@ const Frame& SleepManager::frame_of(int prop) const {
 // --- distances to the robot ---
 
 void SleepManager::pose_reach() {
+  if (reach_known_) return;
+  reach_known_ = true;
   const CollisionScene& scene = step_.model.collision();
   for (std::size_t i = 0; i < step_.model.reach_shapes().size(); ++i) {
     const CollisionShape& shape = scene.shapes()[at(step_.model.reach_shapes()[i])];
@@ -137,15 +142,17 @@ double SleepManager::lowest_reach() const {
   return lowest;
 }
 
-double SleepManager::robot_clearance(int prop, double lowest, Gaps gaps) const {
+double SleepManager::robot_clearance(int prop, double lowest, Gaps gaps, std::size_t& first) const {
   const Eigen::Vector3d& center = workspace_.centers[at(prop)];
   const double radius = swept_radius(prop);
   const double below = lowest - center.z() - radius - kWakeGap;
   if (below > 0) return below;
+  const std::vector<int>& reach = step_.model.reach_shapes();
+  const std::vector<CollisionShape>& shapes = step_.model.collision().shapes();
   double least = kFarAway;
-  for (std::size_t i = 0; i < step_.model.reach_shapes().size() && least > 0; ++i) {
-    const CollisionShape& shape =
-        step_.model.collision().shapes()[at(step_.model.reach_shapes()[i])];
+  for (std::size_t i = first; i < reach.size() && least > 0; ++i) {
+    first = i;
+    const CollisionShape& shape = shapes[at(reach[i])];
     const Frame& frame = step_.workspace.reach_frames[i];
     const double gap = gaps == Gaps::kLargest ? kWakeGap : step_.workspace.reach_gaps[i];
     double clearance = sphere_clearance(shape, frame, center, radius + gap);
@@ -162,9 +169,14 @@ double SleepManager::robot_clearance(int prop, double lowest, Gaps gaps) const {
 bool SleepManager::robot_reaches(int prop, std::optional<double>& lowest) {
   double& clearance = workspace_.clearance[at(prop)];
   if (clearance > 0) return false;
-  if (!lowest) lowest = lowest_reach();
-  clearance = robot_clearance(prop, *lowest, Gaps::kLargest);
-  return clearance <= 0 && robot_clearance(prop, *lowest, Gaps::kBySpeed) <= 0;
+  if (!lowest) {
+    pose_reach();
+    lowest = lowest_reach();
+  }
+  // Parts that are farther than the largest gap are farther than their own.
+  std::size_t first = 0;
+  clearance = robot_clearance(prop, *lowest, Gaps::kLargest, first);
+  return clearance <= 0 && robot_clearance(prop, *lowest, Gaps::kBySpeed, first) <= 0;
 }
 
 // --- distances between props ---
@@ -176,17 +188,10 @@ bool SleepManager::props_near(int prop, int other, double gap) const {
                          frame_of(other)) <= 0;
 }
 
-double SleepManager::wake_gap(int prop, int other) const {
-  double speed = 0;
-  for (const int one : {prop, other}) {
-    if (step_.is_awake(one)) speed += step_.prop_speed(one);
-  }
-  return kPropWakeGap + kSpeculativeFactor * step_.model.robot_params().timestep * speed;
-}
-
 bool SleepManager::awake_prop_near(int prop) const {
-  return std::any_of(step_.awake().begin(), step_.awake().end(),
-                     [&](int other) { return props_near(prop, other, wake_gap(prop, other)); });
+  return std::any_of(step_.awake().begin(), step_.awake().end(), [&](int other) {
+    return props_near(prop, other, kPropWakeGap + workspace_.approach[at(other)]);
+  });
 }
 
 bool SleepManager::moving_prop_near(int prop) const {
@@ -210,7 +215,7 @@ void SleepManager::wake_near_moving_props() {
 
 void SleepManager::wake_touching(const RobotPose& robot) {
   locate_awake();
-  pose_reach();
+  reach_known_ = false;
   const double moved = step_.model.robot_bounds().max_displacement(checked_qpos_, robot.qpos);
   checked_qpos_ = robot.qpos;
   std::optional<double> lowest;
@@ -243,9 +248,12 @@ bool SleepManager::is_slow(int prop) const {
 void SleepManager::count_slow_steps() {
   if (step_.awake().empty()) return;
   std::uint8_t* slow = state_.prop_slow_steps.row(env_);
+  pose_reach();
   const double lowest = lowest_reach();
   for (const int prop : step_.awake()) {
-    const bool resting = is_slow(prop) && robot_clearance(prop, lowest, Gaps::kBySpeed) > 0 &&
+    std::size_t first = 0;
+    const bool resting = is_slow(prop) &&
+                         robot_clearance(prop, lowest, Gaps::kBySpeed, first) > 0 &&
                          !moving_prop_near(prop);
     slow[prop] = resting ? static_cast<std::uint8_t>(std::min(slow[prop] + 1, kSleepSteps))
                          : std::uint8_t{0};

@@ -22,6 +22,7 @@ struct SleepWorkspace {
   std::vector<Eigen::Vector3d> centers;   // of bounding spheres, world
   std::vector<double>
       clearance;  // m, lower bound of a sleeping prop's distance to the robot's reach
+  std::vector<double> approach;  // m, of any point of an awake prop in a substep, at most
   std::vector<RobotBounds::Obstacle> obstacles;
 };
 
@@ -69,14 +70,16 @@ class SleepManager {
 
   // --- distances to the robot ---
 
+  // Computes the poses of the robot's reach, if they are not known.
   void pose_reach();
   // Lowest height that a part of the robot may reach: a cheap first test, since props lie low and
   // the robot is above them most of the time.
   double lowest_reach() const;
   // Below which parts of the robot wake a prop: the largest, or what follows from their speeds.
   enum class Gaps { kLargest, kBySpeed };
-  // Lower bound of a prop's distance to the robot's reach, less the gap, m.
-  double robot_clearance(int prop, double lowest, Gaps gaps) const;
+  // Lower bound of a prop's distance to the robot's reach, less the gap, m. Looks at the parts from
+  // `first` on, up to one that is too near, of which `first` is then the index.
+  double robot_clearance(int prop, double lowest, Gaps gaps, std::size_t& first) const;
   // Tests whether the robot wakes a sleeping prop. `lowest` is computed on demand.
   bool robot_reaches(int prop, std::optional<double>& lowest);
 
@@ -84,8 +87,6 @@ class SleepManager {
 
   bool props_near(int prop, int other, double gap) const;
   bool awake_prop_near(int prop) const;
-  // Distance below which two props wake one another, m.
-  double wake_gap(int prop, int other) const;
   // Tests for a moving kinematic prop near a free one.
   bool moving_prop_near(int prop) const;
   void wake_near_moving_props();
@@ -103,6 +104,7 @@ class SleepManager {
   const State& state_;
   int env_;
   JointArray checked_qpos_{};  // at the last wake_touching
+  bool reach_known_ = false;   // since then
 };
 
 }  // namespace engram

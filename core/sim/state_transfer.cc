@@ -94,6 +94,7 @@ void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
   // Velocity of each hinge's link: of the point at the world's origin, and angular.
   std::array<Vec3, kArmJoints> linear;
   std::array<Vec3, kArmJoints> angular;
+  std::array<double, kArmJoints> turn_speed;
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
   for (std::size_t i = 0; i < kArmJoints; ++i) {
@@ -102,19 +103,21 @@ void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
     v -= turn.cross(robot.links[i].pos);
     linear[i] = v;
     angular[i] = w;
+    turn_speed[i] = w.norm();
   }
   const std::vector<CollisionBody>& bodies = step_.model.collision().bodies();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const CollisionBody& body = bodies[i];
     if (body.kind != BodyKind::kLink) continue;
-    const Frame frame = carried(robot, body.attachment);
+    Frame& frame = workspace_.bodies.frames[i];
+    frame = workspace_.is_link[i] != 0 ? robot.links[at(body.attachment.link)]
+                                       : carried(robot, body.attachment);
     const auto hinge = at(hinges_of(body.link) - 1);
     const Vec3 center = frame.pos + frame.axes * body.bounding_center;
     double speed = (linear[hinge] + angular[hinge].cross(center)).norm() +
-                   angular[hinge].norm() * body.bounding_radius;
+                   turn_speed[hinge] * body.bounding_radius;
     const int finger = finger_of(body.link);
     if (finger >= 0) speed += std::abs(qvel[at(kArmJoints + finger)]);
-    workspace_.bodies.frames[i] = frame;
     workspace_.bodies.speeds[i] = speed;
   }
 }

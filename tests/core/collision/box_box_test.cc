@@ -45,6 +45,14 @@ TEST_CASE("Boxes farther apart than the reach have no contact", "[contact]") {
   CHECK(box_box(box(kCube, {0, 0, 0}), box(kCube, {0.1, 0, 0}), kReach).empty());
   // Beside one another and above one another at once: no face covers the other.
   CHECK(box_box(box(kCube, {0, 0, 0}), box(kCube, {0.045, 0, 0.045}), kReach).empty());
+  for (const double side : {-1.0, 1.0}) {
+    for (const auto& [beside, count] : {std::pair(0.0399, 4), std::pair(0.0401, 0)}) {
+      const BoxPose along_x = box(kCube, {side * beside, 0, 0.041});
+      const BoxPose along_y = box(kCube, {0, side * beside, 0.041});
+      CHECK(box_box(along_x, box(kCube, {0, 0, 0}), kReach).size() == count);
+      CHECK(box_box(along_y, box(kCube, {0, 0, 0}), kReach).size() == count);
+    }
+  }
 }
 
 TEST_CASE("Points lie on the second box, the normal leads to the first", "[contact]") {

@@ -82,9 +82,9 @@ TEST_CASE("A point that has slid away is dropped, and the manifold found anew", 
   manifold = resting();
   const Vec3 corner(kHalf, kHalf, 0);
   const Mat3 turn = Eigen::AngleAxisd(0.05, Vec3::UnitZ()).toRotationMatrix();
-  CHECK(refresh_manifold(
-      manifold, {Vec3::Constant(kHalf), {corner + turn * (Vec3(0, 0, kHalf) - corner), turn}},
-      kTable, kLimits));
+  const BoxPose turned = {Vec3::Constant(kHalf),
+                          {corner + turn * (Vec3(0, 0, kHalf) - corner), turn}};
+  CHECK(refresh_manifold(manifold, turned, kTable, kLimits));
   CHECK(manifold.num_points == 3);
 }
 

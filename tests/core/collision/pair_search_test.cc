@@ -211,6 +211,23 @@ TEST_CASE("What a search found before leaves no trace in new pairs", "[contact]"
   CHECK(stored(used) == stored(fresh));
 }
 
+TEST_CASE("A body that gets faster or wakes within a control step is found", "[contact]") {
+  World world;
+  world.place(test::kCube0, {0, 0.6, 0.5}, {0, 0, -0.01});
+  world.place(test::kCube1, {0.2, 0.6, 0.02}, Vec3::Zero());
+  world.set_presence(test::kCube1, BodyPresence::kResting);
+  world.begin();
+  world.find();
+  CHECK(world.found().empty());
+  world.place(test::kCube0, {0, 0.6, 0.5}, {0, 0, -48});
+  world.find();
+  world.place(test::kCube0, {0, 0.6, 0.02}, Vec3::Zero());
+  world.set_presence(test::kCube1, BodyPresence::kPresent);
+  world.find();
+  const std::vector<int> both = {with_table(test::kCube0), with_table(test::kCube1)};
+  CHECK(world.found() == both);
+}
+
 TEST_CASE("A body that is absent touches nothing", "[contact]") {
   World world;
   world.place(test::kCube0, {0, 0.6, 0.02}, Vec3::Zero());
