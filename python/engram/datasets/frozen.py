@@ -12,7 +12,7 @@ import numpy as np
 
 from engram.datasets.episodes import Episode
 
-COLUMN = "action_is_frozen"
+COLUMN = "is_action_frozen"
 _NOTE = (
     "**The first actions were not executed**: until the cue is over the environment replaced them "
     "by zeros, so that the gripper half closes (joint targets: by the measured ones), whatever "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -67,13 +69,19 @@ def test_sets_hold_the_mask_and_say_so(demonstrations, tmp_path) -> None:
     expected = [steps_without_effect(ID, episode.episode_seed) for episode in folder]
     path = lerobot.convert(folder, tmp_path, frames="images")
     rows = pq.read_table(path / "data/chunk-000/file-000.parquet").to_pydict()
-    marked = np.array(rows["action_is_frozen"])
+    marked = np.array(rows["is_action_frozen"])
     assert [marked[np.array(rows["episode_index"]) == i].sum() for i in (0, 1)] == expected
-    assert '"action_is_frozen"' in (path / "meta" / "info.json").read_text()
+    features = json.loads((path / "meta" / "info.json").read_text())["features"]
+    assert features["is_action_frozen"]["dtype"] == "bool"
+    # LeRobot takes what begins with "action" for an output of policies.
+    assert [name for name in features if name.startswith("action")] == ["action"]
+    stats = json.loads((path / "meta" / "stats.json").read_text())
+    assert stats["is_action_frozen"]["mean"] == [pytest.approx(marked.mean())]
+    assert set(stats) == set(features)
     with h5py.File(hdf5.convert(folder, tmp_path) / "demonstrations.hdf5") as file:
-        stored = [file[f"data/demo_{i}/action_is_frozen"][:].sum() for i in (0, 1)]
+        stored = [file[f"data/demo_{i}/is_action_frozen"][:].sum() for i in (0, 1)]
     assert stored == expected
-    assert "action_is_frozen" in (rlds.convert(folder, tmp_path) / "features.json").read_text()
+    assert "is_action_frozen" in (rlds.convert(folder, tmp_path) / "features.json").read_text()
     for card in tmp_path.rglob("README.md"):
         assert "The first actions were not executed" in card.read_text()
     for source in ("rlds", "lerobot", "hdf5"):
@@ -84,6 +92,6 @@ def test_others_have_none(demonstrations, tmp_path) -> None:
     folder = find_folders(demonstrations, ["InterceptSlow-VLA-v0"])[0]
     path = lerobot.convert(folder, tmp_path, frames="images")
     names = pq.read_schema(path / "data/chunk-000/file-000.parquet").names
-    assert "action_is_frozen" not in names
+    assert "is_action_frozen" not in names
     assert "not executed" not in (path / "README.md").read_text()
     assert not frozen.FrozenCue(ID, {})  # the original's own draws

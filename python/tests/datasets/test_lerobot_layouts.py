@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 
@@ -12,7 +13,9 @@ from demonstrations import COMMAND, IDS
 pytest.importorskip("pyarrow")
 pytest.importorskip("av")
 
+import av
 import pyarrow.parquet as pq
+from PIL import Image
 
 from engram.datasets import find_folders, lerobot
 from engram.datasets.__main__ import main
@@ -124,3 +127,41 @@ def test_pictures_that_stay_the_same_are_stored_once(tmp_path, capsys):
     (folder,) = find_folders(tmp_path, [LONG])
     distinct = len(np.unique(folder[0].rgb[..., :3].reshape(len(folder[0]), -1), axis=0))
     assert distinct < len(folder[0]) / 2
+
+
+@pytest.mark.parametrize("frames", ["videos", "images"])
+def test_statistics_of_images_are_those_of_decoded_frames(demonstrations, frames, tmp_path):
+    """All frames, of episodes of up to 100; videos are lossy."""
+    (folder,) = find_folders(demonstrations, [IDS[1]])
+    path = lerobot.convert(folder, tmp_path, frames=frames)
+    stats = json.loads((path / "meta" / "stats.json").read_text())
+    for key in ("observation.images.top", "observation.images.wrist"):
+        pixels = decoded(path, key, frames).reshape(-1, 3) / 255
+        # Chroma of half the resolution lowers the deviation of a colour.
+        allowed = {"rtol": 1e-9} if frames == "images" else {"atol": 0.01}
+        found = {name: np.ravel(values) for name, values in stats[key].items()}
+        np.testing.assert_allclose(found["mean"], pixels.mean(0), **allowed)
+        np.testing.assert_allclose(found["std"], pixels.std(0), **allowed)
+        if frames == "images":
+            for name, q in (("min", 0), ("q01", 0.01), ("q50", 0.5), ("q99", 0.99), ("max", 1)):
+                exact = np.quantile(pixels, q, axis=0, method="inverted_cdf")
+                np.testing.assert_allclose(found[name], exact, **allowed)
+
+
+def decoded(path, key, frames) -> np.ndarray:
+    """All frames of a camera, (T, H, W, 3)."""
+    if frames == "images":
+        files = sorted(path.glob("data/*/*.parquet"))
+        columns = [pq.read_table(file, columns=[key]).column(key) for file in files]
+        return np.stack(
+            [
+                np.asarray(Image.open(io.BytesIO(one["bytes"])))
+                for column in columns
+                for one in column.to_pylist()
+            ]
+        )
+    images = []
+    for file in sorted(path.glob(f"videos/{key}/*/*.mp4")):
+        with av.open(str(file)) as container:
+            images += [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+    return np.stack(images)

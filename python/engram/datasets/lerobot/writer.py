@@ -132,7 +132,7 @@ class _Writer:
         self.rows.append(row)
         if self.options.version == "2.1":  # whose readers refuse statistics of one channel
             maps = {}
-        self.stats.append(self._stats(columns, images, maps))
+        self.stats.append(self._stats(columns | numbers, images, maps))
         self.frames += len(episode)
 
     def _stats(

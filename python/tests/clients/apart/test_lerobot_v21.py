@@ -35,7 +35,7 @@ def test_this_is_the_reader_of_that_version():
 def test_lerobot_reads_every_frame(demonstrations, folder, frames, tmp_path):
     dataset = convert(demonstrations, folder.env_id, tmp_path, "--frames", frames)
     assert dataset.meta.info["codebase_version"] == "v2.1"
-    assert (dataset.fps, dataset.num_episodes) == (10, EPISODES)
+    assert (dataset.fps, dataset.num_episodes) == (20, EPISODES)
     assert dataset.meta.robot_type == "mikasa_robo"
     for index, episode in enumerate(folder):
         assert dataset.meta.episodes[index]["episode_seed"] == episode.episode_seed
@@ -47,7 +47,7 @@ def test_lerobot_reads_every_frame(demonstrations, folder, frames, tmp_path):
 def test_chunks_of_actions_are_those_of_the_episode(demonstrations, folder, tmp_path):
     convert(demonstrations, folder.env_id, tmp_path, "--images")
     root = tmp_path / "data_lerobot" / folder.env_id
-    chunk = {"action": [i / 10 for i in range(4)]}
+    chunk = {"action": [i / 20 for i in range(4)]}
     dataset = LeRobotDataset("local/test", root=root, delta_timestamps=chunk)
     episode = folder[1]
     last = dataset[len(dataset) - 2]

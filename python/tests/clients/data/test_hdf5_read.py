@@ -51,9 +51,9 @@ def test_h5py_reads_every_step(tmp_path):
             assert demonstration.attrs["episode_seed"] == number
             assert bool(demonstration.attrs["success"]) is True
             assert demonstration.attrs["language_instruction"] == "Touch the cube."
-            names = {"obs", "actions", "rewards", "dones", "action_is_frozen"}
+            names = {"obs", "actions", "rewards", "dones", "is_action_frozen"}
             assert set(demonstration) == names
-            is_frozen = demonstration["action_is_frozen"]
+            is_frozen = demonstration["is_action_frozen"]
             assert (is_frozen.dtype, is_frozen.shape, is_frozen[0]) == (np.bool_, (STEPS,), True)
             expected = {
                 "obs/image": arrays["rgb"][..., :3],
