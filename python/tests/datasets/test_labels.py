@@ -67,7 +67,7 @@ def test_lerobot_has_them_by_choice(tmp_path, version):
         assert ("language_persistent" in mine[0]) == (version == "3.0")
         for step, row in enumerate(mine if version == "3.0" else []):
             assert row["language_persistent"] == mine[0]["language_persistent"]
-            assert row["language_events"] == []
+            assert len(row["language_events"]) == (2 if row["frame_index"] == 1 else 0)
             for style, texts in STYLES.items():
                 active = [
                     one

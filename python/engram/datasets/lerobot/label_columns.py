@@ -13,6 +13,7 @@ import numpy as np
 import pyarrow as pa
 
 from engram.datasets.labels import STEP_FIELDS, Labels
+from engram.datasets.lerobot import questions
 
 SUBTASK = "subtask_index"
 PERSISTENT, EVENTS = "language_persistent", "language_events"
@@ -67,16 +68,20 @@ def language_features() -> dict[str, dict[str, Any]]:
     return {name: {"dtype": "language", "shape": [1], "names": None} for name in _TYPES}
 
 
-def with_language(table: pa.Table, labels: Labels, instruction: str) -> pa.Table:
-    """The table of an episode with both columns; LeRobot itself describes them to `datasets`."""
-    rows = language_rows(labels, instruction, table.column("timestamp").to_numpy())
-    for name, each in ((PERSISTENT, rows), (EVENTS, [])):
-        values = pa.array(each, _TYPES[name].value_type)
-        repeated = values.take(pa.array(np.tile(np.arange(len(each)), table.num_rows)))
-        offsets = pa.array(np.arange(table.num_rows + 1, dtype=np.int32) * len(each))
-        column = pa.ListArray.from_arrays(offsets, repeated)
-        table = table.append_column(name, column)
-    return table.replace_schema_metadata(None)
+def with_language(
+    table: pa.Table, labels: Labels, instruction: str, question: str | None
+) -> pa.Table:
+    """The table of an episode with both columns; LeRobot itself describes them to `datasets`.
+
+    question: the task's own, if it has one.
+    """
+    said = language_rows(labels, instruction, table.column("timestamp").to_numpy())
+    values = pa.array(said, _TYPES[PERSISTENT].value_type)
+    repeated = values.take(pa.array(np.tile(np.arange(len(said)), table.num_rows)))
+    offsets = pa.array(np.arange(table.num_rows + 1, dtype=np.int32) * len(said))
+    table = table.append_column(PERSISTENT, pa.ListArray.from_arrays(offsets, repeated))
+    asked = pa.array(questions.rows(labels, question), _TYPES[EVENTS])
+    return table.append_column(EVENTS, asked).replace_schema_metadata(None)
 
 
 def language_rows(labels: Labels, instruction: str, timestamps: np.ndarray) -> list[dict[str, Any]]:

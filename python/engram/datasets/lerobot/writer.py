@@ -20,7 +20,16 @@ from engram.datasets.episodes import (
 )
 from engram.datasets.folders import new_folder
 from engram.datasets.frozen import COLUMN, FrozenCue
-from engram.datasets.lerobot import gr00t, label_columns, layout, map_columns, readme, v21, v30
+from engram.datasets.lerobot import (
+    gr00t,
+    label_columns,
+    layout,
+    map_columns,
+    questions,
+    readme,
+    v21,
+    v30,
+)
 from engram.datasets.lerobot.choice import smaller_frames
 from engram.datasets.lerobot.videos import video_info
 from engram.datasets.lerobot_options import Options
@@ -47,10 +56,11 @@ def convert(
     if asked.frames == "auto":
         chosen = dataclasses.replace(asked, frames=smaller_frames(folder, asked))
     place = (layout.FOLDER, folder.env_id)
+    question = questions.question_of(folder.env_id) if chosen.labels else None
     with new_folder(root, *place) as path:
         with (
             contextlib.closing(FrozenCue(folder.env_id, folder.origin)) as cue,
-            _Writer(path, folder.spaces, chosen, folder.keeps_failures, cue) as writer,
+            _Writer(path, folder.spaces, chosen, folder.keeps_failures, cue, question) as writer,
             ahead(folder) as episodes,
         ):
             for done, episode in enumerate(episodes, 1):
@@ -81,10 +91,17 @@ class _Writer:
     """A data set that grows by episodes."""
 
     def __init__(
-        self, root: Path, spaces: Spaces, options: Options, keeps_failures: bool, cue: FrozenCue
+        self,
+        root: Path,
+        spaces: Spaces,
+        options: Options,
+        keeps_failures: bool,
+        cue: FrozenCue,
+        question: str | None,
     ):
         self.root = root
         self.cue = cue
+        self.question = question
         self.keeps_failures = keeps_failures
         self.spaces = spaces
         self.options = options
@@ -127,7 +144,8 @@ class _Writer:
             self.segments.add(episode.segmentation_names)
         table = layout.table(columns | numbers, stored | maps)
         if self._has_language and episode.labels is not None:
-            table = label_columns.with_language(table, episode.labels, episode.language_instruction)
+            words = episode.language_instruction
+            table = label_columns.with_language(table, episode.labels, words, self.question)
         row |= self.files.add(row | {"first_frame": self.frames}, table, filmed)
         self.rows.append(row)
         if self.options.version == "2.1":  # whose readers refuse statistics of one channel

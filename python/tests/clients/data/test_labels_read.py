@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 pytest.importorskip("lerobot")
@@ -21,7 +23,7 @@ from labelled_dataset import (
 from lerobot.annotations.steerable_pipeline.reader import iter_episodes
 from lerobot.annotations.steerable_pipeline.staging import EpisodeStaging
 from lerobot.annotations.steerable_pipeline.validator import StagingValidator
-from lerobot.datasets.language_render import active_at
+from lerobot.datasets.language_render import active_at, emitted_at
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 from sound_dataset import EPISODES, ID, STEPS
 from torch.utils.data import DataLoader
@@ -46,7 +48,17 @@ def test_lerobot_finds_what_is_said_at_each_time(dataset):
                 assert (row["content"] if row else "") == said(texts, number)[step]
             wordings = {row["content"] for row in rows if row["style"] == "task_aug"}
             assert wordings == {"Touch the cube.", *PARAPHRASES}
-            assert item["language_events"] == []
+            asked = item["language_events"]
+            assert [row["role"] for row in asked] == (["user", "assistant"] if step == 1 else [])
+            if asked:
+                question, answer = (
+                    emitted_at(time, persistent=rows, events=asked, style="vqa", role=role)
+                    for role in ("user", "assistant")
+                )
+                assert question["content"] == "Which object is to be touched?"
+                told = json.loads(answer["content"])
+                assert told["value"] == said(MEMORIES, number)[step]
+                assert told["since_frame"] == 1
             box = item["privileged.object_box"].numpy().reshape(2, 4)
             np.testing.assert_array_equal(box, labels_of(number)["object_box"][step])
             assert bool(item["privileged.is_keyframe"]) == labels_of(number)["is_keyframe"][step]
@@ -68,7 +80,17 @@ def test_lerobots_validator_finds_nothing_wrong(dataset, tmp_path):
     for record in records:
         rows = dataset[record.episode_index * STEPS]["language_persistent"]
         assert len(rows) == 1 + len(PARAPHRASES) + 5
-        EpisodeStaging(tmp_path / "staged", record.episode_index).write("plan", rows)
+        staging = EpisodeStaging(tmp_path / "staged", record.episode_index)
+        staging.write("plan", rows)
+        frames = [dataset[record.episode_index * STEPS + step] for step in range(STEPS)]
+        staging.write(
+            "vqa",
+            [
+                {**row, "timestamp": time}
+                for time, frame in zip(record.frame_timestamps, frames)
+                for row in frame["language_events"]
+            ],
+        )
     validator = StagingValidator(dataset_camera_keys=tuple(dataset.meta.camera_keys))
     report = validator.validate(records, tmp_path / "staged")
     assert (report.episodes_checked, report.errors, report.warnings) == (EPISODES, [], [])
