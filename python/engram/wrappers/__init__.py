@@ -14,9 +14,11 @@ from engram.wrappers.observations import ObjectRows, ScaleState, TimeLeft
 from engram.wrappers.policy import WrappedPolicy
 from engram.wrappers.preset import train
 from engram.wrappers.rewards import HeldReward, PotentialReward
+from engram.wrappers.starts import EqualStarts
 
 __all__ = [
     "BENCHMARK_REWARD",
+    "EqualStarts",
     "HeldReward",
     "ObjectRows",
     "PotentialReward",
