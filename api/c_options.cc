@@ -161,6 +161,18 @@ static_assert(static_cast<int>(ObsMode::kRgbDepth) == ENGRAM_OBS_RGB_DEPTH);
 static_assert(static_cast<int>(ObsMode::kRgbSegmentation) == ENGRAM_OBS_RGB_SEGMENTATION);
 static_assert(static_cast<int>(ObsMode::kRgbDepthSegmentation) ==
               ENGRAM_OBS_RGB_DEPTH_SEGMENTATION);
+static_assert(static_cast<int>(ObsMode::kRgbState) == ENGRAM_OBS_RGB_STATE);
+static_assert(static_cast<int>(ObsMode::kRgbDepthState) == ENGRAM_OBS_RGB_DEPTH_STATE);
+static_assert(static_cast<int>(ObsMode::kRgbSegmentationState) ==
+              ENGRAM_OBS_RGB_SEGMENTATION_STATE);
+static_assert(static_cast<int>(ObsMode::kRgbDepthSegmentationState) ==
+              ENGRAM_OBS_RGB_DEPTH_SEGMENTATION_STATE);
+static_assert(static_cast<int>(ObsMode::kRgbObjects) == ENGRAM_OBS_RGB_OBJECTS);
+static_assert(static_cast<int>(ObsMode::kRgbDepthObjects) == ENGRAM_OBS_RGB_DEPTH_OBJECTS);
+static_assert(static_cast<int>(ObsMode::kRgbSegmentationObjects) ==
+              ENGRAM_OBS_RGB_SEGMENTATION_OBJECTS);
+static_assert(static_cast<int>(ObsMode::kRgbDepthSegmentationObjects) ==
+              ENGRAM_OBS_RGB_DEPTH_SEGMENTATION_OBJECTS);
 static_assert(static_cast<int>(RewardMode::kNone) == ENGRAM_REWARD_NONE);
 static_assert(static_cast<int>(RewardMode::kSparse) == ENGRAM_REWARD_SPARSE);
 static_assert(static_cast<int>(RewardMode::kDense) == ENGRAM_REWARD_DENSE);

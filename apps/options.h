@@ -43,7 +43,8 @@ inline constexpr std::array kObsModes = {ObsMode::kState, ObsMode::kRgb, ObsMode
 inline constexpr std::array kAllObsModes = {
     ObsMode::kState,           ObsMode::kRgb,
     ObsMode::kObjects,         ObsMode::kRgbDepth,
-    ObsMode::kRgbSegmentation, ObsMode::kRgbDepthSegmentation};
+    ObsMode::kRgbSegmentation, ObsMode::kRgbDepthSegmentation,
+    ObsMode::kRgbState,        ObsMode::kRgbObjects};
 
 // Policies of a single task.
 inline constexpr std::array kTaskPolicies = {Policy::kZero, Policy::kRandom, Policy::kOracle,

@@ -309,7 +309,7 @@ class VectorEnv {
   struct Close {
     void operator()(engram_env* env) const { engram_close(env); }
   };
-  VectorEnv(engram_env* handle, std::string id, ObsMode mode);
+  VectorEnv(engram_env* handle, std::string id);
   template <class T>
   std::span<const T> all_of(const char* name) const;
   void find_images();
@@ -319,7 +319,6 @@ class VectorEnv {
 
   std::unique_ptr<engram_env, Close> handle_;
   std::string id_;
-  ObsMode obs_mode_ = ObsMode::kState;
   bool takes_turns_ = false;  // outputs have several arrays
   int num_envs_ = 0;
   int action_dim_ = 0;

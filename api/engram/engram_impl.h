@@ -243,16 +243,15 @@ std::span<const T> Output::row(int env) const {
 }
 
 inline VectorEnv::VectorEnv(const std::string& id, const EnvOptions& options)
-    : VectorEnv(detail::make_handle(id, options), id, options.obs_mode) {}
+    : VectorEnv(detail::make_handle(id, options), id) {}
 
 inline VectorEnv::VectorEnv(const std::vector<TaskShare>& tasks, const EnvOptions& options)
-    : VectorEnv(detail::make_handle(tasks, options), detail::joined_ids(tasks), options.obs_mode) {}
+    : VectorEnv(detail::make_handle(tasks, options), detail::joined_ids(tasks)) {}
 
 // Takes over the handle.
-inline VectorEnv::VectorEnv(engram_env* handle_to_own, std::string id, ObsMode mode)
+inline VectorEnv::VectorEnv(engram_env* handle_to_own, std::string id)
     : handle_(handle_to_own),
       id_(std::move(id)),
-      obs_mode_(mode),
       num_envs_(engram_num_envs(handle())),
       action_dim_(engram_action_dim(handle())),
       state_dim_(engram_state_dim(handle())),
@@ -274,12 +273,11 @@ inline VectorEnv::VectorEnv(engram_env* handle_to_own, std::string id, ObsMode m
 }
 
 inline void VectorEnv::find_images() {
-  const bool both = obs_mode_ == ObsMode::kRgbDepthSegmentation;
-  const bool depth = both || obs_mode_ == ObsMode::kRgbDepth;
-  const bool segmentation = both || obs_mode_ == ObsMode::kRgbSegmentation;
-  if (depth || segmentation || obs_mode_ == ObsMode::kRgb) rgb_ = all_of<std::uint8_t>("rgb");
-  if (depth) depth_ = all_of<std::int16_t>("depth");
-  if (segmentation) segmentation_ = all_of<std::int16_t>("segmentation");
+  for (const Output& output : outputs()) {
+    if (output.name == "rgb") rgb_ = output.values<std::uint8_t>();
+    if (output.name == "depth") depth_ = output.values<std::int16_t>();
+    if (output.name == "segmentation") segmentation_ = output.values<std::int16_t>();
+  }
 }
 
 inline void VectorEnv::write_outputs(const std::vector<std::vector<OutputTarget>>& turns) {

@@ -36,6 +36,16 @@ enum class ObsMode {
   kRgbSegmentation = ENGRAM_OBS_RGB_SEGMENTATION,
   /// Rgb, and both.
   kRgbDepthSegmentation = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION,
+  /// Images, and the row of the state in "observation", for critics and teachers.
+  kRgbState = ENGRAM_OBS_RGB_STATE,
+  kRgbDepthState = ENGRAM_OBS_RGB_DEPTH_STATE,
+  kRgbSegmentationState = ENGRAM_OBS_RGB_SEGMENTATION_STATE,
+  kRgbDepthSegmentationState = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION_STATE,
+  /// Images, and the row of objects in "observation".
+  kRgbObjects = ENGRAM_OBS_RGB_OBJECTS,
+  kRgbDepthObjects = ENGRAM_OBS_RGB_DEPTH_OBJECTS,
+  kRgbSegmentationObjects = ENGRAM_OBS_RGB_SEGMENTATION_OBJECTS,
+  kRgbDepthSegmentationObjects = ENGRAM_OBS_RGB_DEPTH_SEGMENTATION_OBJECTS,
 };
 
 enum class RewardMode {

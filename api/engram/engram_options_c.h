@@ -37,7 +37,17 @@ typedef enum engram_obs_mode {
    * values. */
   ENGRAM_OBS_RGB_SEGMENTATION = 7,
   /** Rgb, and both. */
-  ENGRAM_OBS_RGB_DEPTH_SEGMENTATION = 8
+  ENGRAM_OBS_RGB_DEPTH_SEGMENTATION = 8,
+  /** Images, and the row of the state in "observation", for critics and teachers. */
+  ENGRAM_OBS_RGB_STATE = 9,
+  ENGRAM_OBS_RGB_DEPTH_STATE = 10,
+  ENGRAM_OBS_RGB_SEGMENTATION_STATE = 11,
+  ENGRAM_OBS_RGB_DEPTH_SEGMENTATION_STATE = 12,
+  /** Images, and the row of objects in "observation". */
+  ENGRAM_OBS_RGB_OBJECTS = 13,
+  ENGRAM_OBS_RGB_DEPTH_OBJECTS = 14,
+  ENGRAM_OBS_RGB_SEGMENTATION_OBJECTS = 15,
+  ENGRAM_OBS_RGB_DEPTH_SEGMENTATION_OBJECTS = 16
 } engram_obs_mode;
 /* end generated */
 

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "core/base/constant.h"
@@ -41,6 +43,16 @@ enum class ObsMode {
   kRgbSegmentation,
   // Rgb, and both.
   kRgbDepthSegmentation,
+  // Images, and the row of the state in "observation", for critics and teachers.
+  kRgbState,
+  kRgbDepthState,
+  kRgbSegmentationState,
+  kRgbDepthSegmentationState,
+  // Images, and the row of objects in "observation".
+  kRgbObjects,
+  kRgbDepthObjects,
+  kRgbSegmentationObjects,
+  kRgbDepthSegmentationObjects,
 };
 inline constexpr std::array kObsModeNames = {
     "none",
@@ -52,6 +64,14 @@ inline constexpr std::array kObsModeNames = {
     "rgb+depth",
     "rgb+segmentation",
     "rgb+depth+segmentation",
+    "rgb+state",
+    "rgb+depth+state",
+    "rgb+segmentation+state",
+    "rgb+depth+segmentation+state",
+    "rgb+objects",
+    "rgb+depth+objects",
+    "rgb+segmentation+objects",
+    "rgb+depth+segmentation+objects",
 };
 constexpr const auto& names_of(ObsMode) { return kObsModeNames; }
 
@@ -114,26 +134,33 @@ inline constexpr std::array kPhysicsNames = {"engram", "mujoco"};
 constexpr const auto& names_of(Physics) { return kPhysicsNames; }
 // end generated
 
-// Modes with a row of the state, which shows the hidden quantity.
-constexpr bool observes_state(ObsMode mode) {
-  return mode == ObsMode::kState || mode == ObsMode::kStateDict;
-}
+// Contents of a mode's observations, which its name lists.
+struct ObservedParts {
+  bool state;    // a row of the state, which shows the hidden quantity
+  bool objects;  // a row of tokens, which shows no more than cameras do
+  bool images;
+  bool depth;         // beside colours
+  bool segmentation;  // beside colours
+};
+inline constexpr auto kObservedParts = [] {
+  std::array<ObservedParts, kObsModeNames.size()> parts{};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto has = [name = std::string_view(kObsModeNames[i])](std::string_view part) {
+      return name.find(part) != std::string_view::npos;
+    };
+    parts[i] = {has("state"), has("objects"), has("rgb"), has("depth"), has("segmentation")};
+  }
+  return parts;
+}();
 
-// Modes with a row of tokens, which shows no more than cameras do.
-constexpr bool observes_objects(ObsMode mode) {
-  return mode == ObsMode::kObjects || mode == ObsMode::kObjectsDict;
+constexpr const ObservedParts& parts_of(ObsMode mode) {
+  return kObservedParts[static_cast<std::size_t>(mode)];
 }
-
-// Modes with images, and those with depth or segmentation beside colours.
-constexpr bool observes_depth(ObsMode mode) {
-  return mode == ObsMode::kRgbDepth || mode == ObsMode::kRgbDepthSegmentation;
-}
-constexpr bool observes_segmentation(ObsMode mode) {
-  return mode == ObsMode::kRgbSegmentation || mode == ObsMode::kRgbDepthSegmentation;
-}
-constexpr bool observes_images(ObsMode mode) {
-  return mode == ObsMode::kRgb || observes_depth(mode) || observes_segmentation(mode);
-}
+constexpr bool observes_state(ObsMode mode) { return parts_of(mode).state; }
+constexpr bool observes_objects(ObsMode mode) { return parts_of(mode).objects; }
+constexpr bool observes_images(ObsMode mode) { return parts_of(mode).images; }
+constexpr bool observes_depth(ObsMode mode) { return parts_of(mode).depth; }
+constexpr bool observes_segmentation(ObsMode mode) { return parts_of(mode).segmentation; }
 
 // begin generated: limits
 inline constexpr int kMaxNumEnvs = 1'000'000;

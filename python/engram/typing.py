@@ -51,6 +51,14 @@ ObsMode = Literal[
     "rgb+depth",
     "rgb+segmentation",
     "rgb+depth+segmentation",
+    "rgb+state",
+    "rgb+depth+state",
+    "rgb+segmentation+state",
+    "rgb+depth+segmentation+state",
+    "rgb+objects",
+    "rgb+depth+objects",
+    "rgb+segmentation+objects",
+    "rgb+depth+segmentation+objects",
 ]
 RewardMode = Literal["none", "sparse", "dense", "normalized_dense"]
 AfterEnd = Literal["hold", "continue", "refuse"]

@@ -43,7 +43,7 @@ const std::vector<BadOption>& bad_options() {
       {[](O& o) { o.threads = 1025; }, ENGRAM_INVALID_ARGUMENT, "threads: 1025 given"},
       {[](O& o) { o.chunk = -1; }, ENGRAM_INVALID_ARGUMENT, "chunk"},
       {[](O& o) { o.substeps = 1001; }, ENGRAM_INVALID_ARGUMENT, "substeps"},
-      {[](O& o) { o.obs_mode = 9; }, ENGRAM_INVALID_ARGUMENT, "obs_mode: 9 given, 0 to 8"},
+      {[](O& o) { o.obs_mode = 17; }, ENGRAM_INVALID_ARGUMENT, "obs_mode: 17 given, 0 to 16"},
       {[](O& o) { o.obs_mode = -1; }, ENGRAM_INVALID_ARGUMENT, "obs_mode: -1 given"},
       {[](O& o) { o.reward_mode = 17; }, ENGRAM_INVALID_ARGUMENT, "reward_mode: 17"},
       {[](O& o) { o.rules = 2; }, ENGRAM_INVALID_ARGUMENT, "rules: 2 given, 0 to 1 allowed"},

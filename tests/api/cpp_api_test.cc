@@ -107,7 +107,7 @@ TEST_CASE("Options arrive", "[cpp_api]") {
   CHECK(refused({.perturbations = {{"smell", 1}}}, "smell") == Error::Kind::kUnknownId);
   CHECK(refused({.obs_mode = ObsMode::kRgb, .images = {.cameras = {}}}, "camera") ==
         Error::Kind::kInvalidArgument);
-  CHECK(refused({.obs_mode = static_cast<ObsMode>(9)}, "obs_mode") ==
+  CHECK(refused({.obs_mode = static_cast<ObsMode>(17)}, "obs_mode") ==
         Error::Kind::kInvalidArgument);
   CHECK(refused({.rules = static_cast<engram::Rules>(9)}, "rules: 9 given, 0 to 1 allowed") ==
         Error::Kind::kInvalidArgument);
@@ -141,6 +141,22 @@ TEST_CASE("Depth and segmentation lie beside colours", "[cpp_api]") {
   CHECK(kind_of([&] { output.values<std::uint8_t>(); }, "depth") == Error::Kind::kInvalidArgument);
   CHECK(both.describe().find("\"background\"") != std::string_view::npos);
   CHECK(depth.describe().find("\"segmentation_names\": []") != std::string_view::npos);
+}
+
+TEST_CASE("Images and rows come together in C++", "[cpp_api]") {
+  const auto seen = [](ObsMode mode) {
+    return make_running({.num_envs = 2, .obs_mode = mode, .images = {.width = 8, .height = 6}});
+  };
+  const VectorEnv images = seen(ObsMode::kRgbDepth);
+  for (const auto& [mode, row] : {std::pair(ObsMode::kRgbDepthState, ObsMode::kState),
+                                  std::pair(ObsMode::kRgbDepthObjects, ObsMode::kObjects)}) {
+    const VectorEnv both = seen(mode);
+    CHECK(std::ranges::equal(both.rgb(), images.rgb()));
+    CHECK(std::ranges::equal(both.depth(), images.depth()));
+    CHECK(both.segmentation().empty());
+    CHECK(both.observation().size() > 0);
+    CHECK(std::ranges::equal(both.observation(), seen(row).observation()));
+  }
 }
 
 TEST_CASE("Objects are rows of what the description names", "[cpp_api][objects]") {

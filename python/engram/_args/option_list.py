@@ -13,6 +13,14 @@ OBS_MODE = {
     "rgb+depth": 6,
     "rgb+segmentation": 7,
     "rgb+depth+segmentation": 8,
+    "rgb+state": 9,
+    "rgb+depth+state": 10,
+    "rgb+segmentation+state": 11,
+    "rgb+depth+segmentation+state": 12,
+    "rgb+objects": 13,
+    "rgb+depth+objects": 14,
+    "rgb+segmentation+objects": 15,
+    "rgb+depth+segmentation+objects": 16,
 }
 REWARD_MODE = {"none": 0, "sparse": 1, "dense": 2, "normalized_dense": 3}
 AUTO_RESET = {"next-step": 0, "same-step": 1, "off": 2}

@@ -53,8 +53,9 @@ class OutputArrays:
         """
         own = [key for key in layout.keys if key in self]
         if own and isinstance(whole, dict):
+            names = {key: layout.parts.get(key, key) for key in whole}
             parts = {
-                key: self.getter(key) if key in own else exported(view)
+                key: self.getter(names[key]) if names[key] in own else exported(view)
                 for key, view in whole.items()
             }
             return lambda: {key: part() for key, part in parts.items()}

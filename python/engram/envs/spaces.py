@@ -15,6 +15,8 @@ from engram.typing import Field, TaskDescription
 
 TOKEN = "object_"  # fields of the objects modes that begin like that are of a token
 OBJECT_MASK = "object_mask"  # of batches of several tasks: the objects that a task has
+ROW = "observation"  # output with the row of states or of objects
+_ROWS = ("state", "objects")  # names of the row among the parts of an observation
 FIRST_EXTRA_FIELD = "tcp_pose"  # of state_dict; those before it are "agent"
 
 
@@ -84,20 +86,21 @@ class Layout:
         self._fields = description["state_fields"]
         tasks = _tasks_of(description)
         self._segments = max(len(task["segmentation_names"]) for task in tasks)
-        self._keys = []  # of images and what comes with them
+        # Keys of images and what comes with them, and the outputs that they show.
+        self.parts: dict[str, str] = {}
         kinds = obs_mode.split("+")
         if kinds[0] == "rgb":
-            self._keys = ["rgb", "proprio"]
+            keys = ["rgb", "proprio"]
             if any(task["family"].startswith("Rotate") for task in tasks):  # only they show a cue
-                self._keys.append("task_cue")
-            self._keys += kinds[1:]
+                keys.append("task_cue")
+            self.parts = {key: ROW if key in _ROWS else key for key in (*keys, *kinds[1:])}
         self.single = self._space(outputs)
         num_envs = len(outputs["reward"])
         self.batched = batch_space(self.single, num_envs)
 
     def _space(self, outputs: dict[str, np.ndarray]) -> spaces.Space[Any]:
-        if self._keys:
-            return _dict({key: self._box(key, _rows(outputs[key])) for key in self._keys})
+        if self.parts:
+            return _dict({key: self._box(key, outputs) for key in self.parts})
         if self.obs_mode == "state_dict":
             parts: dict[str, dict[str, spaces.Space[Any]]] = {"agent": {}, "extra": {}}
             for group, field in self._grouped():
@@ -112,15 +115,17 @@ class Layout:
             if OBJECT_MASK in outputs:
                 objects["mask"] = spaces.Box(0, 1, (self.tokens, 1), np.uint8)
             return _dict({"agent": _dict(agent), "objects": _dict(objects)})
-        if self.obs_mode == "objects":
+        if self.obs_mode in _ROWS:
+            return self._box(self.obs_mode, outputs)
+        return _unbounded(0)
+
+    def _box(self, key: str, outputs: dict[str, np.ndarray]) -> spaces.Box:
+        """Space of a part of the observation, for one environment."""
+        if key == "objects":
             low = [np.full(f["width"], f["low"], np.float32) for f in self._fields]
             high = [np.full(f["width"], f["high"], np.float32) for f in self._fields]
             return spaces.Box(np.concatenate(low), np.concatenate(high), dtype=np.float32)
-        if self.obs_mode == "state":
-            return _unbounded(outputs["observation"].shape[1])
-        return _unbounded(0)
-
-    def _box(self, key: str, array: np.ndarray) -> spaces.Box:
+        array = _rows(outputs[self.parts.get(key, ROW)])
         shape = array.shape[1:]
         if key == "segmentation":
             return ImageBox(shape, dtype=array.dtype, most=self._segments - 1)
@@ -146,22 +151,22 @@ class Layout:
 
     def views(self, outputs: dict[str, np.ndarray]) -> Any:
         """The batched observation: views of the outputs, in the shape of the space."""
-        if self._keys:
-            return {key: _rows(outputs[key]) for key in self._keys}
+        if self.parts:
+            return {key: _rows(outputs[name]) for key, name in self.parts.items()}
         if self.obs_mode == "state_dict":
-            row = outputs["observation"]
+            row = outputs[ROW]
             parts: dict[str, dict[str, np.ndarray]] = {"agent": {}, "extra": {}}
             for group, field in self._grouped():
                 begin = field["offset"]
                 parts[group][field["name"]] = row[:, begin : begin + field["width"]]
             return parts
         if self.obs_mode == "objects_dict":
-            parts = self._objects(outputs["observation"])
+            parts = self._objects(outputs[ROW])
             if OBJECT_MASK in outputs:
                 parts["objects"]["mask"] = outputs[OBJECT_MASK][:, :, np.newaxis].view(np.uint8)
             return parts
-        if self.obs_mode in ("state", "objects"):
-            return outputs["observation"]
+        if self.obs_mode in _ROWS:
+            return outputs[ROW]
         return np.zeros((len(outputs["reward"]), 0), np.float32)
 
     def _objects(self, row: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
@@ -180,9 +185,9 @@ class Layout:
     @property
     def keys(self) -> tuple[str, ...]:
         """Outputs that observations are made of."""
-        if self._keys:
-            return tuple(self._keys)
-        return () if self.obs_mode == "none" else ("observation",)
+        if self.parts:
+            return tuple(self.parts.values())
+        return () if self.obs_mode == "none" else (ROW,)
 
 
 def _tasks_of(description: Any) -> list[Any]:

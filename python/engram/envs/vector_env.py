@@ -94,7 +94,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             families, "task_cue"; "rgb+depth", "rgb+segmentation" and "rgb+depth+segmentation": the
             same, and "depth" (mm) or "segmentation", int16 (N, height, width, cameras); "objects":
             one float32 row of what cameras can show; "objects_dict": the same by name, {"agent":
-            ..., "objects": (N, tokens, values)}; "none".
+            ..., "objects": (N, tokens, values)}; modes with images, and "+state" or "+objects":
+            {"rgb": ..., "state": the row}; "none".
         seed: Environment i has ``seed + i``; unsigned 64 bit. None: drawn from the system; the
             attribute ``seed`` has it. A pair (base, worker): ``engram.worker_seed(base, worker)``.
         threads: Threads that work on a step, the caller's included; results do not depend on it. 0

@@ -77,10 +77,12 @@ TEST_CASE("Modes say what they observe", "[options]") {
     CHECK(observes_images(mode) == name.starts_with("rgb"));
     CHECK(observes_depth(mode) == (name.find("depth") != std::string::npos));
     CHECK(observes_segmentation(mode) == (name.find("segmentation") != std::string::npos));
+    CHECK(observes_state(mode) == (name.find("state") != std::string::npos));
+    CHECK(observes_objects(mode) == (name.find("objects") != std::string::npos));
     CHECK_FALSE((observes_state(mode) && observes_objects(mode)));
     rows += observes_state(mode) || observes_objects(mode) ? 1 : 0;
   }
-  CHECK(rows == 4);
+  CHECK(rows == 12);
 }
 
 }  // namespace
