@@ -325,7 +325,8 @@ std::string evaluate(const engram_evaluation_options& options, Callback callback
   engram::Ranks alone;
   engram::evaluate(
       alone, tasks, protocol,
-      {.finished = [&run](const engram::TaskResult& result) { run.add(result); }, .tick = tick});
+      {.finished = [&run](const engram::TaskResult& result) { run.add(result); }, .tick = tick},
+      run.store());
   run.finish("CPU, " + std::to_string(engram::worker_threads(options.threads, alone)) + " threads");
   return engram::to_text(run.document());
 }

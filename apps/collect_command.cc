@@ -15,6 +15,7 @@
 #include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/python_module.h"
+#include "apps/run_control.h"
 #include "apps/task_choice.h"
 #include "core/batch/scripted_policy.h"
 #include "protocol/datasets/collection.h"
@@ -53,6 +54,7 @@ struct CollectOptions {
   std::string format = "npz";
   std::vector<std::string> lerobot;  // its options, as words
   std::vector<std::string> passed;   // options that a stream has too, as words
+  RunControl control;
   bool json = false;
 };
 
@@ -132,7 +134,7 @@ void require_complete(const Folders& folders, const CollectionPlan& plan) {
 Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
                     const CollectOptions& options, CollectionTiming& timing) {
   Progress progress("collect", "steps");
-  const Interruption interruption;
+  const Interruption interruption(Interruption::kGraceSeconds, options.control.time_limit);
   const auto start = std::chrono::steady_clock::now();
   Folders folders = collect(ranks, tasks, options.collection, [&](const CollectionProgress& now) {
     progress.update(static_cast<double>(now.episodes) / now.wanted,
@@ -163,7 +165,7 @@ void collect_rl_data(Ranks& ranks, const std::vector<const RegistryEntry*>& task
                 "keeps every episode, of one attempt each");
   }
   Progress progress("collect", "steps");
-  const Interruption interruption;
+  const Interruption interruption(Interruption::kGraceSeconds, options.control.time_limit);
   const auto folders =
       collect_rl(ranks, tasks, options.collection, [&](const CollectionProgress& now) {
         progress.update(static_cast<double>(now.episodes) / now.wanted,
@@ -394,7 +396,7 @@ void add_collect_command(const Command& program,
   command.on_run([options, task_options] {
     // Taken after this command's own options.
     options->passed.insert(options->passed.begin(), task_options->begin(), task_options->end());
-    with_mpi([&](Ranks& ranks) { run(ranks, *options); });
+    with_mpi(options->control.mpi, [&](Ranks& ranks) { run(ranks, *options); });
   });
 }
 

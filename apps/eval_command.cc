@@ -17,6 +17,7 @@
 #include "protocol/eval/evaluation_run.h"
 #include "protocol/eval/results/success_rates.h"
 #include "protocol/io/html.h"
+#include "protocol/parallel/run_header.h"
 
 namespace engram::apps {
 namespace {
@@ -73,23 +74,43 @@ std::string compute_text(const Ranks& ranks, int threads) {
 
 // --- the run ---
 
-EvaluationRun begin(const EvalOptions& options) {
-  if (!options.resume.empty()) {
-    ResultFolder folder = ResultFolder::open(options.resume);
-    EvaluationSettings settings = resumed_settings(options, folder);
-    return {std::move(settings), std::move(folder)};
+// Goes on with the run of the folder, which may be a shard.
+EvaluationRun begin_again(const EvalOptions& options) {
+  ResultFolder folder = ResultFolder::open(options.resume);
+  EvaluationSettings settings = resumed_settings(options, folder.settings(), folder.path());
+  EpisodePart part{.shard = {}, .command = words_of_command()};
+  if (const auto journal = read_journal(folder.files())) {
+    part.shard = RunHeader::of(journal->header, folder.path() / kJournalFile).shard;
   }
+  return {std::move(settings), std::move(folder), std::move(part)};
+}
+
+EvaluationRun begin(const EvalOptions& options) {
+  require_folder(options.control, options.out);
+  if (!options.resume.empty()) return begin_again(options);
   EvaluationSettings settings = settings_of(options);
   if (options.out.empty()) return {std::move(settings), std::nullopt};
-  ResultFolder folder = ResultFolder::create(options.out, settings);
-  return {std::move(settings), std::move(folder)};
+  ResultFolder folder = options.control.shard
+                            ? ResultFolder::of_shard(options.out, *options.control.shard)
+                            : ResultFolder::create(options.out, settings);
+  return {std::move(settings),
+          std::move(folder),
+          {.shard = options.control.shard, .command = words_of_command()}};
+}
+
+// What is left of an interrupted run, and how to go on.
+std::string state_of(const EvaluationRun& run) {
+  if (!run.folder()) return "no results were written";
+  const std::string folder = run.folder()->path().string();
+  return fmt::format(
+      "finished episodes are in '{}'; {} goes on with the others", folder,
+      run.shard() ? "the same command" : shell_line({"engram", "eval", "--resume", folder}));
 }
 
 void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& run,
           std::size_t tasks) {
   if (!view.due()) return;
   const int episodes = run.settings().all_episodes();
-  const std::size_t all = tasks * static_cast<std::size_t>(episodes);
   std::vector<LiveView::TaskProgress> rows;
   double under_way = 0;
   for (const EvaluationStatus::Running& task : status.running) {
@@ -98,8 +119,8 @@ void show(LiveView& view, const EvaluationStatus& status, const EvaluationRun& r
     rows.push_back({std::string(task.entry->id), fraction,
                     fmt::format("{} of {} episodes", task.episodes, episodes)});
   }
-  view.draw({{"episodes", status.episodes / static_cast<double>(all),
-              fmt::format("{} of {}, {} steps", status.episodes, all,
+  view.draw({{"episodes", status.episodes / std::max(1.0, static_cast<double>(status.wanted)),
+              fmt::format("{} of {}, {} steps", status.episodes, status.wanted,
                           with_thousands(static_cast<double>(status.env_steps)))},
              {"now", under_way, fmt::format("{} of {} tasks finished", status.tasks, tasks)}},
             rows);
@@ -130,25 +151,39 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   warn_of_constants(tasks, protocol.environment);
   {
     LiveView view;
-    const Interruption interruption;
-    const std::string state =
-        run.folder() ? fmt::format("finished tasks are in '{}'; --resume goes on with the others",
-                                   run.folder()->path().string())
-                     : "no results were written";
+    const Interruption interruption(Interruption::kGraceSeconds, options.control.time_limit);
+    const std::string state = state_of(run);
     evaluate(ranks, tasks, protocol,
              {.finished = [&run](const TaskResult& result) { run.add(result); },
               .tick =
                   [&](const EvaluationStatus& status) {
                     interruption.check(state);
                     show(view, status, run, tasks.size());
-                  }});
+                  }},
+             run.store());
   }
   run.finish(compute_text(ranks, worker_threads(protocol.threads, ranks)), options.keep_sealed);
   if (run.unstable() > 0) {
     print_error(
         fmt::format("physics diverged in {} steps; their episodes were cut short", run.unstable()));
   }
-  if (options.json) {
+  if (run.shard()) {
+    return print_shard(*run.shard(), run.folder()->path(), run.journaled(), options.json);
+  }
+  print_results(run, options.json);
+}
+
+void run_worker(Ranks& ranks, const EvalOptions& options) {
+  const EvaluationSettings settings =
+      EvaluationSettings::of(broadcast(ranks, Json()), "settings of rank 0");
+  const Interruption interruption;  // rank 0 says what is saved, and ends all
+  evaluate(ranks, {}, protocol_of(options, settings), {});
+}
+
+}  // namespace
+
+void print_results(const EvaluationRun& run, bool json) {
+  if (json) {
     print(to_text(run.document()));
     return;
   }
@@ -156,21 +191,13 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
   if (run.folder()) print(fmt::format("results: {}\n", run.folder()->path().string()));
 }
 
-void run_worker(Ranks& ranks, const EvalOptions& options) {
-  const EvaluationSettings settings =
-      EvaluationSettings::of(broadcast(ranks, Json()), "settings of rank 0");
-  evaluate(ranks, {}, protocol_of(options, settings), {});
-}
-
-}  // namespace
-
 void add_eval_command(const Command& program) {
   const auto options = std::make_shared<EvalOptions>();
   const Command command =
       program.add_command("eval", "Success rates by the benchmark's evaluation protocol");
   add_eval_options(command, *options);
   command.on_run([options] {
-    with_mpi([&](Ranks& ranks) {
+    with_mpi(options->control.mpi, [&](Ranks& ranks) {
       ranks.is_root() ? run_coordinator(ranks, *options) : run_worker(ranks, *options);
     });
   });

@@ -53,11 +53,11 @@ constexpr std::pair<const char*, const char*> kKeyOfOption[] = {
 };
 
 // Takes over the secret of a sealed run, which its folder does not have before the end.
-void resume_commitment(const EvaluationSettings& now, const ResultFolder& folder,
+void resume_commitment(const EvaluationSettings& now, const std::filesystem::path& folder,
                        EvaluationSettings& before) {
   const auto refuse = [&folder](const std::string& what) {
     throw Error(Error::kInvalidArgument,
-                fmt::format("--resume: '{}' has results of {}", folder.path().string(), what));
+                fmt::format("--resume: '{}' has results of {}", folder.string(), what));
   };
   if (now.commitment && !before.commitment)
     refuse("a run without --seed-file; --seed-file given now");
@@ -116,8 +116,9 @@ EvaluationSettings settings_of(const EvalOptions& options) {
   return settings;
 }
 
-EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFolder& folder) {
-  std::optional<EvaluationSettings> before = folder.settings();
+EvaluationSettings resumed_settings(const EvalOptions& options,
+                                    std::optional<EvaluationSettings> before,
+                                    const std::filesystem::path& folder) {
   if (!before) return settings_of(options);
   EvalOptions filled = options;
   if (!options.given.contains("tasks")) filled.ids = before->tasks;
@@ -130,15 +131,15 @@ EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFold
     const Json& used = part(then, key);
     if (given == used) continue;
     throw Error(Error::kInvalidArgument,
-                fmt::format("--resume: '{}' has results of {} {}; {} given now",
-                            folder.path().string(), key, to_line(used), to_line(given)));
+                fmt::format("--resume: '{}' has results of {} {}; {} given now", folder.string(),
+                            key, to_line(used), to_line(given)));
   }
   // Commands of a folder are never run: its author may be another user.
   if (!is_null(before->policy_config) && !options.policy.given()) {
     throw Error(Error::kInvalidArgument,
                 fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "
                             "run because a file names it; the same {} needed, or --policy-server",
-                            folder.path().string(), to_line(before->policy_config),
+                            folder.string(), to_line(before->policy_config),
                             before->choices ? "--policy-choices" : "--policy-command"));
   }
   return *before;
@@ -239,17 +240,19 @@ void add_eval_options(const Command& command, EvalOptions& options) {
       .description("Episodes that a thread runs together");
   add_environment(command, options.protocol.environment);
   add_threads(command, options.protocol.threads);
+  add_run_control(command, options.control);
   add_json(command, options.json);
-  const Option out =
-      command
-          .add_option(
-              "--out", options.out,
-              "Results go to DIR/<split>/<date_time>/: <ID>.json of every task as it finishes, "
-              "summary.json, report.html")
-          .type_name("DIR");
+  const Option out = command
+                         .add_option("--out", options.out,
+                                     "Results go to DIR/<split>/<date_time>/: every episode as it "
+                                     "finishes, then <ID>.json of "
+                                     "every task, summary.json, report.html")
+                         .type_name("DIR");
   command
-      .add_option("--resume", options.resume,
-                  "Continues an interrupted run in its folder, with its settings")
+      .add_option(
+          "--resume", options.resume,
+          "Continues an interrupted run in its folder, with its settings: plays the episodes "
+          "that are missing")
       .type_name("DIR")
       .excludes(out);
   note_given_settings(command, options);

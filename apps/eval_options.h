@@ -1,6 +1,8 @@
 // Options of `engram eval`.
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "apps/command_line.h"
 #include "apps/options.h"
 #include "apps/policy_command.h"
+#include "apps/run_control.h"
 #include "protocol/eval/results/result_files.h"
 #include "protocol/eval/run/evaluate.h"
 
@@ -22,6 +25,7 @@ struct EvalOptions {
   PolicyCommand policy;  // takes the place of the protocol's if it is given
   std::string out;
   std::string resume;
+  RunControl control;
   std::string seed_file;
   bool keep_sealed = false;
   bool json = false;
@@ -42,9 +46,11 @@ void add_eval_options(const Command& command, EvalOptions& options);
 // The settings of the command line. Throws Error unless tasks are chosen in exactly one way.
 EvaluationSettings settings_of(const EvalOptions& options);
 
-// The settings of the run that is resumed in a folder. Throws Error if the command line asks for
-// others.
-EvaluationSettings resumed_settings(const EvalOptions& options, const ResultFolder& folder);
+// The settings of the run that is resumed in a folder; before: those it has, if it has any. Throws
+// Error if the command line asks for others.
+EvaluationSettings resumed_settings(const EvalOptions& options,
+                                    std::optional<EvaluationSettings> before,
+                                    const std::filesystem::path& folder);
 
 // The protocol with those settings.
 Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings);

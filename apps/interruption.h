@@ -1,5 +1,5 @@
-// Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 (which schedulers send before the time is up), noticed where
-// the program can stop cleanly.
+// Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 (which schedulers send before the time is up), and the end of
+// a time limit, noticed where the program can stop cleanly.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,8 @@ class Interruption {
   // grace: seconds after a signal in which the program ends in any case, with exit code 1,
   // because threads may be at something that cannot be stopped; 0: no such limit. Files are whole
   // then, too.
-  explicit Interruption(unsigned grace = kGraceSeconds);
+  // limit: seconds from the program's start on after which it is as if a signal came; 0: none.
+  explicit Interruption(unsigned grace = kGraceSeconds, unsigned limit = 0);
   ~Interruption();
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
@@ -26,7 +27,7 @@ class Interruption {
   // Set by a signal, for code that waits elsewhere.
   const std::atomic<bool>& flag() const;
 
-  // Throws Error if there was a signal; `state` says what has been saved.
+  // Throws Error if there was a signal, or the time is up; `state` says what has been saved.
   void check(std::string_view state) const;
 };
 

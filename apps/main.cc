@@ -15,6 +15,7 @@
 #include "apps/eval_command.h"
 #include "apps/info_command.h"
 #include "apps/list_command.h"
+#include "apps/merge_command.h"
 #include "apps/output.h"
 #include "apps/play_command.h"
 #include "apps/probe_command.h"
@@ -79,6 +80,7 @@ int run(int argc, char** argv) {
   add_rollout_command(program);
   add_eval_command(program);
   add_probe_command(program);
+  add_merge_command(program);
   add_compare_command(program);
   add_report_command(program);
   add_collect_command(program, task_options);

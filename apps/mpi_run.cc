@@ -12,10 +12,11 @@ namespace {
 
 // A process that cannot talk to others works alone: launchers' variables also reach programs that
 // they have not started themselves.
-std::unique_ptr<Ranks> join_or_stay_alone() {
+std::unique_ptr<Ranks> join_or_stay_alone(MpiMode mode) {
   try {
-    return join_ranks();
+    return join_ranks(mode);
   } catch (const Error& error) {
+    if (mode == MpiMode::kOn) throw;
     print_warning(error.what() + std::string("; this process works alone"));
     return std::make_unique<Ranks>();
   }
@@ -23,8 +24,8 @@ std::unique_ptr<Ranks> join_or_stay_alone() {
 
 }  // namespace
 
-void with_mpi(const std::function<void(Ranks&)>& body) {
-  const std::unique_ptr<Ranks> ranks = join_or_stay_alone();
+void with_mpi(MpiMode mode, const std::function<void(Ranks&)>& body) {
+  const std::unique_ptr<Ranks> ranks = join_or_stay_alone(mode);
   try {
     body(*ranks);
   } catch (const std::exception& error) {

@@ -9,8 +9,8 @@
 namespace engram::apps {
 
 // Calls `body` with the ranks of this run. If it throws and there are several, prints the message
-// and ends them all.
-void with_mpi(const std::function<void(Ranks&)>& body);
+// and ends them all. Throws Error if the mode is `on` and there are no ranks to join.
+void with_mpi(MpiMode mode, const std::function<void(Ranks&)>& body);
 
 // Broadcast of a document: gives every rank that of rank 0, null if it is none.
 Json broadcast(Ranks& ranks, const Json& document);

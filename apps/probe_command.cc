@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "apps/eval_options.h"
 #include "apps/interruption.h"
@@ -15,7 +17,9 @@
 #include "apps/task_choice.h"
 #include "protocol/eval/probe/probe_report.h"
 #include "protocol/eval/probe/probe_run.h"
+#include "protocol/io/folder_lock.h"
 #include "protocol/make/definitions.h"
+#include "protocol/parallel/shard_set.h"
 
 namespace engram::apps {
 namespace {
@@ -60,7 +64,7 @@ void add_points(const std::string& id, Probe probe, const Json& section, Table& 
   }
 }
 
-std::string to_plain_text(const Json& document, const ProbeOptions& options) {
+std::string to_plain_text(const Json& document, const std::vector<Probe>& probes) {
   Table table({{"task"},
                {"probe"},
                {"over"},
@@ -69,7 +73,7 @@ std::string to_plain_text(const Json& document, const ProbeOptions& options) {
                {"first answer", true},
                {"beside it"}});
   for (const Json& task : list(part(document, "tasks"))) {
-    for (const Probe probe : options.probes) {
+    for (const Probe probe : probes) {
       add_points(text(part(task, "env_id")), probe, part(task, name_of(probe)), table);
     }
   }
@@ -96,37 +100,121 @@ std::vector<std::string> ids_of(const EvaluationSettings& settings, const ProbeO
   return ids;
 }
 
+// The folder of a run, kept from other runs, and the journal in it.
+struct ProbeFolder {
+  FolderLock lock;
+  std::optional<RunHeader> before;  // of the journal that is there
+  std::unique_ptr<Journal> journal = nullptr;
+
+  const std::filesystem::path& path() const { return lock.folder().path(); }
+
+  explicit ProbeFolder(const std::filesystem::path& folder) : lock(folder) {
+    const auto content = read_journal(lock.folder());
+    if (content) before = RunHeader::of(content->header, folder / kJournalFile);
+  }
+};
+
+std::unique_ptr<ProbeFolder> folder_of_interrupted(const std::string& path) {
+  auto folder = std::make_unique<ProbeFolder>(path);
+  if (folder->before && folder->before->kind == kProbeKind) return folder;
+  throw Error(Error::kInvalidArgument,
+              fmt::format("--resume: '{}' has no unfinished probes", path));
+}
+
+// None without --out.
+std::unique_ptr<ProbeFolder> make_folder(const EvalOptions& options) {
+  if (options.out.empty()) return nullptr;
+  std::filesystem::path folder = options.out;
+  if (options.control.shard) folder /= shard_folder(*options.control.shard);
+  require_writable_folder(folder);
+  return std::make_unique<ProbeFolder>(folder);
+}
+
+std::string state_of(const ProbeFolder* folder, const EpisodePart& part) {
+  if (folder == nullptr) return "no results were written";
+  const std::string path = folder->path().string();
+  return fmt::format(
+      "finished episodes are in '{}'; {} goes on with the others", path,
+      part.shard ? "the same command" : shell_line({"engram", "probe", "--resume", path}));
+}
+
 void run_coordinator(Ranks& ranks, const ProbeCommandOptions& options) {
-  refuse_options_of_eval(options.eval.policy);
-  const EvaluationSettings settings = settings_of(options.eval);
+  const EvalOptions& eval = options.eval;
+  refuse_options_of_eval(eval.policy);
+  require_folder(eval.control, eval.out);
+  const bool resumed = !eval.resume.empty();
+  std::unique_ptr<ProbeFolder> folder;
   ProbeOptions probe = options.probe;
-  probe.output = options.eval.out;
-  ProbeRun run(settings, protocol_of(options.eval, settings), probe);
+  EpisodePart part{eval.control.shard, words_of_command()};
+  std::optional<EvaluationSettings> before;
+  if (resumed) {
+    folder = folder_of_interrupted(eval.resume);
+    part.shard = folder->before->shard;
+    probe = probes_of(folder->before->run);
+    before = EvaluationSettings::of(engram::part(folder->before->run, "settings"),
+                                    folder->path() / kJournalFile);
+  }
+  const EvaluationSettings settings =
+      resumed ? resumed_settings(eval, before, folder->path()) : settings_of(eval);
+  ProbeRun run(settings, protocol_of(eval, settings), probe);
+  if (!resumed) folder = make_folder(eval);
+  const RunHeader header = run.header(part);
+  if (folder) {
+    folder->journal = std::make_unique<Journal>(folder->lock.folder(), header.document());
+  }
   // The others wait until all is checked, so that mistakes are reported once.
-  broadcast(ranks, definitions_of(ids_of(settings, probe)));
+  broadcast(ranks, JsonTable{{"run", header.run},
+                             {"definitions", definitions_of(ids_of(settings, probe))}});
   Json document;
   {
     Progress view("probe", "steps");
-    const Interruption interruption;
-    document = run.play(ranks, [&](int episodes, int all, std::uint64_t env_steps) {
-      interruption.check("no results were written");
+    const Interruption interruption(Interruption::kGraceSeconds, eval.control.time_limit);
+    const std::string state = state_of(folder.get(), part);
+    const auto report = [&](int episodes, int all, std::uint64_t env_steps) {
+      interruption.check(state);
       view.update(episodes / std::max(1.0, static_cast<double>(all)),
                   static_cast<double>(env_steps));
-    });
+    };
+    document = run.play(ranks, report,
+                        {folder ? folder->journal.get() : nullptr, part.shard.value_or(Shard())});
   }
-  if (!options.eval.out.empty()) write_probes(document, options.eval.out);
-  print(options.eval.json ? to_text(document) : to_plain_text(document, options.probe));
+  if (part.shard) {
+    return print_shard(*part.shard, folder->path(), folder->journal->size(), eval.json);
+  }
+  if (folder) {
+    write_probes(document, folder->path());
+    folder->journal->remove();
+  }
+  print_probes(document, probe.probes, eval.json);
 }
 
-// The settings follow from the command line alone, which all ranks have; files of tasks may differ.
 void run_worker(Ranks& ranks, const ProbeCommandOptions& options) {
-  const Json definitions = broadcast(ranks, Json());
-  const EvaluationSettings settings = settings_of(options.eval);
-  require_definitions(ids_of(settings, options.probe), definitions, "rank 0");
-  ProbeRun(settings, protocol_of(options.eval, settings), options.probe).play(ranks, {});
+  const Json sent = broadcast(ranks, Json());
+  const Json& run = part(sent, "run");
+  const EvaluationSettings settings =
+      EvaluationSettings::of(part(run, "settings"), "settings of rank 0");
+  const ProbeOptions probe = probes_of(run);
+  require_definitions(ids_of(settings, probe), part(sent, "definitions"), "rank 0");
+  const Interruption interruption;  // rank 0 says what is saved, and ends all
+  ProbeRun(settings, protocol_of(options.eval, settings), probe).play(ranks, {});
 }
 
 }  // namespace
+
+ProbeOptions probes_of(const Json& run) {
+  ProbeOptions probe;
+  probe.probes.clear();
+  for (const Json& name : list(part(run, "probes"))) {
+    probe.probes.push_back(require_named<Probe>("probe", text(name)));
+  }
+  const Json& other = part(run, "other");
+  if (!is_null(other)) probe.other = text(other);
+  return probe;
+}
+
+void print_probes(const Json& document, const std::vector<Probe>& probes, bool json) {
+  print(json ? to_text(document) : to_plain_text(document, probes));
+}
 
 void add_probe_command(const Command& program) {
   const auto options = std::make_shared<ProbeCommandOptions>();
@@ -159,15 +247,26 @@ void add_probe_command(const Command& program) {
   add_num_envs(command, eval.protocol.num_envs).description("Episodes that a thread runs together");
   add_environment(command, eval.protocol.environment);
   add_threads(command, eval.protocol.threads);
+  add_run_control(command, eval.control);
   add_json(command, eval.json);
-  command.add_option("--out", eval.out, "Writes probe.json and probe.html, a page with curves")
-      .type_name("DIR");
+  const Option out =
+      command
+          .add_option("--out", eval.out,
+                      "Writes probe.json and probe.html, a page with curves; every episode as it "
+                      "finishes")
+          .type_name("DIR");
+  command
+      .add_option("--resume", eval.resume,
+                  "Continues interrupted probes in their folder, with their settings: plays the "
+                  "episodes that are missing")
+      .type_name("DIR")
+      .excludes(out);
   note_given_settings(command, eval);
   command.footer(
       "Results do not depend on --num-envs, --threads or the number of processes under mpirun. "
       "docs/probe.md has the definitions, and says for which policies interference is fair.");
   command.on_run([options] {
-    with_mpi([&](Ranks& ranks) {
+    with_mpi(options->eval.control.mpi, [&](Ranks& ranks) {
       ranks.is_root() ? run_coordinator(ranks, *options) : run_worker(ranks, *options);
     });
   });

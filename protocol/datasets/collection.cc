@@ -12,11 +12,12 @@ namespace {
 
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
-// Records the episodes of one item, as play_episodes plays them.
+// Records the episodes of one item, as play_episodes plays them, and emits each: its number in the
+// item, and its demonstration.
 struct EpisodeRecorder {
   const Batch& batch;
   std::vector<DemonstrationRecorder> recorders;  // one per environment
-  std::vector<Demonstration> demonstrations;     // one per episode
+  const WorkContext& context;
   NpzCompression compression;
   bool keep_failures;
 
@@ -26,8 +27,10 @@ struct EpisodeRecorder {
   }
   void after_step(int env) { recorder_of(env).after_step(batch, env); }
   void finish(int env, int episode) {
-    demonstrations[static_cast<std::size_t>(episode)] =
-        recorder_of(env).finish(compression, keep_failures);
+    ByteWriter out;
+    out.put(static_cast<std::int32_t>(episode));
+    recorder_of(env).finish(compression, keep_failures).pack(out);
+    context.emit(out.take());
   }
   DemonstrationRecorder& recorder_of(int env) { return recorders[static_cast<std::size_t>(env)]; }
 };
@@ -65,14 +68,12 @@ class SeedSource : public WorkSource {
 
   void accept(const WorkItem& item, Bytes result) override {
     Queue& queue = queue_of(item);
-    queue.in_progress -= item.count;
+    --queue.in_progress;
     ByteReader in(result);
-    for (int i = 0; i < item.count; ++i) {
-      Demonstration demonstration = Demonstration::unpack(in);
-      env_steps_ += static_cast<std::uint64_t>(demonstration.length);
-      queue.folder->accept(item.first_seed + static_cast<std::uint64_t>(i),
-                           std::move(demonstration));
-    }
+    const std::uint64_t seed = item.first_seed + static_cast<std::uint64_t>(in.get<std::int32_t>());
+    Demonstration demonstration = Demonstration::unpack(in);
+    env_steps_ += static_cast<std::uint64_t>(demonstration.length);
+    queue.folder->accept(seed, std::move(demonstration));
   }
 
   bool obsolete(const WorkItem& item) override { return queue_of(item).folder->finished(); }
@@ -130,7 +131,7 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
   options.plan.set_environment(env_options);
   std::vector<EpisodeBatch> batches(
       static_cast<std::size_t>(worker_threads(options.threads, ranks)));
-  const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {
+  const auto work = [&](const WorkItem& item, const WorkContext& context) {
     const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
     EpisodeBatch& reusable = batches[static_cast<std::size_t>(context.worker())];
     Batch& batch = reusable.of(task.id, item.count, options.num_envs, env_options);
@@ -138,18 +139,13 @@ std::vector<std::unique_ptr<DemonstrationFolder>> collect(
         batch,
         std::vector<DemonstrationRecorder>(static_cast<std::size_t>(batch.num_envs()),
                                            DemonstrationRecorder(options.plan.additions)),
-        std::vector<Demonstration>(static_cast<std::size_t>(item.count)),
-        options.sink ? NpzCompression::kStored : NpzCompression::kDeflated,
+        context, options.sink ? NpzCompression::kStored : NpzCompression::kDeflated,
         options.plan.keep_failures};
     const ScriptedPolicy oracle(batch, Policy::kOracle);
     const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
     if (!play_episodes(batch, item.first_seed, item.count, context, act, recorder)) {
       reusable.clear();
-      return {};
     }
-    ByteWriter out;
-    for (const Demonstration& demonstration : recorder.demonstrations) demonstration.pack(out);
-    return out.take();
   };
   SeedSource source(folders, options, progress);
   distribute_work(ranks, options.threads, work, source);

@@ -11,13 +11,13 @@ namespace {
 
 using RlFolders = std::vector<std::unique_ptr<RlFolder>>;
 
-// Episodes of an item: their files lie in memory until all are played.
+// Episodes of an item.
 constexpr int kMaxEpisodes = 10;
 
 struct RlEpisodeRecorder {
   const Batch& batch;
-  std::vector<RlRecorder> recorders;          // one per environment
-  std::vector<std::vector<std::byte>> files;  // one per episode
+  std::vector<RlRecorder> recorders;  // one per environment
+  const WorkContext& context;
 
   void start(int env, int /*episode*/) { of(env).start(); }
   void before_step(int env, std::span<const float> action) {
@@ -25,7 +25,11 @@ struct RlEpisodeRecorder {
   }
   void after_step(int env) { of(env).after_step(batch, env); }
   void finish(int env, int episode) {
-    files[static_cast<std::size_t>(episode)] = of(env).file(batch);
+    ByteWriter out;
+    out.put(static_cast<std::int32_t>(episode));
+    const std::vector<std::byte> file = of(env).file(batch);
+    out.append(std::span<const std::byte>(file));
+    context.emit(out.take());
   }
   RlRecorder& of(int env) { return recorders[static_cast<std::size_t>(env)]; }
 };
@@ -57,11 +61,9 @@ class EpisodeSource : public WorkSource {
     RlFolder& folder = *folders_[static_cast<std::size_t>(item.task)];
     const auto first = static_cast<int>(item.first_seed - folder.seed(0));
     ByteReader in(result);
-    for (int i = 0; i < item.count; ++i) {
-      const auto size = in.get<std::uint64_t>();
-      folder.write(first + i, in.values<std::byte>(size));
-      env_steps_ += static_cast<std::uint64_t>(folder.horizon());
-    }
+    const auto episode = in.get<std::int32_t>();
+    folder.write(first + episode, in.rest());
+    env_steps_ += static_cast<std::uint64_t>(folder.horizon());
   }
 
   void tick(const WorkStatus& status) override { report_progress(status.env_steps); }
@@ -102,25 +104,17 @@ std::vector<std::unique_ptr<RlFolder>> collect_rl(
   const MakeOptions env_options = rl_recording_options(options.plan);
   std::vector<EpisodeBatch> batches(
       static_cast<std::size_t>(worker_threads(options.threads, ranks)));
-  const auto work = [&](const WorkItem& item, const WorkContext& context) -> Bytes {
+  const auto work = [&](const WorkItem& item, const WorkContext& context) {
     const RegistryEntry& task = *tasks[static_cast<std::size_t>(item.task)];
     EpisodeBatch& reusable = batches[static_cast<std::size_t>(context.worker())];
     Batch& batch = reusable.of(task.id, item.count, options.num_envs, env_options);
     RlEpisodeRecorder recorder{
-        batch, std::vector<RlRecorder>(static_cast<std::size_t>(batch.num_envs())),
-        std::vector<std::vector<std::byte>>(static_cast<std::size_t>(item.count))};
+        batch, std::vector<RlRecorder>(static_cast<std::size_t>(batch.num_envs())), context};
     const ScriptedPolicy oracle(batch, Policy::kOracle);
     const auto act = [&oracle](std::span<float> actions) { oracle.act(actions); };
     if (!play_episodes(batch, item.first_seed, item.count, context, act, recorder)) {
       reusable.clear();
-      return {};
     }
-    ByteWriter out;
-    for (const std::vector<std::byte>& file : recorder.files) {
-      out.put(static_cast<std::uint64_t>(file.size()));
-      out.append(std::span<const std::byte>(file));
-    }
-    return out.take();
   };
   EpisodeSource source(folders, options, progress);
   distribute_work(ranks, options.threads, work, source);

@@ -4,10 +4,26 @@
 
 namespace engram {
 
-EvaluationRun::EvaluationRun(EvaluationSettings settings, std::optional<ResultFolder> folder)
-    : settings_(std::move(settings)), folder_(std::move(folder)) {
+EvaluationRun::EvaluationRun(EvaluationSettings settings, std::optional<ResultFolder> folder,
+                             EpisodePart part)
+    : settings_(std::move(settings)), folder_(std::move(folder)), part_(std::move(part)) {
   if (!folder_) return;
   finished_ = folder_->finished(settings_);
+  // A run that is killed while it opens its results is the same run.
+  EvaluationSettings sealed = settings_;
+  sealed.revealed = false;
+  RunHeader header{.kind = kEvaluationKind,
+                   .shard = part_.shard,
+                   .command = part_.command,
+                   .run = sealed.document(),
+                   .tasks = {}};
+  std::vector<const RegistryEntry*> tasks;
+  for (const std::string& id : settings_.tasks) tasks.push_back(&require_entry(id));
+  const std::vector<TaskLoad> loads = loads_of(tasks, settings_);
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    header.tasks.push_back({settings_.tasks[i], loads[i]});
+  }
+  journal_ = std::make_unique<Journal>(folder_->files(), header.document());
   folder_->begin(settings_);
 }
 
@@ -20,6 +36,7 @@ std::vector<const RegistryEntry*> EvaluationRun::open_tasks() const {
 }
 
 void EvaluationRun::add(const TaskResult& result) {
+  if (part_.shard) return;
   Json document = task_document(result, settings_);
   if (folder_) {
     // The result comes last: a task that has one is complete.
@@ -43,6 +60,7 @@ void EvaluationRun::open() {
 }
 
 void EvaluationRun::finish(const std::string& compute, bool keep_sealed) {
+  if (part_.shard) return;
   if (!settings_.tells_seeds() && !keep_sealed) open();
   if (!folder_) return;
   // Again: an earlier process may have been killed between a result and its summary.
@@ -51,6 +69,7 @@ void EvaluationRun::finish(const std::string& compute, bool keep_sealed) {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
   folder_->write_report(evaluation_report(settings_, tasks(), folder_->timing(), folder_->samples(),
                                           {compute, wall.count()}));
+  journal_->remove();
 }
 
 JsonList EvaluationRun::tasks() const {

@@ -3,38 +3,15 @@
 #include <dlfcn.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
 
 #include "core/base/error.h"
+#include "protocol/parallel/launcher.h"
 
 namespace engram {
 namespace {
-
-// Variables that launchers set for their processes: Open MPI's own, and those of Slurm and others
-// with PMI.
-constexpr const char* kSizeVariables[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
-
-struct Launch {
-  int processes = 1;
-  std::string variable;  // what says so, with its value
-};
-
-Launch launch() {
-  const auto by = [](const char* name, const char* text) {
-    return Launch{std::atoi(text), std::string(name) + "=" + text};
-  };
-  for (const char* name : kSizeVariables) {
-    if (const char* text = std::getenv(name)) return by(name, text);
-  }
-  // Slurm's PMIx plugin sets the rank alone.
-  if (std::getenv("PMIX_RANK") != nullptr) {
-    if (const char* text = std::getenv("SLURM_NTASKS")) return by("PMIX_RANK, SLURM_NTASKS", text);
-  }
-  return {};
-}
 
 // The module beside the program, as in a build folder, where installations have it, or anywhere on
 // the system's search path.
@@ -53,13 +30,23 @@ void* open_module() {
 }  // namespace
 
 // MPI is a library of its own, loaded only under a launcher. A single process does not need it.
-std::unique_ptr<Ranks> join_ranks() {
-  const Launch launched = launch();
-  if (launched.processes <= 1) return std::make_unique<Ranks>();
+std::unique_ptr<Ranks> join_ranks(MpiMode mode) {
+  const Launch launched = launch_of_environment();
+  const bool alone = mode == MpiMode::kAuto && launched.processes <= 1;
+  if (mode == MpiMode::kOff || alone) return std::make_unique<Ranks>();
   const auto refuse = [&](const std::string& reason) {
-    throw Error(Error::kUnavailable,
-                "the environment has " + launched.variable + ", but " + reason);
+    const std::string named = launched.variable.empty()
+                                  ? "--mpi on given, "
+                                  : "the environment has " + launched.variable + ", ";
+    throw Error(Error::kUnavailable, named + "but " + reason);
   };
+  // A program of a launcher's has ranks of its own; joining in its place would abort it, or wait.
+  std::string parent;
+  if (mode == MpiMode::kAuto && !is_launched(parent)) {
+    refuse("'" + parent +
+           "', which is no launcher, has started this process (--mpi on joins MPI nevertheless, "
+           "--mpi off does without this message)");
+  }
   void* library = open_module();
   if (library == nullptr) {
     refuse(std::string("MPI is not part of this build or cannot be loaded: ") + ::dlerror());
@@ -68,6 +55,7 @@ std::unique_ptr<Ranks> join_ranks() {
   const auto join = reinterpret_cast<Join>(::dlsym(library, "engram_join_mpi"));
   if (join == nullptr) refuse("libengram_mpi.so is of another version");
   std::unique_ptr<Ranks> ranks(join());
+  if (ranks->is_single() && !launched.variable.empty() && launched.processes == 1) return ranks;
   if (ranks->is_single()) refuse("MPI has found no other process");
   return ranks;
 }

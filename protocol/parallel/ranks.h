@@ -1,6 +1,7 @@
 // The processes of one run: one alone, or several under mpirun.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -38,9 +39,14 @@ class Ranks {
   bool is_root() const { return rank() == 0; }
 };
 
-// The processes that were started together with this one. Throws Error (kUnavailable) if there are
-// several and this build cannot talk to them.
-std::unique_ptr<Ranks> join_ranks();
+// auto: where a launcher has started this process, or a script of its; on: always; off: never.
+enum class MpiMode { kAuto, kOn, kOff };
+inline constexpr std::array kMpiModeNames = {"auto", "on", "off"};
+constexpr const auto& names_of(MpiMode) { return kMpiModeNames; }
+
+// The processes that were started together with this one. Throws Error (kUnavailable) if the
+// environment or the mode says that there are several, and this process cannot talk to them.
+std::unique_ptr<Ranks> join_ranks(MpiMode mode = MpiMode::kAuto);
 
 // Broadcast: gives every rank the bytes of rank 0. All ranks call it, before they do anything else
 // together.

@@ -27,10 +27,11 @@ enum class MessageType : std::uint8_t {
   kReady,   // to rank 0: number of threads
   kItem,    // to a worker: number, item
   kStop,    // to a worker: number
-  kResult,  // to rank 0: number, env steps so far, result
+  kResult,  // to rank 0: number, result
   kFailed,  // to rank 0: number, kind of error, message
   kEnd,     // to a worker: nothing more will come
   kLeft,    // to rank 0: the last message
+  kDone,    // to rank 0: number, env steps so far
 };
 
 ByteWriter begin_message(MessageType type) {
@@ -55,10 +56,7 @@ class Coordinator {
     while (true) {
       assign_items();
       if (in_progress_.empty()) break;
-      for (FinishedItem& done : workers_.wait(ranks_.is_single() ? kTick : kPoll)) {
-        if (done.error) std::rethrow_exception(done.error);
-        accept_result(done.number, std::move(done.result));
-      }
+      take_reports(workers_.wait(ranks_.is_single() ? kTick : kPoll));
       rank_states_[0].env_steps = workers_.env_steps();
       receive_messages();
       stop_obsolete();
@@ -107,13 +105,35 @@ class Coordinator {
     }
   }
 
-  void accept_result(std::uint64_t number, Bytes result) {
+  // A failure ends the run once all results beside it are taken.
+  void take_reports(std::vector<WorkReport> reports) {
+    std::exception_ptr failure;
+    for (WorkReport& report : reports) {
+      if (report.error) {
+        failure = report.error;
+      } else if (report.finished) {
+        end_item(report.number);
+      } else {
+        accept_result(report.number, std::move(report.result));
+      }
+    }
+    if (failure) std::rethrow_exception(failure);
+  }
+
+  Assignment& assignment_of(std::uint64_t number) {
     const auto found = in_progress_.find(number);
     if (found == in_progress_.end()) throw Error(Error::kInternal, "a result of an unknown item");
-    const Assignment assignment = found->second;
-    in_progress_.erase(found);
-    --rank_states_[static_cast<std::size_t>(assignment.rank)].in_progress;
+    return found->second;
+  }
+
+  void accept_result(std::uint64_t number, Bytes result) {
+    const Assignment& assignment = assignment_of(number);
     if (!assignment.stopped) source_.accept(assignment.item, std::move(result));
+  }
+
+  void end_item(std::uint64_t number) {
+    --rank_states_[static_cast<std::size_t>(assignment_of(number).rank)].in_progress;
+    in_progress_.erase(number);
   }
 
   void receive_messages() {
@@ -126,10 +146,13 @@ class Coordinator {
           break;
         case MessageType::kResult: {
           const auto number = in.get<std::uint64_t>();
-          state.env_steps = in.get<std::uint64_t>();
           accept_result(number, {in.rest().begin(), in.rest().end()});
           break;
         }
+        case MessageType::kDone:
+          end_item(in.get<std::uint64_t>());
+          state.env_steps = in.get<std::uint64_t>();
+          break;
         case MessageType::kFailed: {
           const auto kind = static_cast<Error::Kind>(in.get<int>());
           throw Error(kind, "rank " + std::to_string(message->from) + ": " + in.text());
@@ -190,19 +213,19 @@ class Coordinator {
 
 // --- the other ranks ---
 
-void send_result(Ranks& ranks, FinishedItem& done, std::uint64_t env_steps) {
-  if (!done.error) {
-    ByteWriter message = begin_message(MessageType::kResult);
-    message.put(done.number);
-    message.put(env_steps);
-    message.append(std::span<const std::byte>(done.result));
+void send_report(Ranks& ranks, const WorkReport& report, std::uint64_t env_steps) {
+  if (!report.error) {
+    ByteWriter message = begin_message(report.finished ? MessageType::kDone : MessageType::kResult);
+    message.put(report.number);
+    if (report.finished) message.put(env_steps);
+    message.append(std::span<const std::byte>(report.result));
     ranks.send(0, message.take());
     return;
   }
   auto kind = Error::kInternal;
   std::string text = "unknown failure";
   try {
-    std::rethrow_exception(done.error);
+    std::rethrow_exception(report.error);
   } catch (const Error& error) {
     kind = error.kind();
     text = error.what();
@@ -224,7 +247,9 @@ void run_worker_rank(Ranks& ranks, int threads, const WorkFunction& work) {
   ready.put(threads);
   ranks.send(0, ready.take());
   while (true) {
-    for (FinishedItem& done : workers.wait(kPoll)) send_result(ranks, done, workers.env_steps());
+    for (const WorkReport& report : workers.wait(kPoll)) {
+      send_report(ranks, report, workers.env_steps());
+    }
     while (std::optional<Ranks::Message> message = ranks.receive()) {
       ByteReader in(message->bytes);
       switch (static_cast<MessageType>(in.get<std::uint8_t>())) {

@@ -23,10 +23,10 @@ class WorkSource {
   // The next item, the longest work first; nullopt if there is none at the moment. The run is over
   // when there is none and no item is in progress.
   virtual std::optional<WorkItem> next() = 0;
-  // Takes the result of an item. Results come in any order.
+  // Takes a result of an item. Those of one item come in its order, items in any order.
   virtual void accept(const WorkItem& item, Bytes result) = 0;
-  // True if the result of an item in progress is no longer needed; then it is stopped, not
-  // accepted.
+  // True if further results of an item in progress are not needed; then it is stopped, and they are
+  // not accepted.
   virtual bool obsolete(const WorkItem& /*item*/) { return false; }
   // Several times a second.
   virtual void tick(const WorkStatus& /*status*/) {}

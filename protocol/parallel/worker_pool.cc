@@ -25,7 +25,8 @@ WorkerPool::~WorkerPool() { shut_down(); }
 void WorkerPool::start(std::uint64_t number, const WorkItem& item) {
   const std::lock_guard lock(mutex_);
   stops_.try_emplace(number, std::make_unique<std::atomic<bool>>(false));
-  done_.reserve(stops_.size());  // so that no thread ever runs out of memory for its result
+  // So that no thread ever runs out of memory for its last report.
+  reports_.reserve(reports_.size() + stops_.size());
   queue_.push_back({number, item});
   queued_.notify_one();
 }
@@ -35,14 +36,23 @@ void WorkerPool::stop(std::uint64_t number) {
   if (const auto found = stops_.find(number); found != stops_.end()) *found->second = true;
 }
 
-std::vector<FinishedItem> WorkerPool::wait(std::chrono::milliseconds at_most) {
+std::vector<WorkReport> WorkerPool::wait(std::chrono::milliseconds at_most) {
   std::unique_lock lock(mutex_);
-  finished_.wait_for(lock, at_most, [this] { return !done_.empty(); });
-  std::vector<FinishedItem> taken;
+  reported_.wait_for(lock, at_most, [this] { return !reports_.empty(); });
+  std::vector<WorkReport> taken;
   taken.reserve(stops_.size());
-  taken.swap(done_);
-  for (const FinishedItem& done : taken) stops_.erase(done.number);
+  taken.swap(reports_);
+  for (const WorkReport& report : taken) {
+    if (report.finished) stops_.erase(report.number);
+  }
   return taken;
+}
+
+void WorkerPool::emit(std::uint64_t number, Bytes result) {
+  const std::lock_guard lock(mutex_);
+  reports_.reserve(reports_.size() + 1 + stops_.size());
+  reports_.push_back({.number = number, .result = std::move(result)});
+  reported_.notify_one();
 }
 
 void WorkerPool::shut_down() {
@@ -64,15 +74,18 @@ void WorkerPool::run_worker(int worker) {
     queue_.pop_front();
     const std::atomic<bool>& stopped = *stops_.at(next.number);
     lock.unlock();
-    FinishedItem done{next.number, {}, nullptr};
+    WorkReport last{.number = next.number, .finished = true};
     try {
-      if (!stopped) done.result = work_(next.item, WorkContext(worker, stopped, env_steps_));
+      const WorkContext::Emit take = [this, &next](Bytes result) {
+        emit(next.number, std::move(result));
+      };
+      if (!stopped) work_(next.item, WorkContext(worker, stopped, env_steps_, &take));
     } catch (...) {
-      done.error = std::current_exception();
+      last.error = std::current_exception();
     }
     lock.lock();
-    done_.push_back(std::move(done));
-    finished_.notify_one();
+    reports_.push_back(std::move(last));
+    reported_.notify_one();
   }
 }
 

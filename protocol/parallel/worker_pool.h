@@ -18,10 +18,12 @@
 
 namespace engram {
 
-struct FinishedItem {
+// What a thread has to say of its item: a result, or that there will be no more.
+struct WorkReport {
   std::uint64_t number = 0;
-  Bytes result;
-  std::exception_ptr error;
+  bool finished = false;
+  Bytes result = {};
+  std::exception_ptr error = nullptr;  // of an item that has failed
 };
 
 class WorkerPool {
@@ -37,9 +39,9 @@ class WorkerPool {
   void start(std::uint64_t number, const WorkItem& item);
   // Asks the thread that works on that item to return.
   void stop(std::uint64_t number);
-  // Items finished since the last call. If there are none, waits for one, but not longer than
-  // `at_most`.
-  std::vector<FinishedItem> wait(std::chrono::milliseconds at_most);
+  // Reports since the last call, those of an item in their order. If there are none, waits for one,
+  // but not longer than `at_most`.
+  std::vector<WorkReport> wait(std::chrono::milliseconds at_most);
 
  private:
   struct QueuedItem {
@@ -48,6 +50,7 @@ class WorkerPool {
   };
 
   void run_worker(int worker);
+  void emit(std::uint64_t number, Bytes result);
   void shut_down();
 
   const WorkFunction& work_;
@@ -56,10 +59,10 @@ class WorkerPool {
 
   std::mutex mutex_;
   std::condition_variable queued_;
-  std::condition_variable finished_;
+  std::condition_variable reported_;
   bool shutting_down_ = false;
   std::deque<QueuedItem> queue_;
-  std::vector<FinishedItem> done_;
+  std::vector<WorkReport> reports_;
   std::map<std::uint64_t, std::unique_ptr<std::atomic<bool>>> stops_;
 };
 

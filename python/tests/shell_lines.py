@@ -36,14 +36,19 @@ NEEDS = {
     "lerobot-eval": "LeRobot",
     "torchrun": "several processes of torch",
     "nice": "LeRobot, which it starts",
+    "seq": "GNU parallel",
     "kill": "the server of the line before",
     "python3": "a folder for an environment",
     "build/release/cross_entropy": "the C++ build",
 }
 SHELL = {"export", "cd", "."}
 # Words of a page that stand for a reader's own, and what is read instead.
-FOR_READERS = {"...": None, "ID...": "RememberColor3-VLA-v0"}
-BEFORE = {"mpirun", "srun"}  # start the program behind their own options
+FOR_READERS = {
+    "...": None,
+    "ID...": "RememberColor3-VLA-v0",
+    "$SLURM_ARRAY_TASK_ID/7": "3/7",
+}
+BEFORE = {"mpirun", "srun", "exec"}  # start the program behind their own options
 ENGRAM = {"engram", "$engram", "build/release/engram"}
 PYTHON = {"python", "build/python-env/bin/python"}
 

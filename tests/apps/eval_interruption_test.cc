@@ -1,6 +1,4 @@
 // `engram eval` killed at any moment, and under mpirun.
-#include <spawn.h>
-
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
@@ -50,22 +48,12 @@ fs::path run_in(const fs::path& output) {
 // it was still running.
 bool kill_after(const std::string& arguments, const fs::path& output, std::size_t enough,
                 std::chrono::duration<double> time) {
-  const std::string line =
-      std::string("exec '") + test::kCommand + "' " + arguments + " >/dev/null 2>&1 </dev/null";
-  std::string shell = "sh";
-  std::string option = "-c";
-  std::string text = line;
-  char* words[] = {shell.data(), option.data(), text.data(), nullptr};
-  pid_t process = -1;
-  REQUIRE(::posix_spawn(&process, "/bin/sh", nullptr, nullptr, words, environ) == 0);
-  while (files_below(output, ".json") < enough && !has_ended(process)) {
+  KilledCommand command(arguments);
+  while (files_below(output, ".json") < enough && !command.has_ended()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   std::this_thread::sleep_for(time);
-  ::kill(process, SIGKILL);
-  int status = 0;
-  REQUIRE(::waitpid(process, &status, 0) == process);
-  return WIFSIGNALED(status);
+  return command.kill(SIGKILL);
 }
 
 }  // namespace

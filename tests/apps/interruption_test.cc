@@ -40,6 +40,25 @@ TEST_CASE("The first signal is noted", "[apps]") {
   CHECK(WEXITSTATUS(status) == 3);
 }
 
+TEST_CASE("The end of a time limit is noted as a signal is", "[apps]") {
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    const Interruption interruption(0, 1);
+    for (int i = 0; i < 300 && !interruption.requested(); ++i) ::usleep(10'000);
+    try {
+      interruption.check("saved");
+    } catch (const Error& error) {
+      ::_exit(error.what() == std::string("interrupted by --time-limit; saved") ? 3 : 4);
+    }
+    ::_exit(5);
+  }
+  int status = 0;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 3);
+}
+
 TEST_CASE("A hangup that the caller ignores stays ignored", "[apps]") {
   std::signal(SIGHUP, SIG_IGN);
   {

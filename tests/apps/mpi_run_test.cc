@@ -8,7 +8,7 @@ namespace {
 
 TEST_CASE("A command outside MPI runs once, as the root", "[apps]") {
   int runs = 0;
-  with_mpi([&runs](Ranks& ranks) {
+  with_mpi(MpiMode::kAuto, [&runs](Ranks& ranks) {
     CHECK(ranks.is_root());
     CHECK(ranks.is_single());
     ++runs;
@@ -17,7 +17,8 @@ TEST_CASE("A command outside MPI runs once, as the root", "[apps]") {
 }
 
 TEST_CASE("A failure of a single process is thrown on", "[apps]") {
-  CHECK_THROWS_WITH(with_mpi([](Ranks&) { throw std::runtime_error("broken"); }), "broken");
+  CHECK_THROWS_WITH(with_mpi(MpiMode::kAuto, [](Ranks&) { throw std::runtime_error("broken"); }),
+                    "broken");
 }
 
 }  // namespace

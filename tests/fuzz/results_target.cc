@@ -54,7 +54,8 @@ void fuzz_results(Data data) {
     if (const auto found = results.settings()) settings = *found;
   });
   accepted([&] {
-    written.erase("settings.json");  // the run writes its own
+    written.erase("settings.json");                         // the run writes its own
+    std::filesystem::remove(folder.path() / kJournalFile);  // of another input
     EvaluationRun run(settings, results);
     (void)run.open_tasks();
     (void)to_text(run.document());

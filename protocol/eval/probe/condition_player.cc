@@ -42,32 +42,28 @@ ConditionPlayer::ConditionPlayer(const std::vector<ProbeCondition>& conditions,
       protocol_(protocol),
       workspaces_(static_cast<std::size_t>(workers)) {}
 
-Bytes ConditionPlayer::play(const WorkItem& item, const WorkContext& context) {
+void ConditionPlayer::play(const WorkItem& item, const WorkContext& context) {
   Workspace& workspace = workspaces_[static_cast<std::size_t>(context.worker())];
   try {
-    Bytes result = play_item(item, context, workspace);
+    play_item(item, context, workspace);
     if (context.stopped()) workspace.policy.reset();
-    return result;
   } catch (...) {
     workspace.policy.reset();  // ends its process on this thread
     throw;
   }
 }
 
-ConditionResults ConditionPlayer::unpack(std::span<const std::byte> bytes, int count) {
+std::vector<TrialResult> ConditionPlayer::unpack(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
-  ConditionResults results(static_cast<std::size_t>(count));
-  for (std::vector<TrialResult>& group : results) {
-    group.resize(in.get<std::uint32_t>());
-    for (TrialResult& trial : group) {
-      each_field(trial, [&in]<class T>(T& field) { field = in.get<T>(); });
-    }
+  std::vector<TrialResult> group(in.get<std::uint32_t>());
+  for (TrialResult& trial : group) {
+    each_field(trial, [&in]<class T>(T& field) { field = in.get<T>(); });
   }
-  return results;
+  return group;
 }
 
-Bytes ConditionPlayer::play_item(const WorkItem& item, const WorkContext& context,
-                                 Workspace& workspace) const {
+void ConditionPlayer::play_item(const WorkItem& item, const WorkContext& context,
+                                Workspace& workspace) const {
   const ProbeCondition& condition = conditions_[static_cast<std::size_t>(item.task)];
   prepare(workspace, item.task);
   if (protocol_.external && !condition.control && !workspace.policy) {
@@ -84,19 +80,17 @@ Bytes ConditionPlayer::play_item(const WorkItem& item, const WorkContext& contex
     other = {workspace.other.get(), other_actor.get()};
   }
   const auto label = [&all](std::size_t trial) { return all.labels[trial]; };
-  const std::vector<TrialResult> results =
-      TrialPlayer(main, other, label).play(all.trials, context);
-  if (context.stopped()) return {};
-  if (workspace.policy) workspace.policy->check_no_pending_reply();
-  ByteWriter out;
-  auto next = results.begin();
-  for (const std::uint32_t size : all.sizes) {
-    out.put(size);
-    for (std::uint32_t i = 0; i < size; ++i) {
-      each_field(*next++, [&out](const auto& field) { out.put(field); });
+  const auto take = [&](std::size_t group, std::span<const TrialResult> results) {
+    if (workspace.policy) workspace.policy->check_no_pending_reply();
+    ByteWriter out;
+    out.put(static_cast<std::int32_t>(group));
+    out.put(static_cast<std::uint32_t>(results.size()));
+    for (const TrialResult& result : results) {
+      each_field(result, [&out](const auto& field) { out.put(field); });
     }
-  }
-  return out.take();
+    context.emit(out.take());
+  };
+  TrialPlayer(main, other, label).play(all.trials, all.sizes, context, take);
 }
 
 // Trials of one seed run side by side, so each has a number of its own, and no two conditions share

@@ -16,9 +16,10 @@ class ConditionPlayer {
   ConditionPlayer(const std::vector<ProbeCondition>& conditions, const Protocol& protocol,
                   int workers);
 
-  // Work of a WorkFunction; `unpack` reads its result.
-  Bytes play(const WorkItem& item, const WorkContext& context);
-  static ConditionResults unpack(std::span<const std::byte> bytes, int count);
+  // Work of a WorkFunction, which emits the results of each episode number: its place in the item,
+  // and what `unpack` reads.
+  void play(const WorkItem& item, const WorkContext& context);
+  static std::vector<TrialResult> unpack(std::span<const std::byte> bytes);
 
  private:
   // A thread's batches, kept while the condition stays the same.
@@ -39,7 +40,7 @@ class ConditionPlayer {
 
   ItemTrials trials_of(const WorkItem& item, const ProbeCondition& condition,
                        Lookahead& lookahead) const;
-  Bytes play_item(const WorkItem& item, const WorkContext& context, Workspace& workspace) const;
+  void play_item(const WorkItem& item, const WorkContext& context, Workspace& workspace) const;
   void prepare(Workspace& workspace, int condition) const;
   std::unique_ptr<EpisodeActor> make_actor(Batch& batch, const ProbeCondition& condition,
                                            ExternalPolicy* policy,

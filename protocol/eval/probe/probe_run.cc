@@ -10,6 +10,7 @@
 #include "protocol/eval/probe/interference.h"
 #include "protocol/eval/probe/twins.h"
 #include "protocol/io/files.h"
+#include "protocol/parallel/episode_queue.h"
 
 namespace engram {
 namespace {
@@ -44,51 +45,86 @@ ProbePlan plan_of(Probe probe, const ProbeTask& task, const Protocol& protocol,
   return {};
 }
 
+// Of a condition in journals.
+std::string record_name(const ProbeCondition& condition) {
+  return std::string(condition.entry->id) + " " + condition.name;
+}
+
+std::vector<TaskLoad> loads_of(const std::vector<ProbeCondition>& conditions, int episodes) {
+  std::vector<TaskLoad> loads;
+  for (const ProbeCondition& condition : conditions) {
+    loads.push_back({episodes, condition.entry->horizon});
+  }
+  return loads;
+}
+
 // Hands out the blocks of all conditions, one after the other.
 class ProbeSource final : public WorkSource {
  public:
   ProbeSource(const std::vector<ProbeCondition>& conditions, const Protocol& protocol,
-              const ProbeProgress& progress)
-      : protocol_(protocol),
+              const ProbeProgress& progress, const EpisodeStore& store)
+      : conditions_(conditions),
+        protocol_(protocol),
         progress_(progress),
-        block_(std::min(protocol.num_envs, protocol.episodes)),
+        journal_(store.journal),
+        queue_(std::min(protocol.num_envs, protocol.episodes), protocol.episodes),
         results_(conditions.size(), ConditionResults(static_cast<std::size_t>(protocol.episodes))) {
+    const std::vector<EpisodeRange> share =
+        share_of(loads_of(conditions, protocol.episodes), store.shard);
+    for (std::size_t i = 0; i < conditions.size(); ++i) {
+      queue_.add(static_cast<int>(i), share[i]);
+      all_ += share[i].size();
+      if (journal_ != nullptr) take_known(i);
+    }
   }
 
   std::optional<WorkItem> next() override {
-    if (condition_ == results_.size()) return std::nullopt;
-    const WorkItem item{static_cast<int>(condition_),
-                        protocol_.start_seed + static_cast<std::uint64_t>(episode_),
-                        std::min(block_, protocol_.episodes - episode_)};
-    episode_ += item.count;
-    if (episode_ == protocol_.episodes) {
-      episode_ = 0;
-      ++condition_;
-    }
-    return item;
+    const std::optional<EpisodeQueue::Block> block = queue_.next();
+    if (!block) return std::nullopt;
+    return WorkItem{block->task, protocol_.start_seed + static_cast<std::uint64_t>(block->first),
+                    block->count};
   }
 
   void accept(const WorkItem& item, Bytes bytes) override {
-    ConditionResults part = ConditionPlayer::unpack(bytes, item.count);
-    const auto first = static_cast<std::ptrdiff_t>(item.first_seed - protocol_.start_seed);
-    std::ranges::move(part, results_[static_cast<std::size_t>(item.task)].begin() + first);
-    done_ += item.count;
+    ByteReader in(bytes);
+    const int episode =
+        static_cast<int>(item.first_seed - protocol_.start_seed) + in.get<std::int32_t>();
+    const Bytes record(in.rest().begin(), in.rest().end());
+    const auto condition = static_cast<std::size_t>(item.task);
+    if (journal_ != nullptr) journal_->add(record_name(conditions_[condition]), episode, record);
+    take(condition, episode, record);
   }
 
   void tick(const WorkStatus& status) override {
-    if (!progress_) return;
-    progress_(done_, static_cast<int>(results_.size()) * protocol_.episodes, status.env_steps);
+    if (progress_) progress_(done_, all_, status.env_steps);
   }
 
   const std::vector<ConditionResults>& results() const { return results_; }
 
  private:
+  // The episode numbers of a condition that the journal has.
+  void take_known(std::size_t condition) {
+    const auto known = journal_->records().find(record_name(conditions_[condition]));
+    if (known == journal_->records().end()) return;
+    for (const auto& [episode, record] : known->second) {
+      if (episode < 0 || episode >= protocol_.episodes) continue;
+      queue_.remove(static_cast<int>(condition), episode);
+      take(condition, episode, record);
+    }
+  }
+
+  void take(std::size_t condition, int episode, const Bytes& record) {
+    results_[condition][static_cast<std::size_t>(episode)] = ConditionPlayer::unpack(record);
+    ++done_;
+  }
+
+  const std::vector<ProbeCondition>& conditions_;
   const Protocol& protocol_;
   const ProbeProgress& progress_;
-  int block_;  // episode numbers of an item
-  std::size_t condition_ = 0;
-  int episode_ = 0;
+  Journal* journal_;
+  EpisodeQueue queue_;
   int done_ = 0;
+  int all_ = 0;
   std::vector<ConditionResults> results_;
 };
 
@@ -179,17 +215,31 @@ ProbeRun::ProbeRun(EvaluationSettings settings, Protocol protocol, ProbeOptions 
   check_control_mode(conditions_, protocol_);
 }
 
-Json ProbeRun::play(Ranks& ranks, const ProbeProgress& progress) {
+RunHeader ProbeRun::header(const EpisodePart& part) const {
+  RunHeader header{
+      .kind = kProbeKind, .shard = part.shard, .command = part.command, .run = {}, .tasks = {}};
+  JsonList probes;
+  for (const Probe probe : options_.probes) probes.emplace_back(name_of(probe));
+  header.run = JsonTable{{"settings", settings_.document()},
+                         {"probes", std::move(probes)},
+                         {"other", options_.other.empty() ? Json() : Json(options_.other)}};
+  const std::vector<TaskLoad> loads = loads_of(conditions_, settings_.episodes);
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    header.tasks.push_back({record_name(conditions_[i]), loads[i]});
+  }
+  return header;
+}
+
+Json ProbeRun::play(Ranks& ranks, const ProbeProgress& progress, const EpisodeStore& store) {
   if (ranks.is_root() && !options_.output.empty()) require_writable_folder(options_.output);
   ConditionPlayer player(conditions_, protocol_, worker_threads(protocol_.threads, ranks));
-  ProbeSource source(conditions_, protocol_, progress);
+  ProbeSource source(conditions_, protocol_, progress, store);
   distribute_work(
       ranks, protocol_.threads,
-      [&player](const WorkItem& item, const WorkContext& context) {
-        return player.play(item, context);
-      },
+      [&player](const WorkItem& item, const WorkContext& context) { player.play(item, context); },
       source);
-  return ranks.is_root() ? document(source.results()) : Json();
+  const bool whole = store.shard.count == 1;
+  return ranks.is_root() && whole ? document(source.results()) : Json();
 }
 
 Json ProbeRun::document(const std::vector<ConditionResults>& results) const {

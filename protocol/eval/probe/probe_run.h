@@ -11,6 +11,7 @@
 #include "protocol/eval/probe/probe_plan.h"
 #include "protocol/eval/run/settings.h"
 #include "protocol/parallel/ranks.h"
+#include "protocol/parallel/run_header.h"
 
 namespace engram {
 
@@ -43,6 +44,9 @@ struct TaskSections {
   std::vector<Section> sections;
 };
 
+// Of journals.
+inline constexpr const char* kProbeKind = "probe";
+
 class ProbeRun {
  public:
   // protocol: with these settings, policy, threads and environments at a time, on which results do
@@ -51,9 +55,11 @@ class ProbeRun {
   ProbeRun(EvaluationSettings settings, Protocol protocol, ProbeOptions options);
 
   // {settings, tasks}: of each task of the settings, what the probes have found. All ranks call it,
-  // with the same settings, policy and options; only rank 0's document, progress and output folder
-  // count. The document does not depend on the number of ranks.
-  Json play(Ranks& ranks, const ProbeProgress& progress);
+  // with the same settings, policy and options; only rank 0's document, progress, store and output
+  // folder count. The document does not depend on the number of ranks; a shard has none.
+  Json play(Ranks& ranks, const ProbeProgress& progress, const EpisodeStore& store = {});
+  // Of its journal.
+  RunHeader header(const EpisodePart& part) const;
 
  private:
   Json document(const std::vector<ConditionResults>& results) const;

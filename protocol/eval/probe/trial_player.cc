@@ -26,9 +26,17 @@ TrialPlayer::TrialPlayer(const PolicyBatch& main, const PolicyBatch& other, Labe
       cue_policy_(*main.batch),
       states_(static_cast<std::size_t>(main.batch->num_envs())) {}
 
-std::vector<TrialResult> TrialPlayer::play(std::span<const Trial> trials,
-                                           const WorkContext& context) {
+void TrialPlayer::play(std::span<const Trial> trials, std::span<const std::uint32_t> sizes,
+                       const WorkContext& context, const TakeGroup& take) {
   trials_ = trials;
+  take_ = take;
+  groups_.clear();
+  group_of_.clear();
+  for (const std::uint32_t size : sizes) {
+    const std::size_t first = group_of_.size();
+    group_of_.insert(group_of_.end(), size, groups_.size());
+    groups_.push_back({first, group_of_.size(), size});
+  }
   results_.assign(trials.size(), {});
   presents_.assign(trials.size(), {});
   done_ = 0;
@@ -36,15 +44,13 @@ std::vector<TrialResult> TrialPlayer::play(std::span<const Trial> trials,
   main_.batch->reset();
   if (!shares_batch()) other_.batch->reset();
   while (done_ < trials.size()) {
-    if (context.stopped()) return {};
+    if (context.stopped()) return;
     const std::uint64_t busy = fill_slots(started);
     act_and_step(main_, false);
     if (!shares_batch()) act_and_step(other_, true);
     context.count_env_steps(busy);
     for (int env = 0; env < static_cast<int>(states_.size()); ++env) after_step(env);
   }
-  compare_presents();
-  return std::move(results_);
 }
 
 // Begins trials in idle slots; returns the number of busy ones.
@@ -59,8 +65,17 @@ std::uint64_t TrialPlayer::fill_slots(std::size_t& started) {
   return busy;
 }
 
-void TrialPlayer::compare_presents() {
-  for (std::size_t i = 0; i < trials_.size(); ++i) {
+void TrialPlayer::finish(std::size_t trial) {
+  ++done_;
+  const std::size_t number = group_of_[trial];
+  Group& group = groups_[number];
+  if (--group.left > 0) return;
+  compare_presents(group.first, group.end);
+  take_(number, std::span(results_).subspan(group.first, group.end - group.first));
+}
+
+void TrialPlayer::compare_presents(std::size_t first, std::size_t end) {
+  for (std::size_t i = first; i < end; ++i) {
     const int twin = trials_[i].twin;
     const bool same = twin >= 0 && !presents_[i].empty() &&
                       presents_[i] == presents_[static_cast<std::size_t>(twin)];
@@ -80,10 +95,7 @@ void TrialPlayer::begin_episode(const PolicyBatch& batch, int env, const Episode
 
 void TrialPlayer::begin(int env, std::size_t trial) {
   TrialState& state = states_[static_cast<std::size_t>(env)];
-  if (trials_[trial].question < 0) {
-    ++done_;
-    return;
-  }
+  if (trials_[trial].question < 0) return finish(trial);
   begin_episode(main_, env, trials_[trial].draw);
   main_.actor->start(env, label_(trial));
   cue_policy_.begin(env);
@@ -190,8 +202,9 @@ void TrialPlayer::end(int env) {
     result.correct = value_of<std::uint8_t>(batch.output("first_answer_correct"), env);
   }
   main_.actor->finish(env);
+  const std::size_t trial = state.trial;
   state = {};
-  ++done_;
+  finish(trial);
 }
 
 }  // namespace engram

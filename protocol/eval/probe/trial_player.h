@@ -27,9 +27,13 @@ class TrialPlayer {
   // environments. label: of a trial.
   TrialPlayer(const PolicyBatch& main, const PolicyBatch& other, Labeller label);
 
-  // Results in the order of the trials; those that name a twin find it by its place among them.
-  // Returns nothing if the context was stopped.
-  std::vector<TrialResult> play(std::span<const Trial> trials, const WorkContext& context);
+  // Takes the results of a group, in the order of its trials, as soon as all of them are known.
+  using TakeGroup = std::function<void(std::size_t group, std::span<const TrialResult> results)>;
+
+  // sizes: of the groups that the trials are in; those that name a twin find it by its place among
+  // all trials. Returns early if the context was stopped.
+  void play(std::span<const Trial> trials, std::span<const std::uint32_t> sizes,
+            const WorkContext& context, const TakeGroup& take);
 
  private:
   // A trial under way in a slot.
@@ -43,7 +47,8 @@ class TrialPlayer {
 
   bool shares_batch() const { return main_.batch == other_.batch; }
   std::uint64_t fill_slots(std::size_t& started);
-  void compare_presents();
+  void finish(std::size_t trial);
+  void compare_presents(std::size_t first, std::size_t end);
   void begin(int env, std::size_t trial);
   void begin_episode(const PolicyBatch& batch, int env, const EpisodeDraw& draw);
   void reach_question(int env);
@@ -59,6 +64,15 @@ class TrialPlayer {
   Labeller label_;
   CuePolicy cue_policy_;
   std::span<const Trial> trials_;
+  // A group's trials first to end - 1, of which some are not done.
+  struct Group {
+    std::size_t first = 0;
+    std::size_t end = 0;
+    std::size_t left = 0;
+  };
+  std::vector<Group> groups_;
+  std::vector<std::size_t> group_of_;  // by trial
+  TakeGroup take_;
   std::vector<TrialState> states_;  // by slot
   std::vector<TrialResult> results_;
   std::vector<std::vector<std::byte>> presents_;  // by trial

@@ -22,6 +22,7 @@
 #include "protocol/make/perturbations_document.h"
 #include "protocol/make/physics_keys.h"
 #include "protocol/make/variants.h"
+#include "protocol/parallel/shard_set.h"
 
 namespace engram {
 namespace {
@@ -322,6 +323,12 @@ ResultFolder ResultFolder::create(const fs::path& output, const EvaluationSettin
     // Another run began in this very second.
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
+}
+
+ResultFolder ResultFolder::of_shard(const fs::path& output, const Shard& shard) {
+  const fs::path folder = output / shard_folder(shard);
+  require_writable_folder(folder);
+  return ResultFolder(folder);
 }
 
 ResultFolder ResultFolder::open(const fs::path& folder) {

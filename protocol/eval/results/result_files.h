@@ -29,11 +29,15 @@ class ResultFolder {
   // Makes <output>/<split>/<date and time>/. Throws Error (kIo) if that fails.
   static ResultFolder create(const std::filesystem::path& output,
                              const EvaluationSettings& settings);
+  // Opens or makes <output>/shard-I-of-N/. Throws Error (kIo) if that fails, or another run is at
+  // work in it.
+  static ResultFolder of_shard(const std::filesystem::path& output, const Shard& shard);
   // Opens the folder of an interrupted run. Throws Error (kIo) if it does not exist, or another run
   // is at work in it.
   static ResultFolder open(const std::filesystem::path& folder);
 
   const std::filesystem::path& path() const { return path_; }
+  const OpenFolder& files() const { return lock_->folder(); }
   // The settings that the run began with; nothing if their file is missing.
   std::optional<EvaluationSettings> settings() const;
   // Finished tasks, by id. Damaged and edited files are ignored. Throws Error (kInvalidArgument)
@@ -56,7 +60,6 @@ class ResultFolder {
 
  private:
   explicit ResultFolder(std::filesystem::path path);
-  const OpenFolder& files() const { return lock_->folder(); }
 
   std::filesystem::path path_;
   std::shared_ptr<const FolderLock> lock_;  // copies are of the same run

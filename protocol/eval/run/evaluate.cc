@@ -6,6 +6,7 @@
 #include <numeric>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "core/batch/queries.h"
 #include "protocol/eval/policies/choosing_policy.h"
@@ -14,6 +15,7 @@
 #include "protocol/eval/run/sample_images.h"
 #include "protocol/make/episodes.h"
 #include "protocol/make/rows.h"
+#include "protocol/parallel/episode_queue.h"
 
 namespace engram {
 namespace {
@@ -30,13 +32,15 @@ struct EpisodeResult {
 };
 static_assert(std::is_trivially_copyable_v<EpisodeResult>, "messages hold it as it lies in memory");
 
-struct ItemResult {
+// What is known of a finished episode, and of its task from it.
+struct EpisodeRecord {
   double chance = 1;
   double answer_chance = 1;
   std::uint8_t has_answers = 0;   // for answers
   std::uint8_t has_subtasks = 0;  // there are subtasks
-  std::vector<EpisodeResult> episodes;
-  std::int32_t chunk_size = 1;
+  EpisodeResult result;
+  std::int32_t chunk_size = 1;  // the longest so far
+  // Of the item since its last episode:
   std::uint64_t unstable = 0;
   double seconds = 0;
   Bytes sample;
@@ -47,7 +51,7 @@ struct ItemResult {
     out.put(answer_chance);
     out.put(has_answers);
     out.put(has_subtasks);
-    out.append(std::span<const EpisodeResult>(episodes));
+    out.append(std::span<const EpisodeResult>(&result, 1));
     out.put(chunk_size);
     out.put(unstable);
     out.put(seconds);
@@ -55,32 +59,37 @@ struct ItemResult {
     return out.take();
   }
 
-  static ItemResult unpack(std::span<const std::byte> bytes, int count) {
+  static EpisodeRecord unpack(std::span<const std::byte> bytes) {
     ByteReader in(bytes);
-    ItemResult result;
-    result.chance = in.get<double>();
-    result.answer_chance = in.get<double>();
-    result.has_answers = in.get<std::uint8_t>();
-    result.has_subtasks = in.get<std::uint8_t>();
-    result.episodes = in.values<EpisodeResult>(static_cast<std::size_t>(count));
-    result.chunk_size = in.get<std::int32_t>();
-    result.unstable = in.get<std::uint64_t>();
-    result.seconds = in.get<double>();
-    result.sample.assign(in.rest().begin(), in.rest().end());
-    return result;
+    EpisodeRecord record;
+    record.chance = in.get<double>();
+    record.answer_chance = in.get<double>();
+    record.has_answers = in.get<std::uint8_t>();
+    record.has_subtasks = in.get<std::uint8_t>();
+    record.result = in.values<EpisodeResult>(1).front();
+    record.chunk_size = in.get<std::int32_t>();
+    record.unstable = in.get<std::uint64_t>();
+    record.seconds = in.get<double>();
+    record.sample.assign(in.rest().begin(), in.rest().end());
+    return record;
   }
 };
 
-// Records the results of an item's episodes, and images of the task's first one.
+// Emits the results of an item's episodes, and images of the task's first one: the number of the
+// episode in the item, and its record.
 class EpisodeObserver {
  public:
-  EpisodeObserver(Batch& batch, ItemResult& result, EpisodeActor& actor, const WorkItem& item,
-                  const Protocol& protocol)
+  // task: what records have of the task.
+  EpisodeObserver(Batch& batch, EpisodeRecord task, EpisodeActor& actor, const WorkItem& item,
+                  const Protocol& protocol, const WorkContext& context, ExternalPolicy* policy)
       : batch_(batch),
-        result_(result),
+        record_(std::move(task)),
         actor_(actor),
         item_(item),
         protocol_(protocol),
+        context_(context),
+        policy_(policy),
+        unstable_(Queries(batch).unstable_count()),
         done_(static_cast<std::size_t>(batch.num_envs())),
         samples_(protocol.samples && item.repeat == 0 && item.first_seed == protocol.start_seed) {}
 
@@ -98,26 +107,44 @@ class EpisodeObserver {
     note_subtasks(env);
   }
   void finish(int env, int episode) {
-    EpisodeResult& result = result_.episodes.at(static_cast<std::size_t>(episode));
+    EpisodeResult& result = record_.result;
+    result = {};
     result.success = value_of<std::uint8_t>(batch_.output("success_once"), env);
     result.episode_return = value_of<double>(batch_.output("episode_return"), env);
     result.length = value_of<std::int32_t>(batch_.output("elapsed_steps"), env);
-    if (result_.has_answers != 0) {
+    if (record_.has_answers != 0) {
       result.answer = {
           .given = value_of<std::uint8_t>(batch_.output("answered"), env),
           .first = value_of<std::int32_t>(batch_.output("first_answer"), env),
           .correct = value_of<std::uint8_t>(batch_.output("first_answer_correct"), env)};
     }
+    record_.has_subtasks = annotator_ != nullptr ? 1 : 0;
     if (annotator_ != nullptr) result.completion = completion_of(env, result.success != 0);
     result.digests = actor_.digests(env);
     actor_.finish(env);
+    record_.sample.clear();
     if (env == sample_slot_) {
-      result_.sample = images_.png();
+      record_.sample = images_.png();
       sample_slot_ = -1;
     }
+    emit(episode);
   }
 
  private:
+  void emit(int episode) {
+    if (policy_ != nullptr) policy_->check_no_pending_reply();
+    const auto now = std::chrono::steady_clock::now();
+    record_.seconds = std::chrono::duration<double>(now - std::exchange(since_, now)).count();
+    const std::uint64_t unstable = Queries(batch_).unstable_count();
+    record_.unstable = unstable - std::exchange(unstable_, unstable);
+    record_.chunk_size = actor_.longest_chunk();
+    ByteWriter out;
+    out.put(static_cast<std::int32_t>(episode));
+    const Bytes record = record_.pack();
+    out.append(std::span<const std::byte>(record));
+    context_.emit(out.take());
+  }
+
   void note_subtasks(int env) {
     if (annotator_ == nullptr) return;
     int& most = done_[static_cast<std::size_t>(env)];
@@ -137,10 +164,14 @@ class EpisodeObserver {
   }
 
   Batch& batch_;
-  ItemResult& result_;
+  EpisodeRecord record_;  // of the last episode
   EpisodeActor& actor_;
   const WorkItem& item_;
   const Protocol& protocol_;
+  const WorkContext& context_;
+  ExternalPolicy* policy_;  // or null
+  std::uint64_t unstable_;
+  std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
   const Annotator* annotator_ = nullptr;  // null: no subtasks
   std::vector<int> done_;                 // by each slot's episode, at most
   bool samples_;
@@ -154,12 +185,11 @@ class ItemEvaluator {
       : protocol_(protocol), workspaces_(static_cast<std::size_t>(workers)) {}
 
   // Ends the processes of policies on the worker threads, in parallel.
-  Bytes evaluate(const WorkItem& item, const WorkContext& context) {
+  void evaluate(const WorkItem& item, const WorkContext& context) {
     auto& policy = workspaces_[static_cast<std::size_t>(context.worker())].policy;
     try {
-      Bytes result = evaluate_item(item, context);
+      evaluate_item(item, context);
       if (context.stopped()) policy.reset();
-      return result;
     } catch (...) {
       policy.reset();
       throw;
@@ -167,8 +197,7 @@ class ItemEvaluator {
   }
 
  private:
-  Bytes evaluate_item(const WorkItem& item, const WorkContext& context) {
-    const auto start = std::chrono::steady_clock::now();
+  void evaluate_item(const WorkItem& item, const WorkContext& context) {
     Workspace& workspace = workspaces_[static_cast<std::size_t>(context.worker())];
     if (protocol_.external && !workspace.policy) workspace.policy = protocol_.external(context);
     const RegistryEntry& entry = entry_at(item.task);
@@ -178,30 +207,20 @@ class ItemEvaluator {
     if (!protocol_.external) environment.policy_seed = policy_seed;
     Batch& batch = workspace.batch.of(entry.id, item.count, protocol_.num_envs, environment);
 
-    ItemResult result;
-    result.chance = chance_in(batch);
-    result.answer_chance = batch.info().answer_chance();
-    result.has_answers = batch.info().answer.empty() ? 0 : 1;
-    result.episodes.resize(static_cast<std::size_t>(item.count));
-    const Queries queries(batch);
-    const std::uint64_t unstable = queries.unstable_count();
+    EpisodeRecord task;
+    task.chance = chance_in(batch);
+    task.answer_chance = batch.info().answer_chance();
+    task.has_answers = batch.info().answer.empty() ? 0 : 1;
     const std::unique_ptr<EpisodeActor> actor =
         make_actor(batch, workspace.policy.get(), policy_seed, context);
-    EpisodeObserver observer(batch, result, *actor, item, protocol_);
+    EpisodeObserver observer(batch, std::move(task), *actor, item, protocol_, context,
+                             workspace.policy.get());
     const auto act = [&actor](std::span<float> actions, std::span<std::uint8_t> commanded) {
       actor->act(actions, commanded);
     };
     if (!play_episodes(batch, item.first_seed, item.count, context, act, observer)) {
       workspace.batch.clear();
-      return {};
     }
-    result.has_subtasks = queries.annotator() != nullptr ? 1 : 0;
-    result.chunk_size = actor->longest_chunk();
-    if (workspace.policy) workspace.policy->check_no_pending_reply();
-    result.unstable = queries.unstable_count() - unstable;
-    result.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return result.pack();
   }
 
   // Success rate of guessing, in actions or among the choices.
@@ -244,60 +263,42 @@ class ItemEvaluator {
 class Evaluation final : public WorkSource {
  public:
   Evaluation(const std::vector<const RegistryEntry*>& tasks, const Protocol& protocol,
-             const EvaluationListener& listener, int block)
-      : protocol_(protocol), listener_(listener), block_(block), order_(tasks) {
+             const EvaluationListener& listener, const EpisodeStore& store)
+      : protocol_(protocol),
+        listener_(listener),
+        journal_(store.journal),
+        queue_(std::min(protocol.num_envs, protocol.episodes), protocol.episodes) {
+    const std::vector<EpisodeRange> share = share_of(loads_of(tasks, protocol), store.shard);
+    std::vector<std::size_t> order(tasks.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
     // Long episodes first, so that the last items are short and all cores are busy to the end.
-    std::stable_sort(
-        order_.begin(), order_.end(),
-        [](const RegistryEntry* a, const RegistryEntry* b) { return a->horizon > b->horizon; });
+    std::ranges::stable_sort(
+        order, [&](std::size_t a, std::size_t b) { return tasks[a]->horizon > tasks[b]->horizon; });
+    for (const std::size_t i : order) {
+      queue_.add(tasks[i]->index, share[i]);
+      status_.wanted += share[i].size();
+    }
+    if (journal_ != nullptr) take_known(tasks);
   }
 
   std::optional<WorkItem> next() override {
-    if (task_ == order_.size()) return std::nullopt;
-    const RegistryEntry* entry = order_[task_];
-    const int row = entry->index;
-    if (episode_ == 0 && repeat_ == 0) results_[row] = empty_result(entry);
-    const WorkItem item{row, protocol_.start_seed + static_cast<std::uint64_t>(episode_),
-                        std::min(block_, protocol_.episodes - episode_), repeat_};
-    episode_ += item.count;
-    if (episode_ < protocol_.episodes) return item;
-    episode_ = 0;
-    if (++repeat_ < protocol_.repeat) return item;
-    repeat_ = 0;
-    ++task_;
-    return item;
+    const std::optional<EpisodeQueue::Block> block = queue_.next();
+    if (!block) return std::nullopt;
+    (void)partial_of(block->task);
+    return WorkItem{
+        block->task,
+        protocol_.start_seed + static_cast<std::uint64_t>(block->first % protocol_.episodes),
+        block->count, block->first / protocol_.episodes};
   }
 
   void accept(const WorkItem& item, Bytes bytes) override {
-    const ItemResult part = ItemResult::unpack(bytes, item.count);
-    const auto found = results_.find(item.task);
-    TaskResult& result = found->second.result;
-    auto i = static_cast<std::size_t>(item.first_seed - protocol_.start_seed) +
-             static_cast<std::size_t>(item.repeat) * static_cast<std::size_t>(protocol_.episodes);
-    if (part.has_answers != 0) result.answers.resize(result.successes.size());
-    if (part.has_subtasks != 0) result.completions.resize(result.successes.size());
-    for (const EpisodeResult& episode : part.episodes) {
-      result.successes[i] = episode.success != 0;
-      result.returns[i] = episode.episode_return;
-      result.lengths[i] = episode.length;
-      result.digests[i] = episode.digests;
-      if (part.has_answers != 0) result.answers[i] = episode.answer;
-      if (part.has_subtasks != 0) result.completions[i] = episode.completion;
-      ++i;
-    }
-    result.chance = part.chance;
-    result.answer_chance = part.answer_chance;
-    result.chunk_size = std::max(result.chunk_size, static_cast<int>(part.chunk_size));
-    result.unstable += part.unstable;
-    result.thread_seconds += part.seconds;
-    if (!part.sample.empty()) result.sample = part.sample;
-    found->second.episodes += item.count;
-    status_.episodes += item.count;
-    if (found->second.episodes < protocol_.all_episodes()) return;
-    ++status_.tasks;
-    TaskResult whole = std::move(result);
-    results_.erase(found);
-    listener_.finished(std::move(whole));
+    ByteReader in(bytes);
+    const int episode = item.repeat * protocol_.episodes +
+                        static_cast<int>(item.first_seed - protocol_.start_seed) +
+                        in.get<std::int32_t>();
+    const Bytes record(in.rest().begin(), in.rest().end());
+    if (journal_ != nullptr) journal_->add(entry_at(item.task).id, episode, record);
+    take(item.task, episode, record);
   }
 
   void tick(const WorkStatus& work) override {
@@ -316,28 +317,71 @@ class Evaluation final : public WorkSource {
     int episodes = 0;  // finished
   };
 
-  Partial empty_result(const RegistryEntry* entry) const {
-    Partial partial;
-    const auto count = static_cast<std::size_t>(protocol_.all_episodes());
-    partial.result.entry = entry;
-    partial.result.successes.resize(count);
-    partial.result.returns.resize(count);
-    partial.result.lengths.resize(count);
-    partial.result.digests.resize(count);
-    for (int i = 0; i < protocol_.all_episodes(); ++i) {
-      partial.result.seeds.push_back(protocol_.start_seed +
-                                     static_cast<std::uint64_t>(i % protocol_.episodes));
+  // The episodes that the journal has.
+  void take_known(const std::vector<const RegistryEntry*>& tasks) {
+    for (const RegistryEntry* task : tasks) {
+      const auto known = journal_->records().find(std::string(task->id));
+      if (known == journal_->records().end()) continue;
+      for (const auto& [episode, record] : known->second) {
+        if (episode < 0 || episode >= protocol_.all_episodes()) continue;
+        queue_.remove(task->index, episode);
+        take(task->index, episode, record);
+      }
     }
-    return partial;
+  }
+
+  void take(int row, int episode, const Bytes& bytes) {
+    const EpisodeRecord record = EpisodeRecord::unpack(bytes);
+    Partial& partial = partial_of(row);
+    TaskResult& result = partial.result;
+    const auto i = static_cast<std::size_t>(episode);
+    result.successes[i] = record.result.success != 0;
+    result.returns[i] = record.result.episode_return;
+    result.lengths[i] = record.result.length;
+    result.digests[i] = record.result.digests;
+    if (record.has_answers != 0) {
+      result.answers.resize(result.successes.size());
+      result.answers[i] = record.result.answer;
+    }
+    if (record.has_subtasks != 0) {
+      result.completions.resize(result.successes.size());
+      result.completions[i] = record.result.completion;
+    }
+    result.chance = record.chance;
+    result.answer_chance = record.answer_chance;
+    result.chunk_size = std::max(result.chunk_size, static_cast<int>(record.chunk_size));
+    result.unstable += record.unstable;
+    result.thread_seconds += record.seconds;
+    if (!record.sample.empty()) result.sample = record.sample;
+    ++status_.episodes;
+    if (++partial.episodes < protocol_.all_episodes()) return;
+    ++status_.tasks;
+    TaskResult whole = std::move(result);
+    results_.erase(row);
+    if (listener_.finished) listener_.finished(std::move(whole));
+  }
+
+  Partial& partial_of(int row) {
+    const auto [found, added] = results_.try_emplace(row);
+    if (!added) return found->second;
+    TaskResult& result = found->second.result;
+    const auto count = static_cast<std::size_t>(protocol_.all_episodes());
+    result.entry = &entry_at(row);
+    result.successes.resize(count);
+    result.returns.resize(count);
+    result.lengths.resize(count);
+    result.digests.resize(count);
+    for (int i = 0; i < protocol_.all_episodes(); ++i) {
+      result.seeds.push_back(protocol_.start_seed +
+                             static_cast<std::uint64_t>(i % protocol_.episodes));
+    }
+    return found->second;
   }
 
   const Protocol& protocol_;
   const EvaluationListener& listener_;
-  int block_;  // episodes of an item
-  std::vector<const RegistryEntry*> order_;
-  std::size_t task_ = 0;  // the next item: task in `order_`, round, first episode
-  int repeat_ = 0;
-  int episode_ = 0;
+  Journal* journal_;
+  EpisodeQueue queue_;
   std::map<int, Partial> results_;  // of tasks in progress
   EvaluationStatus status_;
 };
@@ -361,14 +405,24 @@ std::int64_t TaskResult::env_steps() const {
   return std::accumulate(lengths.begin(), lengths.end(), std::int64_t{0});
 }
 
+std::vector<TaskLoad> loads_of(const std::vector<const RegistryEntry*>& tasks,
+                               const RunOptions& options) {
+  std::vector<TaskLoad> loads;
+  for (const RegistryEntry* task : tasks) {
+    loads.push_back({options.all_episodes(), task->horizon});
+  }
+  return loads;
+}
+
 void evaluate(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
-              const Protocol& protocol, const EvaluationListener& listener) {
+              const Protocol& protocol, const EvaluationListener& listener,
+              const EpisodeStore& store) {
   ItemEvaluator evaluator(protocol, worker_threads(protocol.threads, ranks));
-  Evaluation evaluation(tasks, protocol, listener, std::min(protocol.num_envs, protocol.episodes));
+  Evaluation evaluation(tasks, protocol, listener, store);
   distribute_work(
       ranks, protocol.threads,
       [&evaluator](const WorkItem& item, const WorkContext& context) {
-        return evaluator.evaluate(item, context);
+        evaluator.evaluate(item, context);
       },
       evaluation);
 }

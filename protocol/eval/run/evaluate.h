@@ -10,8 +10,10 @@
 
 #include "protocol/eval/policies/external_policy.h"
 #include "protocol/eval/run/run_options.h"
+#include "protocol/io/journal.h"
 #include "protocol/make/make.h"
 #include "protocol/parallel/scheduler.h"
+#include "protocol/parallel/shares.h"
 
 namespace engram {
 
@@ -79,6 +81,7 @@ struct EvaluationStatus {
   };
   std::uint64_t env_steps = 0;
   int episodes = 0;  // finished, of all
+  int wanted = 0;    // of all
   int tasks = 0;
   std::vector<Running> running;
 };
@@ -89,9 +92,21 @@ struct EvaluationListener {
   std::function<void(const EvaluationStatus&)> tick;  // several times a second
 };
 
+// Which of the episodes are played, and where each goes as soon as it is finished.
+struct EpisodeStore {
+  Journal* journal = nullptr;  // its episodes are not played again; null: none
+  Shard shard = {};
+};
+
+// The loads of tasks in an evaluation, for shares.
+std::vector<TaskLoad> loads_of(const std::vector<const RegistryEntry*>& tasks,
+                               const RunOptions& options);
+
 // Evaluates the tasks on all threads of all ranks, those with the longest episodes first. Every
-// rank calls it with the same protocol; only rank 0's tasks and listener are used.
+// rank calls it with the same protocol; only rank 0's tasks, listener and store are used. A shard
+// finishes the tasks alone of which it has all episodes.
 void evaluate(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
-              const Protocol& protocol, const EvaluationListener& listener);
+              const Protocol& protocol, const EvaluationListener& listener,
+              const EpisodeStore& store = {});
 
 }  // namespace engram

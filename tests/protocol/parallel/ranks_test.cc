@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <utility>
 
 namespace engram {
 namespace {
@@ -21,6 +22,22 @@ TEST_CASE("A launcher of one process is none", "[work]") {
     CHECK(join_ranks()->is_single());
     REQUIRE(::unsetenv(variable) == 0);
   }
+}
+
+// Of a shell or a Python under a launcher, whose children have no ranks.
+TEST_CASE("Variables that a launcher has left to a program's child start no ranks", "[work]") {
+  const std::pair<const char*, const char*> variables[] = {
+      {"OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_SIZE=4"},
+      {"PMI_SIZE", "PMI_SIZE=4"},
+      {"SLURM_NTASKS", "PMIX_RANK, SLURM_NTASKS=4"}};
+  REQUIRE(::setenv("PMIX_RANK", "0", 1) == 0);
+  for (const auto& [variable, named] : variables) {
+    REQUIRE(::setenv(variable, "4", 1) == 0);
+    CHECK_THROWS_WITH(join_ranks(), Catch::Contains(named) && Catch::Contains("is no launcher"));
+    CHECK(join_ranks(MpiMode::kOff)->is_single());
+    REQUIRE(::unsetenv(variable) == 0);
+  }
+  REQUIRE(::unsetenv("PMIX_RANK") == 0);
 }
 
 TEST_CASE("A broadcast in a single process is what the root sends", "[work]") {

@@ -8,7 +8,9 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <string>
 #include <thread>
+#include <utility>
 
 namespace engram {
 namespace {
@@ -46,10 +48,10 @@ class Mailboxes {
   std::vector<std::deque<Ranks::Message>> boxes_;
 };
 
-Bytes square(const WorkItem& item) {
+void square(const WorkItem& item, const WorkContext& context) {
   ByteWriter out;
   out.put(item.first_seed * item.first_seed);
-  return out.take();
+  context.emit(out.take());
 }
 
 // Squares of 0 to count - 1.
@@ -91,7 +93,7 @@ TEST_CASE("Work: every item is done once, on all threads", "[work]") {
         [&](const WorkItem& item, const WorkContext& context) {
           const std::lock_guard lock(mutex);
           workers.insert(context.worker());
-          return square(item);
+          square(item, context);
         },
         source);
     check_squares(source, 100);
@@ -111,9 +113,9 @@ TEST_CASE("Work: ranks share the items, and all of them end", "[work]") {
         Squares unused(0);
         distribute_work(
             self, 2,
-            [&](const WorkItem& item, const WorkContext&) {
+            [&](const WorkItem& item, const WorkContext& context) {
               ++done_elsewhere;
-              return square(item);
+              square(item, context);
             },
             unused);
       });
@@ -122,9 +124,9 @@ TEST_CASE("Work: ranks share the items, and all of them end", "[work]") {
     Squares source(300);
     distribute_work(
         self, 1,
-        [](const WorkItem& item, const WorkContext&) {
+        [](const WorkItem& item, const WorkContext& context) {
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
-          return square(item);
+          square(item, context);
         },
         source);
     for (std::thread& other : others) other.join();
@@ -134,9 +136,9 @@ TEST_CASE("Work: ranks share the items, and all of them end", "[work]") {
 }
 
 TEST_CASE("Work: a failure anywhere ends the run with its message", "[work]") {
-  const auto failing = [](const WorkItem& item, const WorkContext&) -> Bytes {
+  const auto failing = [](const WorkItem& item, const WorkContext& context) {
     if (item.first_seed == 11) throw Error(Error::kUnavailable, "eleven is too much");
-    return square(item);
+    square(item, context);
   };
   {
     Ranks alone;
@@ -155,7 +157,7 @@ TEST_CASE("Work: a failure anywhere ends the run with its message", "[work]") {
   // This rank is held up, so that the other one comes to the bad item.
   const auto slow = [](const WorkItem& item, const WorkContext& context) {
     while (!context.stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    return square(item);
+    square(item, context);
   };
   CHECK_THROWS_WITH(distribute_work(self, 1, slow, source), "rank 1: eleven is too much");
   // Stands for abort() of MPI.
@@ -190,10 +192,53 @@ TEST_CASE("Work: obsolete items are stopped and not accepted", "[work]") {
         while (item.first_seed == 0 && !context.stopped()) {
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
-        return Bytes{};
+        context.emit({});
       },
       source);
   CHECK(source.accepted == std::vector<std::uint64_t>{1});
+}
+
+TEST_CASE("Work: results of an item are accepted while it goes on, in their order", "[work]") {
+  class Letters final : public WorkSource {
+   public:
+    std::optional<WorkItem> next() override {
+      if (std::exchange(begun_, true)) return std::nullopt;
+      return WorkItem{0, 0, 3};
+    }
+    void accept(const WorkItem&, Bytes result) override {
+      accepted.push_back(ByteReader(result).get<char>());
+      arrived.fetch_add(1);
+    }
+    std::string accepted;
+    std::atomic<int> arrived = 0;
+
+   private:
+    bool begun_ = false;
+  };
+  Letters source;
+  const auto spell = [&source](const WorkItem& item, const WorkContext& context) {
+    for (int i = 0; i < item.count; ++i) {
+      ByteWriter out;
+      out.put("abc"[i]);
+      context.emit(out.take());
+      // The next one waits until this one has been taken.
+      while (source.arrived.load() <= i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
+  Ranks alone;
+  distribute_work(alone, 1, spell, source);
+  CHECK(source.accepted == "abc");
+}
+
+TEST_CASE("Work: results before a failure are kept", "[work]") {
+  Ranks alone;
+  Squares source(1);
+  const auto broken = [](const WorkItem& item, const WorkContext& context) {
+    square(item, context);
+    throw Error(Error::kUnavailable, "broken");
+  };
+  CHECK_THROWS_WITH(distribute_work(alone, 1, broken, source), "broken");
+  check_squares(source, 1);
 }
 
 }  // namespace engram

@@ -11,11 +11,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-Bytes double_count(const WorkItem& item, const WorkContext& context) {
+void double_count(const WorkItem& item, const WorkContext& context) {
   context.count_env_steps(1);
   ByteWriter out;
   out.put(2 * item.count);
-  return out.take();
+  context.emit(out.take());
 }
 
 TEST_CASE("Worker pool: every item comes back once, by its number", "[work]") {
@@ -24,10 +24,16 @@ TEST_CASE("Worker pool: every item comes back once, by its number", "[work]") {
   constexpr int kItems = 20;
   for (int i = 0; i < kItems; ++i) pool.start(static_cast<std::uint64_t>(100 + i), {0, 0, i});
   std::map<std::uint64_t, int> results;
-  while (results.size() < kItems) {
-    for (const FinishedItem& done : pool.wait(milliseconds(1000))) {
-      REQUIRE_FALSE(done.error);
-      CHECK(results.emplace(done.number, ByteReader(done.result).get<int>()).second);
+  int finished = 0;
+  while (finished < kItems) {
+    for (const WorkReport& report : pool.wait(milliseconds(1000))) {
+      REQUIRE_FALSE(report.error);
+      if (report.finished) {
+        ++finished;
+        CHECK(results.contains(report.number));
+        continue;
+      }
+      CHECK(results.emplace(report.number, ByteReader(report.result).get<int>()).second);
     }
   }
   for (const auto& [number, value] : results) CHECK(value == 2 * static_cast<int>(number - 100));
@@ -38,7 +44,6 @@ TEST_CASE("Worker pool: every item comes back once, by its number", "[work]") {
 TEST_CASE("Worker pool: a stopped item returns", "[work]") {
   const WorkFunction work = [](const WorkItem&, const WorkContext& context) {
     while (!context.stopped()) std::this_thread::sleep_for(milliseconds(1));
-    return Bytes();
   };
   WorkerPool pool(1, work);
   pool.start(1, {});
@@ -50,7 +55,7 @@ TEST_CASE("Worker pool: a stopped item returns", "[work]") {
 }
 
 TEST_CASE("Worker pool: an exception is the item's result", "[work]") {
-  const WorkFunction work = [](const WorkItem&, const WorkContext&) -> Bytes {
+  const WorkFunction work = [](const WorkItem&, const WorkContext&) {
     throw std::runtime_error("broken");
   };
   WorkerPool pool(1, work);
@@ -63,7 +68,6 @@ TEST_CASE("Worker pool: an exception is the item's result", "[work]") {
 TEST_CASE("Worker pool: its end stops what is in progress", "[work]") {
   const WorkFunction work = [](const WorkItem&, const WorkContext& context) {
     while (!context.stopped()) std::this_thread::sleep_for(milliseconds(1));
-    return Bytes();
   };
   WorkerPool pool(2, work);
   for (std::uint64_t i = 0; i < 5; ++i) pool.start(i, {});
