@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 
 #include "apps/collect_estimate.h"
 #include "apps/interruption.h"
@@ -23,12 +25,16 @@
 #include "protocol/datasets/rl_collection.h"
 #include "protocol/eval/run/settings.h"
 #include "protocol/io/files.h"
+#include "protocol/io/folder_lock.h"
 #include "protocol/io/json.h"
 #include "protocol/make/control_mode_choice.h"
 #include "protocol/make/definitions.h"
+#include "protocol/parallel/shard_set.h"
 
 namespace engram::apps {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr const char* kReport = "collect_report.html";
 constexpr std::string_view kNpz = "npz";
@@ -74,7 +80,7 @@ JsonTable task_document(const RlFolder& folder) {
 
 using Folders = std::vector<std::unique_ptr<DemonstrationFolder>>;
 
-JsonTable document(const Folders& folders, const CollectOptions& options) {
+JsonTable document(const Folders& folders, const CollectionOptions& collection) {
   int episodes = 0;
   std::int64_t steps = 0;
   JsonList tasks;
@@ -83,7 +89,7 @@ JsonTable document(const Folders& folders, const CollectOptions& options) {
     steps += folder->steps();
     tasks.emplace_back(task_document(*folder));
   }
-  return {{"out", options.collection.out.string()},
+  return {{"out", collection.out.string()},
           {"format", "npz"},
           {"episodes", episodes},
           {"steps", steps},
@@ -203,6 +209,39 @@ void print_block(std::span<const std::byte> bytes) {
 }
 
 // Data files, an empty block, and metadata.json.
+// A share of the attempts, into a folder of its own.
+void collect_share(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
+                   const CollectOptions& options) {
+  if (options.stream || options.estimate) {
+    throw Error(Error::kInvalidArgument,
+                "--shard with --stream or --estimate; neither of them allowed");
+  }
+  const Shard shard = *options.control.shard;
+  const fs::path folder = options.collection.out / shard_folder(shard);
+  const RunHeader header =
+      shard_header(tasks, options.collection.plan, {shard, words_of_command()});
+  std::optional<FolderLock> lock;
+  std::optional<Journal> journal;
+  if (ranks.is_root()) {
+    require_writable_folder(folder);
+    lock.emplace(folder);
+    journal.emplace(lock->folder(), header.document());
+  }
+  {
+    Progress progress("collect", "steps");
+    const Interruption interruption(Interruption::kGraceSeconds, options.control.time_limit);
+    const std::string state = fmt::format(
+        "finished episodes are in '{}'; the same command goes on with the others", folder.string());
+    collect_shard(ranks, tasks, options.collection, folder, header, journal ? &*journal : nullptr,
+                  [&](const CollectionProgress& now) {
+                    interruption.check(state);
+                    progress.update(now.episodes / std::max(1.0, static_cast<double>(now.wanted)),
+                                    static_cast<double>(now.env_steps));
+                  });
+  }
+  if (ranks.is_root()) print_shard(shard, folder, journal->size(), options.json);
+}
+
 void stream(Ranks& ranks, std::span<const RegistryEntry* const> tasks, CollectOptions& options) {
   if (tasks.size() != 1 || options.json || !ranks.is_single()) {
     throw Error(
@@ -258,6 +297,11 @@ void run(Ranks& ranks, CollectOptions& options) {
                                              ", an option of lerobot; --format lerobot needed");
   }
   const bool rl = options.format == kRl;
+  if (options.control.shard && options.format != kNpz) {
+    throw Error(Error::kInvalidArgument, "--shard with --format " + options.format +
+                                             "; npz, which `engram merge` makes one set of, and "
+                                             "which can be converted then, allowed");
+  }
   if (options.format != kNpz && !rl) collect_converted(tasks, options);
   if (!ranks.is_single()) {
     const std::vector<std::string> ids = ids_in_order(tasks);
@@ -265,6 +309,7 @@ void run(Ranks& ranks, CollectOptions& options) {
   }
   options.collection.plan.renderer = options.images.renderer;
   options.collection.out = options.out;
+  if (options.control.shard && !rl) return collect_share(ranks, tasks, options);
   if (rl) {
     collect_rl_data(ranks, tasks, options);
     return;
@@ -289,12 +334,18 @@ void run(Ranks& ranks, CollectOptions& options) {
   }
   const Folders folders = collect_all(ranks, tasks, options, timing);
   if (!ranks.is_root()) return;
-  write_output(options.collection.out / kReport, collection_report(folders, timing));
-  print(options.json ? to_text(document(folders, options)) : to_plain_text(folders));
-  require_complete(folders, options.collection.plan);
+  report_collection(folders, options.collection, timing, options.json);
 }
 
 }  // namespace
+
+void report_collection(const std::vector<std::unique_ptr<DemonstrationFolder>>& folders,
+                       const CollectionOptions& collection, const CollectionTiming& timing,
+                       bool json) {
+  write_output(collection.out / kReport, collection_report(folders, timing));
+  print(json ? to_text(document(folders, collection)) : to_plain_text(folders));
+  require_complete(folders, collection.plan);
+}
 
 namespace {
 
@@ -367,6 +418,7 @@ void add_collect_command(const Command& program,
                    "Keeps episodes that fail as well, every episode for itself");
   add_num_envs(command, options->collection.num_envs);
   add_threads(command, options->collection.threads);
+  add_run_control(command, options->control);
   command.add_option("--out", options->out, "Folder to hold data_<format>/<ID>")
       .type_name("DIR")
       .default_str(options->out);

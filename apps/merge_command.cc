@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "apps/collect_command.h"
 #include "apps/eval_command.h"
 #include "apps/output.h"
 #include "apps/probe_command.h"
 #include "apps/run_control.h"
+#include "protocol/datasets/collection.h"
+#include "protocol/datasets/plan_document.h"
 #include "protocol/eval/evaluation_run.h"
 #include "protocol/eval/probe/probe_report.h"
 #include "protocol/io/folder_lock.h"
@@ -74,6 +78,28 @@ void merge_probes(const ShardSet& shards, const fs::path& out, bool json) {
   print_probes(document, probe.probes, json);
 }
 
+// Plays nothing. Where attempts have failed, further ones are needed than those of the shards.
+void merge_collection(const ShardSet& shards, const fs::path& out, bool json) {
+  const PlannedTasks planned =
+      planned_tasks(shards.header().run, shards.parts().front().folder / kJournalFile);
+  std::vector<std::unique_ptr<DemonstrationFolder>> folders;
+  for (const RegistryEntry* task : planned.tasks) {
+    DemonstrationFolder& folder =
+        *folders.emplace_back(std::make_unique<DemonstrationFolder>(out, *task, planned.plan));
+    for (const ShardSet::Part& part : shards.parts()) {
+      const OpenFolder own(shard_task_folder(part.folder, *task));
+      folder.accept(FinishedEpisodes(own, part.records, task->id));
+    }
+  }
+  const bool complete =
+      std::ranges::all_of(folders, [](const auto& folder) { return folder->complete(); });
+  if (!complete) {
+    print_warning("attempts of the shards have failed; " +
+                  shards.header().command_of_whole(out.string()) + " plays those that are missing");
+  }
+  report_collection(folders, {.plan = planned.plan, .out = out}, {}, json);
+}
+
 // Lines that a shell runs, or a program such as GNU parallel.
 [[noreturn]] void refuse_missing(const std::vector<MissingShard>& missing, bool json) {
   JsonList documents;
@@ -102,6 +128,9 @@ void run(const MergeOptions& options) {
       options.out.empty() ? fs::canonical(first).parent_path() : fs::path(options.out);
   if (shards.header().kind == kEvaluationKind) return merge_evaluation(shards, out, options.json);
   if (shards.header().kind == kProbeKind) return merge_probes(shards, out, options.json);
+  if (shards.header().kind == kCollectionKind) {
+    return merge_collection(shards, out, options.json);
+  }
   throw Error(Error::kIo, "'" + first.string() + "' is of a run of '" + shards.header().kind +
                               "', which this engram does not know");
 }

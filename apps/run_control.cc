@@ -13,7 +13,7 @@
 namespace engram::apps {
 
 unsigned parse_time_limit(const std::string& text) {
-  constexpr unsigned kMost = 366 * 24 * 3600;
+  constexpr unsigned kMax = 366 * 24 * 3600;
   constexpr std::string_view kUnits = "smh";
   constexpr unsigned kSeconds[] = {1, 60, 3600};
   const std::size_t unit = text.empty() ? std::string_view::npos : kUnits.find(text.back());
@@ -21,8 +21,7 @@ unsigned parse_time_limit(const std::string& text) {
   const std::string digits = named ? text.substr(0, text.size() - 1) : text;
   const unsigned factor = named ? kSeconds[unit] : 1;
   try {
-    return factor *
-           static_cast<unsigned>(parse_unsigned("--time-limit", digits, 1, kMost / factor));
+    return factor * static_cast<unsigned>(parse_unsigned("--time-limit", digits, 1, kMax / factor));
   } catch (const Error&) {
     throw Error(Error::kInvalidArgument,
                 "--time-limit: '" + text +

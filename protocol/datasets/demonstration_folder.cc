@@ -15,6 +15,7 @@
 #include "protocol/make/perturbations_document.h"
 #include "protocol/make/physics_keys.h"
 #include "protocol/make/variants.h"
+#include "protocol/parallel/run_header.h"
 
 namespace engram {
 namespace {
@@ -75,13 +76,13 @@ ControlMode control_mode_of(const RegistryEntry& entry, const CollectionPlan& pl
   return plan.control_mode.value_or(entry.control_mode);
 }
 
+}  // namespace
+
 // Where failures are kept, no episode depends on others.
 CollectionRule rule_of(const RegistryEntry& entry, const CollectionPlan& plan) {
   return plan.keep_failures ? CollectionRule{}
                             : collection_rule(entry, control_mode_of(entry, plan));
 }
-
-}  // namespace
 
 JsonTable provenance(const RegistryEntry& entry, const CollectionPlan& plan) {
   JsonTable made_how = {{"version", version()},
@@ -116,7 +117,9 @@ DemonstrationFolder::DemonstrationFolder(const fs::path& root, const RegistryEnt
   check_metadata();
   for (int i = 0; i < files; ++i) kept_.push_back(read(i));
   if (!kept_.empty()) next_ = static_cast<std::uint64_t>(kept_.back().seed) + 1;
+  if (!complete() || fs::exists(path_ / kJournalFile)) open_journal();
   write_metadata();
+  decide();
 }
 
 DemonstrationFolder::DemonstrationFolder(DemonstrationSink sink, const RegistryEntry& entry,
@@ -271,13 +274,71 @@ DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
 
 // --- what is new ---
 
+void DemonstrationFolder::open_journal() {
+  JsonTable run = {{"env_id", entry_.id}, {"engram", provenance(entry_, plan_)}};
+  for (auto& [key, value] : addition_documents(entry_, plan_)) run.emplace_back(key, value);
+  const RunHeader header{
+      .kind = kCollectionKind, .shard = {}, .command = {}, .run = std::move(run), .tasks = {}};
+  journal_ = std::make_unique<Journal>(lock_->folder(), header.document());
+  finished_episodes_.emplace(lock_->folder(), *journal_, entry_.id);
+  for (auto& [episode, demonstration] : finished_episodes_->known()) {
+    const std::uint64_t seed = plan_.start_seed + static_cast<std::uint64_t>(episode);
+    if (seed >= next_) waiting_.emplace(seed, std::move(demonstration));
+  }
+  // A file that is needed and lost is played again.
+  std::erase_if(waiting_, [this](const auto& item) {
+    return is_to_keep(item.second) && !is_dropped(item.first) &&
+           !finished_episodes_->has_file(episode_of(item.first));
+  });
+}
+
+int DemonstrationFolder::episode_of(std::uint64_t seed) const {
+  return static_cast<int>(seed - plan_.start_seed);
+}
+
+bool DemonstrationFolder::is_to_keep(const Demonstration& demonstration) const {
+  return demonstration.success || plan_.keep_failures;
+}
+
+// True if an episode of the seed's attempt has failed, so that none of it is kept.
+bool DemonstrationFolder::is_dropped(std::uint64_t seed) const {
+  const std::uint64_t end = attempt_end(seed);
+  auto one = waiting_.lower_bound(std::max(next_, end - static_cast<std::uint64_t>(rule_.batch)));
+  for (; one != waiting_.end() && one->first < end; ++one) {
+    if (!is_to_keep(one->second)) return true;
+  }
+  return false;
+}
+
 void DemonstrationFolder::accept(std::uint64_t seed, Demonstration demonstration) {
-  if (finished() || seed < next_) return;
-  waiting_.insert_or_assign(seed, std::move(demonstration));
+  if (finished() || seed < next_ || knows(seed)) return;
+  // One that is decided at once becomes a data file at once.
+  const bool now = rule_.batch == 1 && seed == next_ && is_to_keep(demonstration) &&
+                   demonstration.length >= rule_.min_steps;
+  if (finished_episodes_ && !now) {
+    finished_episodes_->add(episode_of(seed), demonstration);
+    demonstration.file.clear();
+  }
+  waiting_.emplace(seed, std::move(demonstration));
+  decide();
+}
+
+void DemonstrationFolder::accept(const FinishedEpisodes& shard) {
+  for (const auto& [episode, demonstration] : shard.known()) {
+    const std::uint64_t seed = plan_.start_seed + static_cast<std::uint64_t>(episode);
+    if (finished() || seed < next_ || knows(seed)) continue;
+    finished_episodes_->add_from(shard, episode, demonstration);
+    waiting_.emplace(seed, demonstration);
+  }
+  decide();
+}
+
+void DemonstrationFolder::decide() {
   const int before = episodes();
   while (!finished() && decide_attempt()) {
   }
   if (episodes() != before) write_metadata();
+  if (finished_episodes_ && complete()) finished_episodes_->clear();
 }
 
 // Keeps or drops the attempt that comes next; returns false if its episodes are not all there yet.
@@ -305,6 +366,8 @@ bool DemonstrationFolder::decide_attempt() {
 void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstration) {
   if (sink_) {
     sink_(demonstration.file);
+  } else if (demonstration.file.empty()) {
+    finished_episodes_->move_file(episode_of(seed), file(episodes()).filename());
   } else {
     lock_->folder().write_file(file(episodes()).filename(), demonstration.file);
   }
@@ -315,7 +378,7 @@ void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstr
 
 int DemonstrationFolder::waiting() const {
   return static_cast<int>(std::count_if(waiting_.begin(), waiting_.end(), [this](const auto& item) {
-    return item.second.success || plan_.keep_failures;
+    return is_to_keep(item.second);
   }));
 }
 

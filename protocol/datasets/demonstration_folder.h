@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/datasets/finished_episodes.h"
 #include "protocol/datasets/recorder.h"
 #include "protocol/io/folder_lock.h"
 #include "protocol/io/json.h"
@@ -18,6 +19,9 @@ namespace engram {
 
 // Throws Error (kInvalidArgument) unless `count` seeds from the first one on can be stored.
 void require_storable_seeds(std::uint64_t first, std::uint64_t count);
+
+// Kind of a run, in journals.
+inline constexpr const char* kCollectionKind = "collect";
 
 struct CollectionPlan {
   int episodes = 250;
@@ -37,6 +41,9 @@ struct CollectionPlan {
   void set_environment(MakeOptions& options) const;
 };
 
+// The rule for the episodes of a task that the plan keeps.
+CollectionRule rule_of(const RegistryEntry& entry, const CollectionPlan& plan);
+
 // Provenance of the episodes in a folder. A run that continues a folder must agree.
 JsonTable provenance(const RegistryEntry& entry, const CollectionPlan& plan);
 // Throws Error (kInvalidArgument) unless the folder's provenance, as found, is that of the plan.
@@ -48,7 +55,8 @@ using DemonstrationSink = std::function<void(std::span<const std::byte> file)>;
 
 // Takes the result of each seed and writes the episodes to keep in the order of their seeds. So the
 // files do not depend on which thread played a seed, or when. Every file appears at once and
-// complete: after any interruption the folder can be opened again with the same plan.
+// complete: after any interruption the folder can be opened again with the same plan, and knows the
+// seeds that have been played.
 class DemonstrationFolder {
  public:
   // Makes or opens <root>/data_npz/<id>. Throws Error: kIo if it cannot be written, is in use by
@@ -74,9 +82,13 @@ class DemonstrationFolder {
   // The end of the seeds of an attempt, and of those that may be played at all.
   std::uint64_t attempt_end(std::uint64_t seed) const;
   std::uint64_t end_seed() const;
+  // True if the result of a seed from next_seed() on is there.
+  bool knows(std::uint64_t seed) const { return waiting_.contains(seed); }
   // Takes the result of a seed from next_seed() on, each once. Writes files when the results of all
   // seeds before are known. Ignored when finished. Throws Error (kIo) if a file cannot be written.
   void accept(std::uint64_t seed, Demonstration demonstration);
+  // Takes those of a shard: episode i has the plan's first seed + i.
+  void accept(const FinishedEpisodes& shard);
 
   // Successes that wait for the results of earlier seeds.
   int waiting() const;
@@ -103,6 +115,11 @@ class DemonstrationFolder {
   void check_metadata() const;
   int count_files() const;
   Kept read(int index) const;
+  void open_journal();
+  int episode_of(std::uint64_t seed) const;
+  bool is_to_keep(const Demonstration& demonstration) const;
+  bool is_dropped(std::uint64_t seed) const;
+  void decide();
   bool decide_attempt();
   void keep(std::uint64_t seed, const Demonstration& demonstration);
   void check_plan() const;
@@ -116,7 +133,10 @@ class DemonstrationFolder {
   DemonstrationSink sink_;
   std::vector<Kept> kept_;
   std::uint64_t next_ = 0;
-  std::map<std::uint64_t, Demonstration> waiting_;  // for seeds before them
+  // For seeds before them; without the contents of files that the journal has.
+  std::map<std::uint64_t, Demonstration> waiting_;
+  std::unique_ptr<Journal> journal_;
+  std::optional<FinishedEpisodes> finished_episodes_;  // of the journal
 };
 
 }  // namespace engram

@@ -14,7 +14,7 @@
 
 namespace engram {
 
-// Of journals.
+// Kind of a run, in journals.
 inline constexpr const char* kEvaluationKind = "eval";
 
 class EvaluationRun {

@@ -87,7 +87,7 @@ std::optional<JournalContent> read_journal(const OpenFolder& folder) {
 
 Journal::Journal(const OpenFolder& folder, const JsonTable& header) : folder_(folder) {
   std::optional<JournalContent> before = read_journal(folder);
-  if (before) {
+  if (before && !before->records.empty()) {
     const fs::path file = folder.path() / kJournalFile;
     // As it is read back.
     const Json now = parse_json(to_line(header)).value_or(Json());

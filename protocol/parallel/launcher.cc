@@ -17,7 +17,7 @@ namespace {
 // Open MPI's own, and those of Slurm and others with PMI.
 constexpr const char* kSizeVariables[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
 
-// Beginnings of the names of programs that start ranks: of Open MPI, MPICH and its kin, Slurm,
+// Beginnings of the names of programs that start ranks: of Open MPI, MPICH, Slurm,
 // Cray's ALPS and PALS, Flux.
 constexpr std::string_view kLaunchers[] = {"orte",    "prte",   "prun",      "mpirun",
                                            "mpiexec", "hydra_", "pmi_proxy", "slurmstepd",
@@ -50,11 +50,11 @@ std::optional<Process> process_of(pid_t id) {
 }
 
 std::vector<Ancestor> ancestors() {
-  constexpr std::size_t kMost = 16;
+  constexpr std::size_t kMax = 16;
   std::vector<Ancestor> found;
   pid_t group = ::getpgrp();
   pid_t next = ::getppid();
-  while (next > 0 && found.size() < kMost) {
+  while (next > 0 && found.size() < kMax) {
     const std::optional<Process> process = process_of(next);
     if (!process) break;
     found.push_back({process->name, process->group == group});

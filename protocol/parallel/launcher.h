@@ -12,7 +12,7 @@ struct Launch {
   std::string variable;  // the one that says so, with its value; empty: none
 };
 
-// Of this process's environment, which launchers also leave to programs that their own start.
+// Reads this process's environment, which launchers also leave to programs that their own start.
 Launch launch_of_environment();
 
 // A process between this one and the first of the system.
@@ -24,7 +24,7 @@ struct Ancestor {
 // True if a launcher, or a script of its, has started the process with these ancestors, nearest
 // first. Interactive shells and other programs that a launcher has started do not count.
 bool is_launched(std::span<const Ancestor> ancestors);
-// Of this process. parent: set to the name of the process that has started it.
+// For this process. parent: set to the name of the process that has started it.
 bool is_launched(std::string& parent);
 
 }  // namespace engram

@@ -11,6 +11,7 @@ namespace engram {
 namespace {
 
 constexpr const char* kOption = "--shard";
+constexpr const char* kOut = "--out";
 
 std::string quoted(const std::string& word) {
   constexpr std::string_view kPlain =
@@ -23,7 +24,7 @@ std::string quoted(const std::string& word) {
 }
 
 RunHeader read(const Json& document) {
-  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
   RunHeader header;
   header.kind = text(part(document, "kind"));
   if (const Json& shard = part(document, "shard"); !is_null(shard)) {
@@ -35,8 +36,8 @@ RunHeader read(const Json& document) {
     const JsonList& values = list(task);
     if (values.size() != 3) throw Error(Error::kIo, "tasks");
     header.tasks.push_back({text(values[0]),
-                            {static_cast<int>(whole_number(values[1], kMost)),
-                             static_cast<int>(whole_number(values[2], kMost))}});
+                            {static_cast<int>(whole_number(values[1], kMax)),
+                             static_cast<int>(whole_number(values[2], kMax))}});
   }
   return header;
 }
@@ -77,6 +78,19 @@ std::string RunHeader::command_of(const Shard& other) const {
     if (words[i].starts_with(with_value)) words[i] = with_value + to_text(other);
     if (words[i] == kOption && i + 1 < words.size()) words[i + 1] = to_text(other);
   }
+  return shell_line(words);
+}
+
+std::string RunHeader::command_of_whole(const std::string& out) const {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < command.size(); ++i) {
+    const bool named = command[i] == kOption || command[i] == kOut;
+    const bool with_value = command[i].starts_with(std::string(kOption) + "=") ||
+                            command[i].starts_with(std::string(kOut) + "=");
+    if (named) ++i;  // its value
+    if (!named && !with_value) words.push_back(command[i]);
+  }
+  words.insert(words.end(), {kOut, out});
   return shell_line(words);
 }
 

@@ -36,6 +36,8 @@ struct RunHeader {
   std::vector<TaskLoad> loads() const;
   // The command of another shard of the run, as a line for a shell.
   std::string command_of(const Shard& other) const;
+  // That of a run of all, into a folder.
+  std::string command_of_whole(const std::string& out) const;
 };
 
 // Words that a shell reads as they are.

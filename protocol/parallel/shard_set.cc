@@ -62,7 +62,7 @@ void ShardSet::add(const fs::path& folder) {
   }
   if (!parts_.empty()) {
     const Part& first = parts_.front();
-    // Of the shard, the number alone may differ.
+    // The number of the shard alone may differ.
     RunHeader other = part.header;
     RunHeader one = first.header;
     if (one.shard->count == other.shard->count) one.shard = other.shard;

@@ -29,7 +29,10 @@ std::map<std::string, std::string> files_in(const fs::path& out) {
   std::map<std::string, std::string> files;
   if (!fs::exists(root)) return files;
   for (const auto& item : fs::recursive_directory_iterator(root)) {
-    if (item.is_regular_file()) {
+    // Those that an interrupted run has left for its continuation.
+    const bool waiting = item.path().parent_path().filename() == "waiting" ||
+                         item.path().filename() == "episodes.journal";
+    if (item.is_regular_file() && !waiting) {
       files[fs::relative(item.path(), root).string()] = read_file(item.path());
     }
   }
@@ -198,6 +201,8 @@ void check_collection_after_kills(int most) {
   CHECK(rounds_with_files > 3);
   REQUIRE(engram_command(collection(ids + "--episodes 10", folder.path())).code == 0);
   CHECK(files_in(folder.path()) == expected);
+  CHECK(files_below(folder.path(), ".journal") == 0);
+  CHECK(files_below(folder.path(), ".npz") == 20);
 }
 
 TEST_CASE("collect: continues after a kill at any moment", "[apps]") {

@@ -19,6 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A path without the folder of a date.
+std::string inside_of_run(const std::string& path) {
+  const std::size_t split = path.find("short/");
+  return split == 0 ? path.substr(path.find('/', 6) + 1) : path;
+}
+
 // Files below a folder but those with times, and those of shards.
 std::map<std::string, std::string> results_below(const fs::path& folder) {
   std::map<std::string, std::string> files;
@@ -27,7 +33,7 @@ std::map<std::string, std::string> results_below(const fs::path& folder) {
     const std::string inside = fs::relative(entry.path(), folder).string();
     const bool timed = name == "timing.json" || name == "report.html" || name == "probe.html";
     if (!entry.is_regular_file() || timed || inside.find("shard-") != std::string::npos) continue;
-    files[name] = read_file(entry.path());
+    files[inside_of_run(inside)] = read_file(entry.path());
   }
   return files;
 }
@@ -96,6 +102,26 @@ TEST_CASE("merge: shards of probes", "[apps][shards]") {
   REQUIRE(merged.code == 0);
   CHECK(merged.out == read_file(one.path() / "probe.json"));
   CHECK(results_below(many.path()) == results_below(one.path()));
+}
+
+TEST_CASE("merge: shards of demonstrations", "[apps][shards]") {
+  const std::string collect =
+      "collect RememberColor3-VLA-v0 BlinkCountButtonPressEasy-VLA-v0 --episodes 10";
+  const TemporaryFolder one;
+  const TemporaryFolder many;
+  REQUIRE(engram_command(collect + " --out " + one.path().string()).code == 0);
+  std::mt19937 random(8);
+  run_shards(collect, 3, many.path(), 1, random);
+  const CommandResult merged = engram_command("merge " + many.path().string());
+  INFO(merged.err);
+  REQUIRE(merged.code == 0);
+  auto expected = results_below(one.path());
+  auto found = results_below(many.path());
+  expected.erase("collect_report.html");
+  found.erase("collect_report.html");
+  CHECK(expected.size() == 22);
+  CHECK(found == expected);
+  require_refusal(collect + " --format rl --shard 1/2 --out " + many.path().string(), 2, "npz");
 }
 
 TEST_CASE("merge: says what is missing, and the commands that play it", "[apps][shards]") {

@@ -45,7 +45,7 @@ ProbePlan plan_of(Probe probe, const ProbeTask& task, const Protocol& protocol,
   return {};
 }
 
-// Of a condition in journals.
+// Name of a condition in journals.
 std::string record_name(const ProbeCondition& condition) {
   return std::string(condition.entry->id) + " " + condition.name;
 }

@@ -44,7 +44,7 @@ struct TaskSections {
   std::vector<Section> sections;
 };
 
-// Of journals.
+// Kind of a run, in journals.
 inline constexpr const char* kProbeKind = "probe";
 
 class ProbeRun {
@@ -58,7 +58,7 @@ class ProbeRun {
   // with the same settings, policy and options; only rank 0's document, progress, store and output
   // folder count. The document does not depend on the number of ranks; a shard has none.
   Json play(Ranks& ranks, const ProbeProgress& progress, const EpisodeStore& store = {});
-  // Of its journal.
+  // Header of its journal.
   RunHeader header(const EpisodePart& part) const;
 
  private:

@@ -40,7 +40,7 @@ struct EpisodeRecord {
   std::uint8_t has_subtasks = 0;  // there are subtasks
   EpisodeResult result;
   std::int32_t chunk_size = 1;  // the longest so far
-  // Of the item since its last episode:
+  // Since the last episode of the item:
   std::uint64_t unstable = 0;
   double seconds = 0;
   Bytes sample;

@@ -26,6 +26,8 @@ std::map<std::string, std::string> files_in(const fs::path& root) {
   const fs::path folder = root / "data_npz" / kId;
   if (!fs::exists(folder)) return files;
   for (const auto& item : fs::directory_iterator(folder)) {
+    // What an interrupted run has left for its continuation.
+    if (!item.is_regular_file() || item.path().filename() == kJournalFile) continue;
     files[item.path().filename().string()] = read_file(item.path());
   }
   return files;

@@ -96,6 +96,67 @@ TEST_CASE("Demonstrations: planned families take every success", "[demonstration
   CHECK(folder.episodes() == 2);
 }
 
+TEST_CASE("Demonstrations: seeds that wait for others are known after an interruption",
+          "[demonstrations]") {
+  const TemporaryFolder root;
+  const CollectionPlan plan{.episodes = 15, .start_seed = 100};
+  const auto fails = [](std::uint64_t seed) { return seed == 113; };
+  {
+    DemonstrationFolder folder(root.path(), batched_task, plan);
+    for (std::uint64_t seed = 120; seed < 125; ++seed) folder.accept(seed, made_up(seed));
+    for (std::uint64_t seed = 110; seed < 120; ++seed) {
+      folder.accept(seed, made_up(seed, 12, !fails(seed)));
+    }
+    for (std::uint64_t seed = 100; seed < 110; ++seed) {
+      if (seed != 104) folder.accept(seed, made_up(seed));
+    }
+    CHECK(folder.episodes() == 0);
+  }
+  DemonstrationFolder folder(root.path(), batched_task, plan);
+  for (std::uint64_t seed = 100; seed < 130; ++seed) {
+    CHECK(folder.knows(seed) == (seed != 104 && seed < 125));
+  }
+  CHECK(folder.waiting() == 23);
+  folder.accept(104, made_up(104));
+  CHECK(folder.episodes() == 10);
+  CHECK(folder.next_seed() == 120);
+  for (std::uint64_t seed = 125; seed < 130; ++seed) folder.accept(seed, made_up(seed));
+  CHECK(folder.complete());
+  CHECK(seeds_in(folder).back() == 124);
+  // Nothing is left beside the data.
+  CHECK(content(folder.path()).size() == 16 + 1);  // metadata, and the note of the lock
+}
+
+TEST_CASE("Demonstrations: failures of one seed each are not played again", "[demonstrations]") {
+  const TemporaryFolder root;
+  const CollectionPlan plan{.episodes = 3, .max_attempts = 9};
+  {
+    DemonstrationFolder folder(root.path(), planned_task, plan);
+    for (std::uint64_t seed = 0; seed < 4; ++seed) folder.accept(seed, made_up(seed, 5, seed == 0));
+    folder.accept(5, made_up(5));
+  }
+  DemonstrationFolder folder(root.path(), planned_task, plan);
+  CHECK(folder.episodes() == 1);
+  CHECK(folder.next_seed() == 4);
+  CHECK(folder.knows(5));
+}
+
+TEST_CASE("Demonstrations: a file that waited and is lost is played again", "[demonstrations]") {
+  const TemporaryFolder root;
+  const CollectionPlan plan{.episodes = 3};
+  fs::path path;
+  {
+    DemonstrationFolder folder(root.path(), planned_task, plan);
+    path = folder.path();
+    folder.accept(1, made_up(1));
+    folder.accept(2, made_up(2));
+  }
+  fs::remove(path / "waiting" / "1.npz");
+  const DemonstrationFolder folder(root.path(), planned_task, plan);
+  CHECK_FALSE(folder.knows(1));
+  CHECK(folder.knows(2));
+}
+
 TEST_CASE("Demonstrations: an interrupted folder is continued", "[demonstrations]") {
   const CollectionPlan plan{.episodes = 17, .start_seed = 7};
   const TemporaryFolder whole;

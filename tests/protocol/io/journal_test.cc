@@ -102,6 +102,15 @@ TEST_CASE("Journal: that of another run, and other files, are refused and unchan
   CHECK_THROWS_WITH(Journal(written.opened, kHeader), Catch::Contains("damaged at its beginning"));
 }
 
+TEST_CASE("Journal: one without records gives way to that of another run", "[journal]") {
+  const test::TemporaryFolder folder;
+  const OpenFolder opened(folder.path());
+  { const Journal journal(opened, kHeader); }
+  const JsonTable other = {{"kind", "probe"}};
+  CHECK(Journal(opened, other).size() == 0);
+  CHECK(read_journal(opened)->header == Json(other));
+}
+
 TEST_CASE("Journal: the words of a command and checksums make no other run", "[journal]") {
   const Json one = JsonTable{{"command", "a"}, {"run", JsonTable{{"checksum", "1"}}}};
   const Json other = JsonTable{{"command", "b"}, {"run", JsonTable{{"checksum", "2"}}}};

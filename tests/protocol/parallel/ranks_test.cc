@@ -24,7 +24,7 @@ TEST_CASE("A launcher of one process is none", "[work]") {
   }
 }
 
-// Of a shell or a Python under a launcher, whose children have no ranks.
+// Left by a launcher to a shell or a Python, whose children have no ranks.
 TEST_CASE("Variables that a launcher has left to a program's child start no ranks", "[work]") {
   const std::pair<const char*, const char*> variables[] = {
       {"OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_SIZE=4"},

@@ -22,7 +22,9 @@ TEST_CASE("Run header: the command of another shard", "[shares]") {
   RunHeader header;
   header.command = {"engram", "eval", "it's", "--shard", "3/7", "--out", "a b"};
   CHECK(header.command_of({5, 7}) == "engram eval 'it'\\''s' --shard 5/7 --out 'a b'");
+  CHECK(header.command_of_whole("c") == "engram eval 'it'\\''s' --out c");
   header.command = {"engram", "eval", "--shard=3/7", ""};
+  CHECK(header.command_of_whole("c") == "engram eval '' --out c");
   CHECK(header.command_of({5, 7}) == "engram eval --shard=5/7 ''");
 }
 
