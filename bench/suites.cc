@@ -8,6 +8,7 @@
 
 #include "bench/budget_suite.h"
 #include "bench/interleave.h"
+#include "bench/mj_step_loop.h"
 #include "bench/plain_loop.h"
 #include "bench/process_usage.h"
 #include "bench/render_suite.h"
@@ -78,19 +79,50 @@ Comparison compare_with_one_lane(const SuiteOptions& options, const std::string&
       options, [&] { return wide.rate(kSteps); }, [&] { return single.rate(kSteps); });
 }
 
+// A rollout with MuJoCo's physics, and mj_step alone in the same control steps.
+Comparison compare_with_mj_step(const SuiteOptions& options, Rollout& rollout, int done,
+                                int total) {
+  constexpr int kSteps = 25;
+  MjStepLoop loop(*rollout.batch);
+  Rounds rounds;
+  for (int round = -1; round < options.rounds; ++round) {  // the first one warms up
+    double spent = 0;
+    double spent_by_loop = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      rollout.choose();
+      loop.note_states();
+      spent += rollout.step_seconds();
+      spent_by_loop += loop.step_seconds();
+    }
+    if (round < 0) continue;
+    const double env_steps = kSteps * rollout.batch->num_envs();
+    rounds.add(env_steps / spent, env_steps / spent_by_loop);
+    if (options.progress) options.progress((done + (round + 1.0) / options.rounds) / total);
+  }
+  return rounds.result();
+}
+
 std::vector<Measurement> run_physics(const SuiteOptions& options) {
   const std::vector<std::string> ids =
       ids_or(options, {"RememberColor3-VLA-v0", kMainId, "RememberShapeAndColor5x3-VLA-v0",
                        "ChainOfColors7-VLA-v0"});
   std::vector<Measurement> rows;
-  const int total = 3 * static_cast<int>(ids.size());
+  const bool mujoco = options.physics == Physics::kMujoco;
+  const int total = (mujoco ? 1 : 3) * static_cast<int>(ids.size());
   for (const std::string& id : ids) {
     const int done = static_cast<int>(rows.size());
-    MakeOptions batch_options = rollout_options(envs_or(options, 64), 1, options.physics);
+    MakeOptions batch_options =
+        rollout_options(envs_or(options, mujoco ? 256 : 64), 1, options.physics);
     // The plain loop has no curriculum: both get the same live actions.
     batch_options.freeze_cue = false;
     batch_options.lanes = options.lanes;
     Rollout rollout(id, batch_options, options.policy);
+    if (mujoco) {
+      rows.push_back(
+          make_measurement("physics." + id + ".vs_mj_step", "env steps/s", "mj_step of one mjData",
+                           compare_with_mj_step(options, rollout, done, total), options.rounds));
+      continue;
+    }
     const Comparison full =
         compare_with_plain(options, rollout, PlainLoop::SceneKind::kFull, done, total);
     rows.push_back(make_measurement("physics." + id + ".vs_plain", "env steps/s",

@@ -28,5 +28,18 @@ TEST_CASE("A suite measures with the names of its rows", "[bench]") {
   CHECK(rows[0].ratio > 0);
 }
 
+TEST_CASE("MuJoCo's physics is measured beside mj_step alone", "[bench][mujoco_physics]") {
+  SuiteOptions options;
+  options.ids = {"ShellGamePush-VLA-v0"};
+  options.rounds = 1;
+  options.num_envs = 2;
+  options.physics = Physics::kMujoco;
+  options.policy = Policy::kOracle;
+  const auto rows = run_suite("physics", options);
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].name == "physics.ShellGamePush-VLA-v0.vs_mj_step");
+  CHECK(rows[0].ratio > 0);
+}
+
 }  // namespace
 }  // namespace engram::bench
