@@ -2,6 +2,7 @@
 #include "core/sim/mujoco_physics.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <string>
@@ -10,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/batch/queries.h"
 #include "core/batch/snapshot.h"
+#include "core/scene/free_body.h"
 #include "tests/env_helpers.h"
 
 namespace engram::test {
@@ -132,6 +134,28 @@ TEST_CASE("MuJoCo's silent reset is a diverged environment, and nothing is writt
   batch->step(zeros(*batch));  // a new episode
   batch->step(zeros(*batch));
   CHECK(batch->outputs().unstable[1] == 0);
+}
+
+TEST_CASE("MuJoCo's step: a peg that spins in the air gains no energy", "[mujoco_physics]") {
+  const auto batch = make_running("RotateLenientPos-VLA-v0", mujoco(1));
+  const State& state = batch->state();
+  const double pos[3] = {0.1, 0.3, 0.5};
+  const double quat[4] = {1, 0, 0, 0};
+  state.place_prop(0, 0, pos, quat);
+  const std::array<double, 6> velocity = {0, 0, 3, 60, 20, -5};
+  std::copy(velocity.begin(), velocity.end(), state.prop_qvel_of(0, 0));
+  const mjModel& model = BatchAccess::data(*batch).mujoco->model();
+  const FreeBody peg(model, mj_name2id(&model, mjOBJ_BODY, "peg"));
+  const auto momentum = [&] {
+    const FreeBodyState now =
+        peg.load(state.prop_pos_of(0, 0), state.prop_quat_of(0, 0), state.prop_qvel_of(0, 0));
+    return peg.inv_inertia(now.quat).inverse() * now.angular;
+  };
+  const Vec3 before = momentum();
+  for (int i = 0; i < 10; ++i) batch->step(zeros(*batch));
+  REQUIRE(Queries(*batch).unstable_count() == 0);
+  CHECK(state.prop_pos_of(0, 0)[2] > 0.5);  // no contact
+  CHECK(momentum().norm() == Approx(before.norm()).epsilon(0.03));
 }
 
 TEST_CASE("A full buffer of MuJoCo is a diverged environment", "[mujoco_physics]") {
