@@ -48,8 +48,7 @@ class Mujoco:
         import mujoco.batch
         import mujoco.rollout
 
-        # An option of MuJoCo 2, whose effect geoms that collide in pairs alone have as well.
-        text = pathlib.Path(scene).read_text().replace(' collision="predefined"', "")
+        text = pathlib.Path(scene).read_text()
         self.mujoco = mujoco
         self.num_envs = num_envs
         self.targets = targets  # (T, 9)
