@@ -35,18 +35,21 @@ int count_warnings(const mjData& data) {
 
 // MuJoCo takes the gyroscopic torque of a substep's start. A slender prop in flight that spins at
 // 80 rad/s gains energy by it without end. The torque given here is the difference to engram's own
-// law, which keeps the size of the angular momentum, and damps and limits the spin.
+// law (FreeBody::accelerate), which keeps the size of the angular momentum, and limits the spin.
 void correct_spin(const mjModel& model, int prop, mjData& data) {
+  const double h = model.opt.timestep;
   const FreeBody body(model, prop);
   const int joint = model.body_jntadr[prop];
   const mjtNum* const pos = data.qpos + model.jnt_qposadr[joint];
   FreeBodyState state = body.load(pos, pos + 3, data.qvel + model.jnt_dofadr[joint]);
-  const Mat3 inertia = body.inv_inertia(state.quat).inverse();
-  const Vec3 spin = state.angular;
-  body.accelerate(state, 0, model.opt.timestep);
+  const Mat3 inv_inertia = body.inv_inertia(state.quat);
+  const Mat3 inertia = inv_inertia.inverse();
+  const Vec3 momentum = inertia * state.angular;
+  const Vec3 turned = momentum - h * state.angular.cross(momentum);  // MuJoCo's
+  const double size = turned.norm();
+  if (size > 0) state.angular = inv_inertia * turned * (momentum.norm() / size);
   limit_spin(state);
-  Eigen::Map<Vec3>{data.xfrc_applied + 6 * prop + 3} =
-      inertia * (state.angular - spin) / model.opt.timestep + spin.cross(inertia * spin);
+  Eigen::Map<Vec3>{data.xfrc_applied + 6 * prop + 3} = (inertia * state.angular - turned) / h;
 }
 
 }  // namespace
