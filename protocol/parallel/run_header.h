@@ -36,7 +36,7 @@ struct RunHeader {
   std::vector<TaskLoad> loads() const;
   // The command of another shard of the run, as a line for a shell.
   std::string command_of(const Shard& other) const;
-  // That of a run of all, into a folder.
+  // The command of a run of all tasks, into a folder.
   std::string command_of_whole(const std::string& out) const;
 };
 

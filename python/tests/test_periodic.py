@@ -49,7 +49,7 @@ def evaluation(**options) -> PeriodicEvaluation:
     return PeriodicEvaluation(TASK, **{**given, **options})
 
 
-def test_it_is_due_every_so_many_steps():
+def test_it_is_due_after_each_number_of_steps():
     periodic = evaluation(episodes=2)
     policy = Good({0})
     given = [periodic(step, policy) for step in (0, 50, 99, 130, 200, 230)]

@@ -101,7 +101,7 @@ void ignore_signal(int /*number*/) {}
 
 [[noreturn]] void guard(char* const* arguments, int input, int output, int lifeline,
                         const sigset_t& unblocked) {
-  ::setpgid(0, 0);  // Ctrl-C in the terminal is for engram alone
+  ::setpgid(0, 0);              // Ctrl-C in the terminal is for engram alone
   ::prctl(PR_SET_DUMPABLE, 0);  // its memory is a copy of engram's
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   // The guard ends with the others only.

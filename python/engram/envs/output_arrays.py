@@ -52,14 +52,13 @@ class OutputArrays:
             exported: Makes a function that returns a view, or a copy of it.
         """
         own = [key for key in layout.keys if key in self]
-        if own and isinstance(whole, dict):
-            names = {key: layout.parts.get(key, key) for key in whole}
+        if own and layout.parts:
             parts = {
-                key: self.getter(names[key]) if names[key] in own else exported(view)
-                for key, view in whole.items()
+                key: self.getter(name) if name in own else exported(whole[key])
+                for key, name in layout.parts.items()
             }
             return lambda: {key: part() for key, part in parts.items()}
-        return self.getter(own[0]) if own else exported(whole)
+        return exported(whole) if isinstance(whole, dict) or not own else self.getter(own[0])
 
 
 def _turns_of(batch: _core.Batch, out: Any) -> list[dict[str, Any]]:

@@ -22,7 +22,7 @@ _Z = 1.959963984540054  # of 95 %
 
 
 class PeriodicEvaluation:
-    """Evaluates a policy every so many steps of its training.
+    """Evaluates a policy after each number of steps of its training.
 
     ::
 

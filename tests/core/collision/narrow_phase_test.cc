@@ -42,8 +42,9 @@ class Finder {
       const ContactPoints found =
           narrow_phase_.find(static_cast<int>(i), a, b, kContactReach, memory_[i]);
       const double apart = narrow_phase_.separation(static_cast<int>(i), a, b) - 1e-12;
-      counts.nearer += static_cast<int>(std::count_if(
-          found.begin(), found.end(), [&](const ContactPoint& point) { return point.gap < apart; }));
+      counts.nearer += static_cast<int>(
+          std::count_if(found.begin(), found.end(),
+                        [&](const ContactPoint& point) { return point.gap < apart; }));
       const std::vector<RecordedPoint> theirs = recorded(pair, at);
       const bool pushes = std::any_of(theirs.begin(), theirs.end(),
                                       [](const RecordedPoint& point) { return point.impulse > 0; });

@@ -68,7 +68,8 @@ TEST_CASE("Words and names of draws are read", "[own_tasks]") {
 }
 
 TEST_CASE("A list of answers is read", "[own_tasks]") {
-  const std::string question = R"("methods": ["blind"], "choices": {"question": "Which?", "items": )";
+  const std::string question =
+      R"("methods": ["blind"], "choices": {"question": "Which?", "items": )";
   const tasks::CustomDescription about = described(question + R"(["a", "b", "c"], "count": 2})");
   CHECK(about.choices.question == "Which?");
   CHECK(about.choices.items.size() == 3);

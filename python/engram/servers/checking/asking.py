@@ -62,7 +62,7 @@ class Asker(ServerPolicy):
         return self._chunk
 
     def states(self, recording: Recording) -> Array:
-        """Those of an episode in the layout of the keys, (T, W)."""
+        """States of an episode in the layout of the keys, (T, W)."""
         name = recording.env_id, recording.seed
         if name not in self._states:
             self._states[name] = states_of(self.keys.layout, recording.proprio)

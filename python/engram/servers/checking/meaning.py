@@ -113,7 +113,7 @@ def numbers_of(names: Sequence[str], actions: Array, oracle: Array) -> list[Numb
 
 
 def _correlations(actions: Array, oracle: Array) -> Array:
-    """Of each number with each of the oracle's; NaN where one does not move."""
+    """Correlation of each number with each of the oracle's; NaN where one does not move."""
     count = actions.shape[1]
     result = np.full((count, count), np.nan)
     for i in range(count):
