@@ -35,9 +35,8 @@ std::optional<JournalContent> read_journal(const OpenFolder& folder);
 class Journal {
  public:
   // Goes on with the folder's journal, without its damaged end, or begins one, also in place of one
-  // without records. The folder outlives
-  // this object and is locked. header: what the run is. Throws Error: kInvalidArgument if the
-  // journal is of another run, with the key that differs; kIo.
+  // without records. The folder outlives this object and is locked. header: what the run is. Throws
+  // Error: kInvalidArgument if the journal is of another run, with the key that differs; kIo.
   Journal(const OpenFolder& folder, const JsonTable& header);
   ~Journal();
   Journal(const Journal&) = delete;
