@@ -86,7 +86,7 @@ MujocoReference::MujocoReference(const mjModel& model, const MujocoReferenceOpti
   mjv_defaultScene(&parts.scene);
   mjv_defaultOption(&parts.shown);
   mjr_defaultContext(&parts.drawing);
-  mjv_makeScene(&own, &parts.scene, own.ngeom + 100);
+  mjv_makeScene(&own, &parts.scene, static_cast<int>(own.ngeom) + 100);
   parts.scene.flags[mjRND_SHADOW] = options.shadow_size > 0 ? 1 : 0;
   if (options.plain) parts.scene.flags[mjRND_REFLECTION] = 0;
   mjr_makeContext(&own, &parts.drawing, mjFONTSCALE_100);

@@ -214,7 +214,7 @@ void pose_rows(std::span<const int> bodies_of, std::span<const float> local, con
 
 ModelScene scene_from_model(const mjModel& model, bool for_people) {
   ModelScene result;
-  std::vector<int> mesh_index(at(model.nmesh), -1);
+  std::vector<int> mesh_index(at(static_cast<int>(model.nmesh)), -1);
   for (int i = 0; i < model.ngeom; ++i) {
     if (is_shown(model, i, for_people)) add_geom(model, i, mesh_index, result);
   }

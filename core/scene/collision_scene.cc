@@ -90,7 +90,7 @@ std::vector<Vec3> mesh_vertices(const mjModel& model, int mesh) {
 
 CollisionScene::CollisionScene(const mjModel& model, const std::vector<std::string>& props)
     : body_of_prop_(props.size(), -1) {
-  std::vector<int> shape_of_geom(at(model.ngeom), -1);
+  std::vector<int> shape_of_geom(at(static_cast<int>(model.ngeom)), -1);
   for (int body = 0; body < model.nbody; ++body) {
     const int first = static_cast<int>(shapes_.size());
     CollisionBody to;

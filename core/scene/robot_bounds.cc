@@ -182,13 +182,14 @@ RobotBounds::Pair RobotBounds::pair_of(int capsule, int other) const {
 // A joint's lever arm is the largest distance of a point of its body, or of what the body carries,
 // from the body's origin.
 void RobotBounds::find_lever_arms(const mjModel& robot) {
-  std::vector<double> extent(at(robot.nbody), 0.0);
+  const int num_bodies = static_cast<int>(robot.nbody);
+  std::vector<double> extent(at(num_bodies), 0.0);
   for (const Capsule& capsule : capsules_) {
     const int link = capsule.link < 0 ? 0 : robot.jnt_bodyid[capsule.link];
     double& reach = extent[at(link)];
     reach = std::max(reach, std::max(capsule.a.norm(), capsule.b.norm()) + capsule.radius);
   }
-  for (int body = robot.nbody - 1; body > 0; --body) {  // children come after their parents
+  for (int body = num_bodies - 1; body > 0; --body) {  // children come after their parents
     double offset = Eigen::Map<const Vec3>(robot.body_pos + 3 * body).norm();
     for (int k = 0; k < robot.body_jntnum[body]; ++k) {
       const int joint = robot.body_jntadr[body] + k;

@@ -21,7 +21,7 @@ ModelPtr compile_scene(const SceneSpec& scene) {
   return model;
 }
 
-bool all_below_limit(const mjtNum* values, int count) {
+bool all_below_limit(const mjtNum* values, std::int64_t count) {
   return std::all_of(values, values + count, [](mjtNum x) { return std::abs(x) < mjMAXVAL; });
 }
 
@@ -58,8 +58,8 @@ MujocoPhysics::MujocoPhysics(const SceneSpec& scene, const PhysicsModel& model, 
                              int workers, int num_envs, ColumnStore& memory)
     : substeps_(substeps), drive_(model.robot_params().drive), mujoco_(compile_scene(scene)) {
   const mjModel& compiled = *mujoco_;
-  prop_of_body_.assign(at(compiled.nbody), -1);
-  finger_of_body_.assign(at(compiled.nbody), -1);
+  prop_of_body_.assign(at(static_cast<int>(compiled.nbody)), -1);
+  finger_of_body_.assign(at(static_cast<int>(compiled.nbody)), -1);
   finger_of_body_[at(mj_name2id(&compiled, mjOBJ_BODY, "leftfinger"))] = 0;
   finger_of_body_[at(mj_name2id(&compiled, mjOBJ_BODY, "rightfinger"))] = 1;
   for (const std::string& name : scene.props) {
@@ -82,7 +82,8 @@ MujocoPhysics::MujocoPhysics(const SceneSpec& scene, const PhysicsModel& model, 
     data_.push_back(make_data_lazy_contacts(compiled));
     release_stack(*data_.back());
   }
-  warm_start_ = memory.add<double>("qacc_warmstart", compiled.nv, "rad/s^2, m/s^2");
+  warm_start_ =
+      memory.add<double>("qacc_warmstart", static_cast<int>(compiled.nv), "rad/s^2, m/s^2");
 }
 
 void MujocoPhysics::step(const State& state, int first, int worker,
