@@ -46,9 +46,9 @@ nitpick_ignore_regex = [
         "py:.*",
         r"(np|numpy|builtins|gymnasium|collections\.abc|os|pathlib|pufferlib|stable_baselines3)\..*",
     ),
-    ("py:class", r"AutoresetMode|.*\.ObsT|engram\.envs\.sub_env\.Batch"),
-    ("c:identifier", r"u?int\d+_t|size_t"),
-    ("cpp:identifier", "engram|engram_env"),
+    ("py:class", r"AutoresetMode|.*\.ObsT|engram\.(envs\.sub_env\.Batch|wrappers\.base\.Step)"),
+    ("c:identifier", r"u?int\d+_t|size_t|mj(Model|Data)_"),
+    ("cpp:identifier", "engram|engram_env|mj(Model|Data)_"),
 ]
 
 # Notebooks keep their stored outputs, which python/tests/test_notebooks.py checks.

@@ -129,7 +129,7 @@ class Wrapper(VectorBase[Any]):
 
     @property
     def fields(self) -> list[dict[str, Any]]:
-        """Parts of an observation row: name, offset, width and unit."""
+        """Name, offset, width and unit of each part of an observation row."""
         return fields_of(self.env)
 
     def restore(self, data: bytes, index: int | None = None) -> Any:

@@ -50,7 +50,7 @@ def check(
         **options: Those of ``ServerPolicy``.
 
     Returns:
-        A dict that JSON can hold: ``server``, ``questions`` (how many were asked), ``chunk``
+        A dict, which JSON can hold, with ``server``, ``questions`` (how many were asked), ``chunk``
         (actions of an answer), ``numbers`` (a dict for each number of an action: name, low, high,
         like, correlation, scale), ``agreement`` with the oracle (None: it does not move),
         ``motions`` (what each number does here), ``influence`` of each input on an answer,
