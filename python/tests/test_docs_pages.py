@@ -23,6 +23,7 @@ NOT_RUN = {
     "mpirun": "needs MPI",
     "openssl rand": "needs a policy, and a host that keeps a secret",
     "#!/bin/sh\n#SBATCH": "needs a cluster",
+    "seq 7 | parallel": "needs GNU parallel, and machines",
     "lerobot-eval": "needs a policy",
     "engram collect TakeItBack-VLA-v0 --episodes 300": "takes long",
     "engram collect RememberColor3-VLA-v0 --episodes 300": "takes long",
