@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from conftest import TASK
+from transitions import end_of_episode
 
 import engram
 
@@ -44,15 +45,7 @@ def test_a_single_environment_and_gymnasium_have_them():
 def test_the_last_observation_of_an_episode_has_both(make):
     env = make(obs_mode="rgb+objects", num_envs=1, autoreset_mode="SAME_STEP")
     twin = make(obs_mode="rgb+objects", num_envs=1, autoreset_mode="DISABLED")
-    for one in (env, twin):
-        one.reset(seed=0)
-    ended = False
-    while not ended:
-        actions = env.act("oracle")
-        _, _, terminated, truncated, info = env.step(actions)
-        last = twin.step(actions)[0]
-        ended = (terminated | truncated).any()
-    final = info["final_obs"][0] if "final_obs" in info else info["final_observation"][0]
+    final, last, _ = end_of_episode(env, twin)
     for name in ("rgb", "objects"):
         np.testing.assert_array_equal(final[name], last[name][0])
 

@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from conftest import TASK
+from transitions import end_of_episode
 
 import engram
 from engram.envs.spaces import ImageBox
@@ -81,15 +82,7 @@ def test_depth_becomes_points_of_the_table(make):
 def test_last_pictures_of_an_episode(make):
     env = make(obs_mode="rgb+depth+segmentation", num_envs=1, autoreset_mode="SAME_STEP")
     twin = make(obs_mode="rgb+depth+segmentation", num_envs=1, autoreset_mode="DISABLED")
-    env.reset(seed=0)
-    twin.reset(seed=0)
-    ended = False
-    while not ended:
-        actions = env.act("oracle")
-        obs, _, terminated, truncated, info = env.step(actions)
-        last = twin.step(actions)[0]
-        ended = (terminated | truncated).any()
-    final = info["final_obs"][0] if "final_obs" in info else info["final_observation"][0]
+    final, last, obs = end_of_episode(env, twin)
     for name in ("depth", "segmentation"):
         np.testing.assert_array_equal(final[name], last[name][0])
         assert not np.array_equal(final[name], obs[name][0])

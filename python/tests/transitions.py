@@ -59,3 +59,25 @@ def assert_transitions(
         if resets_when_all_end and over.all():
             expected, _ = batch.reset()
     batch.close()
+
+
+def end_of_episode(env: Any, twin: Any) -> tuple[Any, Any, Any]:
+    """Plays the oracle in two batches of one environment until its episode ends.
+
+    Args:
+        env: Resets in the step in which the episode ends.
+        twin: The same episode, without resets.
+
+    Returns:
+        The final observation of the first one, the last observation of the second one, and the
+        first one's next observation.
+    """
+    env.reset(seed=0)
+    twin.reset(seed=0)
+    while True:
+        actions = env.act("oracle")
+        obs, _, terminated, truncated, info = env.step(actions)
+        last = twin.step(actions)[0]
+        if (terminated | truncated).any():
+            name = "final_obs" if "final_obs" in info else "final_observation"
+            return info[name][0], last, obs

@@ -10,7 +10,19 @@ docs/policy_servers.md has protocols and options.
 
 from __future__ import annotations
 
-from engram.servers.checking.run import check
+from typing import TYPE_CHECKING, Any
+
 from engram.servers.policy import ServerError, ServerPolicy
 
+if TYPE_CHECKING:
+    from engram.servers.checking.run import check
+
 __all__ = ["ServerError", "ServerPolicy", "check"]
+
+
+def __getattr__(name: str) -> Any:
+    if name != "check":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from engram.servers.checking.run import check  # which runs of policies do not need
+
+    return check

@@ -63,12 +63,12 @@ def test_nothing_is_told_before_it_was_shown(tmp_path, question):
             assert asked
             assert asked[0] == episode.labels.memory_step[0]
             for step in asked:
-                told = json.loads(rows[step][1]["content"])
-                assert told["value"] == memories[step]
-                assert told["since_frame"] <= step
-                since = memories[told["since_frame"] : step + 1]
-                assert set(since) == {told["value"]}
+                document = json.loads(rows[step][1]["content"])
+                assert document["value"] == memories[step]
+                assert document["since_frame"] <= step
+                since = memories[document["since_frame"] : step + 1]
+                assert set(since) == {document["value"]}
                 if rows[step][0]["content"] == question:  # nothing more is shown
-                    assert set(memories[step:]) == {told["value"]}
+                    assert set(memories[step:]) == {document["value"]}
             new = [s for s in np.unique(episode.labels.memory_step) if memories[s]]
             assert set(new) <= set(asked)

@@ -197,8 +197,8 @@ def test_small_motions_say_what_each_number_does():
 def test_the_command(capsys):
     def run(*words: str) -> tuple[int, str]:
         code = check_server(list(words))
-        told = capsys.readouterr()
-        return code, told.out + told.err
+        printed = capsys.readouterr()
+        return code, printed.out + printed.err
 
     with engram_serve("--policy", "oracle", "--chunk", "4") as url:
         good = run_engram("servers", "check", url, "--tell-episodes")

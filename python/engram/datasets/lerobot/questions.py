@@ -48,9 +48,9 @@ def rows(labels: Labels, question: str | None) -> list[list[dict[str, Any]]]:
 
 
 def _pair(question: str, answer: str, since: int) -> list[dict[str, Any]]:
-    told = {"label": "past", "attribute": "shown", "value": answer, "since_frame": since}
+    document = {"label": "past", "attribute": "shown", "value": answer, "since_frame": since}
     usual = {"style": "vqa", "camera": layout.TOP, "tool_calls": None}
     return [
         {"role": "user", "content": question, **usual},
-        {"role": "assistant", "content": json.dumps(told), **usual},
+        {"role": "assistant", "content": json.dumps(document), **usual},
     ]

@@ -67,7 +67,7 @@ def reset_finding(asker: Asker, recording: Recording, noise: float) -> Finding |
         True,
         f"the answer to an episode's first question is {distance:.3g} away from the usual one "
         "after another episode",
-        "the server is not told of a new episode, or does not forget the one before",
+        "the server does not learn of a new episode, or does not forget the one before",
         "--server-reset reconnect or message",
     )
 

@@ -56,9 +56,9 @@ def test_lerobot_finds_what_is_said_at_each_time(dataset):
                     for role in ("user", "assistant")
                 )
                 assert question["content"] == "Which object is to be touched?"
-                told = json.loads(answer["content"])
-                assert told["value"] == said(MEMORIES, number)[step]
-                assert told["since_frame"] == 1
+                document = json.loads(answer["content"])
+                assert document["value"] == said(MEMORIES, number)[step]
+                assert document["since_frame"] == 1
             box = item["privileged.object_box"].numpy().reshape(2, 4)
             np.testing.assert_array_equal(box, labels_of(number)["object_box"][step])
             assert bool(item["privileged.is_keyframe"]) == labels_of(number)["is_keyframe"][step]
