@@ -50,18 +50,6 @@ void add_row(const std::string& name, const Json& row, Table& table) {
              probability(row, "p_value_holm")});
 }
 
-// Numbers of episodes with equal digests.
-std::string digest_text(const Json& total) {
-  const Json& same = part(total, "same_digests");
-  if (is_null(same)) return "digests: not in both results\n";
-  const std::string pairs = count(total, "pairs");
-  return fmt::format(
-      "alike of {} episodes: first observations {}, first answers {}, all observations {}, all "
-      "answers {}\n",
-      pairs, count(same, "first_observations"), count(same, "first_answers"),
-      count(same, "observations"), count(same, "answers"));
-}
-
 std::string resolution_text(const Json& total) {
   const auto share = [&total](const char* key) {
     const Json& value = part(total, key);
@@ -107,10 +95,21 @@ std::string to_plain_text(const Json& comparison) {
   add_row("total", total, rows);
   return source_text("A", part(comparison, "a")) + source_text("B", part(comparison, "b")) +
          rows.text() + "p: " + text(part(total, "test")) + ", two-sided\n" +
-         resolution_text(total) + digest_text(total);
+         resolution_text(total) + alike_text(total);
 }
 
 }  // namespace
+
+std::string alike_text(const Json& total) {
+  const Json& same = part(total, "same_digests");
+  if (is_null(same)) return "digests: not in both results\n";
+  const std::string pairs = count(total, "pairs");
+  return fmt::format(
+      "alike of {} episodes: first observations {}, first answers {}, all observations {}, all "
+      "answers {}\n",
+      pairs, count(same, "first_observations"), count(same, "first_answers"),
+      count(same, "observations"), count(same, "answers"));
+}
 
 void add_compare_command(const Command& program) {
   const auto options = std::make_shared<CompareOptions>();

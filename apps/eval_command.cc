@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "apps/eval_options.h"
+#include "apps/eval_sweep.h"
 #include "apps/interruption.h"
 #include "apps/live_view.h"
 #include "apps/mpi_run.h"
@@ -142,8 +143,8 @@ void conceal_memory(const Ranks& ranks) {
   }
 }
 
-void run_coordinator(Ranks& ranks, const EvalOptions& options) {
-  if (!options.seed_file.empty()) conceal_memory(ranks);  // before there is anything to conceal
+// Plays what is missing of a run.
+EvaluationRun run_coordinator(Ranks& ranks, const EvalOptions& options) {
   EvaluationRun run = begin(options);
   broadcast(ranks, run.settings().document());
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
@@ -167,10 +168,7 @@ void run_coordinator(Ranks& ranks, const EvalOptions& options) {
     print_error(
         fmt::format("physics diverged in {} steps; their episodes were cut short", run.unstable()));
   }
-  if (run.shard()) {
-    return print_shard(*run.shard(), run.folder()->path(), run.journaled(), options.json);
-  }
-  print_results(run, options.json);
+  return run;
 }
 
 void run_worker(Ranks& ranks, const EvalOptions& options) {
@@ -178,6 +176,28 @@ void run_worker(Ranks& ranks, const EvalOptions& options) {
       EvaluationSettings::of(broadcast(ranks, Json()), "settings of rank 0");
   const Interruption interruption;  // rank 0 says what is saved, and ends all
   evaluate(ranks, {}, protocol_of(options, settings), {});
+}
+
+void run_eval(Ranks& ranks, const EvalOptions& options) {
+  // Before there is anything to conceal.
+  if (ranks.is_root() && !options.seed_file.empty()) conceal_memory(ranks);
+  const std::vector<SweepPoint> points = sweep_of(options);
+  JsonList documents;
+  for (const SweepPoint& point : points) {
+    if (!ranks.is_root()) {
+      run_worker(ranks, point.options);
+      continue;
+    }
+    const EvaluationRun run = run_coordinator(ranks, point.options);
+    if (run.shard()) {
+      print_shard(*run.shard(), run.folder()->path(), run.journaled(), options.json);
+    } else if (points.size() == 1) {
+      print_results(run, options.json);
+    } else {
+      documents.push_back(point_document(point, run.document()));
+    }
+  }
+  if (!documents.empty()) print(options.json ? to_text(documents) : sweep_text(documents));
 }
 
 }  // namespace
@@ -197,9 +217,7 @@ void add_eval_command(const Command& program) {
       program.add_command("eval", "Success rates by the benchmark's evaluation protocol");
   add_eval_options(command, *options);
   command.on_run([options] {
-    with_mpi(options->control.mpi, [&](Ranks& ranks) {
-      ranks.is_root() ? run_coordinator(ranks, *options) : run_worker(ranks, *options);
-    });
+    with_mpi(options->control.mpi, [&](Ranks& ranks) { run_eval(ranks, *options); });
   });
 }
 

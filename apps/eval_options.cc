@@ -134,15 +134,19 @@ EvaluationSettings resumed_settings(const EvalOptions& options,
                 fmt::format("--resume: '{}' has results of {} {}; {} given now", folder.string(),
                             key, to_line(used), to_line(given)));
   }
-  // Commands of a folder are never run: its author may be another user.
-  if (!is_null(before->policy_config) && !options.policy.given()) {
-    throw Error(Error::kInvalidArgument,
-                fmt::format("--resume: '{}' has results of policy_config {}, and a command is not "
-                            "run because a file names it; the same {} needed, or --policy-server",
-                            folder.string(), to_line(before->policy_config),
-                            before->choices ? "--policy-choices" : "--policy-command"));
-  }
+  require_policy_of("--resume: '" + folder.string() + "'", *before, options.policy);
   return *before;
+}
+
+// Commands of a folder are never run: its author may be another user.
+void require_policy_of(const std::string& run, const EvaluationSettings& settings,
+                       const PolicyCommand& policy) {
+  if (is_null(settings.policy_config) || policy.given()) return;
+  throw Error(Error::kInvalidArgument,
+              fmt::format("{} has results of policy_config {}, and a command is not run because a "
+                          "file names it; the same {} needed, or --policy-server",
+                          run, to_line(settings.policy_config),
+                          settings.choices ? "--policy-choices" : "--policy-command"));
 }
 
 Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings) {
@@ -177,9 +181,10 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
   return protocol;
 }
 
-void add_policy_options(const Command& command, EvalOptions& options) {
-  const Option policy = add_policy(command, options.protocol.policy, kPolicies);
+Option add_policy_options(const Command& command, EvalOptions& options) {
+  Option policy = add_policy(command, options.protocol.policy, kPolicies);
   add_policy_command(command, policy, options.policy);
+  return policy;
 }
 
 void note_given_settings(const Command& command, EvalOptions& options) {
@@ -259,7 +264,8 @@ void add_eval_options(const Command& command, EvalOptions& options) {
   command.footer(
       "One episode per seed, until it is terminated or as long as its horizon; success_once is the "
       "share of episodes with success in any step. Results do not depend on --num-envs, --threads "
-      "or the number of processes under mpirun. docs/evaluation.md describes external "
+      "or the number of processes under mpirun. --replan 1,4 and --history last,8,2 play each "
+      "pair. docs/evaluation.md describes external "
       "policies, which are one process per thread.");
 }
 

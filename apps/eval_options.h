@@ -36,8 +36,8 @@ struct EvalOptions {
 void add_task_choice(const Command& command, EvalOptions& options);
 // --obs, and what else the environments of a policy are made with.
 void add_environment(const Command& command, MakeOptions& environment);
-// The policy, and all that goes with it.
-void add_policy_options(const Command& command, EvalOptions& options);
+// The policy, and all that goes with it. Returns the option of engram's own ones.
+Option add_policy_options(const Command& command, EvalOptions& options);
 // Sets `given` when the command line is read; after all options are added.
 void note_given_settings(const Command& command, EvalOptions& options);
 
@@ -51,6 +51,10 @@ EvaluationSettings settings_of(const EvalOptions& options);
 EvaluationSettings resumed_settings(const EvalOptions& options,
                                     std::optional<EvaluationSettings> before,
                                     const std::filesystem::path& folder);
+
+// Throws Error if a run had an external policy, and no policy is given. run: for the message.
+void require_policy_of(const std::string& run, const EvaluationSettings& settings,
+                       const PolicyCommand& policy);
 
 // The protocol with those settings.
 Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings);

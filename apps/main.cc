@@ -21,6 +21,7 @@
 #include "apps/probe_command.h"
 #include "apps/record_command.h"
 #include "apps/report_command.h"
+#include "apps/reproduce_command.h"
 #include "apps/rollout_command.h"
 #include "apps/serve_command.h"
 #include "apps/soak_command.h"
@@ -82,6 +83,7 @@ int run(int argc, char** argv) {
   add_probe_command(program);
   add_merge_command(program);
   add_compare_command(program);
+  add_reproduce_command(program);
   add_report_command(program);
   add_collect_command(program, task_options);
   add_record_command(program);

@@ -10,6 +10,7 @@
 
 #include "apps/collect_command.h"
 #include "apps/eval_command.h"
+#include "apps/options.h"
 #include "apps/output.h"
 #include "apps/probe_command.h"
 #include "apps/run_control.h"

@@ -1,6 +1,8 @@
 #include "apps/policy_server.h"
 
+#include <algorithm>
 #include <array>
+#include <string_view>
 
 #include "apps/python_module.h"
 #include "core/base/error.h"
@@ -36,6 +38,12 @@ constexpr std::array<ServerOption, 2> kChunkOptions = {{
      "Frames that the policy gets: the last (default), all since the last question, or N at a "
      "stride"},
 }};
+
+// "keys" of --server-keys, "replan" of --replan.
+std::string key_of_option(const std::string& name) {
+  constexpr std::string_view kPrefix = "--server-";
+  return name.substr(name.starts_with(kPrefix) ? kPrefix.size() : 2);
+}
 
 Option add_one(const Command& command, const ServerOption& option, const TakeOption& take) {
   const std::string name = option.name;
@@ -78,10 +86,22 @@ Json server_config(const PolicyServer& server, const std::string& command) {
   JsonTable config{server.given() ? std::pair<std::string, Json>("server", server.url)
                                   : std::pair<std::string, Json>("command", command)};
   for (const auto& [name, value] : server.options) {
-    const bool prefixed = name.starts_with("--server-");
-    config.emplace_back(name.substr(prefixed ? 9 : 2), value);
+    config.emplace_back(key_of_option(name), value);
   }
   return config;
+}
+
+void complete_options(const Json& config, PolicyServer& server) {
+  const auto add = [&](const ServerOption& option) {
+    const std::string name = option.name;
+    const Json* value = find(config, key_of_option(name));
+    const auto is_it = [&name](const auto& given) { return given.first == name; };
+    if (value != nullptr && std::ranges::none_of(server.options, is_it)) {
+      server.options.emplace_back(name, text(*value));
+    }
+  };
+  std::ranges::for_each(kServerOptions, add);
+  std::ranges::for_each(kChunkOptions, add);
 }
 
 std::string bridge_command(const PolicyServer& server, const std::string& command, int seconds) {

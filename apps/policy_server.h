@@ -34,6 +34,9 @@ std::vector<Option> add_chunk_options(const Command& command, const TakeOption& 
 // Its description in results and settings; of the command, if there is no server.
 Json server_config(const PolicyServer& server, const std::string& command);
 
+// Adds the options of such a description that the server does not have.
+void complete_options(const Json& config, PolicyServer& server);
+
 // A command that implements the protocol of docs/evaluation.md by asking the server, or else the
 // command; seconds: for every answer.
 std::string bridge_command(const PolicyServer& server, const std::string& command, int seconds);

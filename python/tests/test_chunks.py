@@ -173,6 +173,42 @@ def test_commands_have_chunks_and_histories(tmp_path: Path) -> None:
     assert asked == [[one, None] for one in steps]
 
 
+def test_lists_of_chunks_and_histories_are_a_sweep(tmp_path: Path) -> None:
+    out = tmp_path / "results"
+    lists = ["--replan", "5,8", "--history", "last,3,4,since-last"]
+    run, _ = evaluated(tmp_path, *lists, "--out", str(out))
+    assert run.returncode == 0, run.stderr
+    points = [
+        (replan, history) for replan in ("5", "8") for history in ("last", "3,4", "since-last")
+    ]
+    document = json.loads(run.stdout)
+    assert [(one["replan"], one["history"]) for one in document] == points
+    assert {path.name for path in out.iterdir()} == {f"replan-{r}_history-{h}" for r, h in points}
+    for point, (replan, history) in zip(document, points):
+        (task,) = point["tasks"]
+        assert task["model"]["config"]["replan"] == replan
+        assert task["model"]["config"]["history"] == history
+        assert point["summary"]["tasks"] == 1
+    table, _ = evaluated(tmp_path, *lists[:2])
+    assert [row["replan"] for row in json.loads(table.stdout)] == ["5", "8"]
+    resumed, _ = evaluated(tmp_path, *lists, "--resume", str(next(out.glob("*/*/*"))))
+    assert "one value of each allowed" in resumed.stderr
+
+
+def test_a_run_with_chunks_is_reproduced(tmp_path: Path) -> None:
+    run, _ = evaluated(tmp_path, "--replan", "6", "--history", "2,3", "--out", str(tmp_path))
+    assert run.returncode == 0, run.stderr
+    folder = next(tmp_path.glob("*/*/settings.json")).parent
+    policy = shlex.join([sys.executable, str(tmp_path / "policy.py"), str(tmp_path / "log")])
+    for more, verdict in ([], "same"), (["--replan", "4"], "policy"):
+        again = subprocess.run(
+            [sys.executable, "-m", "engram", "reproduce", str(folder), "--json",
+             "--policy-command", policy, *more],
+            capture_output=True, text=True, check=False, timeout=120,
+        )  # fmt: skip
+        assert json.loads(again.stdout)["verdict"] == verdict, again.stderr
+
+
 def test_commands_with_chunks_fail_in_one_sentence(tmp_path: Path) -> None:
     run, _ = evaluated(tmp_path, "--replan", "9")
     assert run.returncode == 1

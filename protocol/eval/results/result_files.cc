@@ -344,11 +344,10 @@ ResultFolder ResultFolder::open(const fs::path& folder) {
 ResultFolder::ResultFolder(fs::path path)
     : path_(std::move(path)), lock_(std::make_shared<const FolderLock>(path_)) {}
 
-std::optional<EvaluationSettings> ResultFolder::settings() const {
-  const fs::path file = path_ / kSettingsFile;
-  const std::optional<std::string> text = files().read_file(kSettingsFile);
+std::optional<EvaluationSettings> settings_in(const OpenFolder& folder) {
+  const std::optional<std::string> text = folder.read_file(kSettingsFile);
   if (!text) return std::nullopt;
-  return EvaluationSettings::of(parse_json(*text).value_or(Json()), file);
+  return EvaluationSettings::of(parse_json(*text).value_or(Json()), folder.path() / kSettingsFile);
 }
 
 std::map<std::string, Json> ResultFolder::finished(const EvaluationSettings& settings) const {

@@ -23,6 +23,10 @@ Json revealed_document(const Json& task, const EvaluationSettings& revealed);
 // Summary of task documents in the registry's order.
 Json summary_document(const JsonList& tasks);
 
+// The settings that the run of a folder began with; nothing if their file is missing. Throws Error
+// as EvaluationSettings::of does.
+std::optional<EvaluationSettings> settings_in(const OpenFolder& folder);
+
 // The folder of a run, which keeps other runs from it. Files appear whole or not at all.
 class ResultFolder {
  public:
@@ -38,8 +42,7 @@ class ResultFolder {
 
   const std::filesystem::path& path() const { return path_; }
   const OpenFolder& files() const { return lock_->folder(); }
-  // The settings that the run began with; nothing if their file is missing.
-  std::optional<EvaluationSettings> settings() const;
+  std::optional<EvaluationSettings> settings() const { return settings_in(files()); }
   // Finished tasks, by id. Damaged and edited files are ignored. Throws Error (kInvalidArgument)
   // for intact results of another protocol.
   std::map<std::string, Json> finished(const EvaluationSettings& settings) const;

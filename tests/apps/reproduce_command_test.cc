@@ -1,0 +1,87 @@
+// `engram reproduce`: episodes of a run, played again.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/apps/command.h"
+
+namespace engram::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTask = "RememberColor3-VLA-v0";
+
+// The folder of a finished run.
+fs::path finished_run(const TemporaryFolder& folder, const std::string& options) {
+  const CommandResult result =
+      engram_command("eval --episodes 3 --out " + folder.path().string() + " " + options);
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  return fs::directory_iterator(fs::directory_iterator(folder.path())->path())->path();
+}
+
+// What the command prints as JSON, which has exit code 1 where something differs.
+ParsedJson reproduced(const fs::path& run, const std::string& options = "") {
+  const CommandResult result =
+      engram_command("reproduce " + run.string() + " --json --episodes 2 " + options);
+  INFO(result.err);
+  const ParsedJson document = ParsedJson::parse(result.out);
+  CHECK(result.code == (document["verdict"] == "same" ? 0 : 1));
+  return document;
+}
+
+TEST_CASE("reproduce: a run is the same again, for each of its settings", "[apps]") {
+  for (const char* options :
+       {"RememberColor3-VLA-v0 TakeItBack-VLA-v0", "RememberColor3-VLA-v0 --obs rgb --seed 7",
+        "RememberColor3-VLA-v0 --policy blind --repeat 2 --policy-seed 3 --latency 2",
+        "RememberColor3-VLA-v0 --physics mujoco --rules original"}) {
+    INFO(options);
+    const TemporaryFolder folder;
+    const ParsedJson document = reproduced(finished_run(folder, options));
+    CHECK(document["verdict"] == "same");
+    CHECK(document["policy_repeats"].is_null());
+    const ParsedJson& comparison = document["comparison"];
+    CHECK(comparison["total"]["pairs"] == 2 * comparison["tasks"].size());
+  }
+}
+
+TEST_CASE("reproduce: another policy is told from another environment", "[apps]") {
+  const TemporaryFolder folder;
+  const fs::path run = finished_run(folder, kTask);
+  const ParsedJson blind = reproduced(run, "--policy blind");
+  CHECK(blind["verdict"] == "policy");
+  CHECK(blind["policy_repeats"] == true);
+  const fs::path file = run / (std::string(kTask) + ".json");
+  const ParsedJson genuine = ParsedJson::parse(read_file(file));
+  const auto with = [&](const char* key, std::size_t episode) {
+    ParsedJson task = genuine;
+    task["digests"][key][episode] = "0123456789abcdef";
+    std::ofstream(file) << with_checksum(task);
+    return reproduced(run)["verdict"];
+  };
+  CHECK(with("first_observations", 1) == "environment");
+  CHECK(with("first_observations", 2) == "same");  // not among the episodes that are played
+  CHECK(with("observations", 0) == "environment");
+  CHECK(with("first_answers", 0) == "policy");
+  CHECK(with("answers", 0) == "policy");
+}
+
+TEST_CASE("reproduce: refusals", "[apps]") {
+  const TemporaryFolder folder;
+  const fs::path run = finished_run(folder, kTask);
+  const std::string command = "reproduce " + run.string();
+  require_refusal(command + " TakeItBack-VLA-v0", 2, "TakeItBack-VLA-v0 given");
+  require_refusal("reproduce " + folder.path().string(), 2, "it has no settings");
+  ParsedJson settings = ParsedJson::parse(read_file(run / "settings.json"));
+  settings["policy_config"] = {{"command", "exit 3"}};
+  std::ofstream(run / "settings.json") << with_checksum(settings);
+  require_refusal(command, 2, "the same --policy-command needed");
+  settings["version"] = "0.1.0";
+  std::ofstream(run / "settings.json") << with_checksum(settings);
+  require_refusal(command, 1, "0.1.0");
+}
+
+}  // namespace
+}  // namespace engram::test
