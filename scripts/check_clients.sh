@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests engram with released packages that pin what the other clients have newer, each in a virtual
 # environment of its own under build/clients:
-# check_clients.sh [tianshou|rllib|pufferlib|sheeprl|lerobot_v21|robomimic|linters|inspect_robots|memories]..., default all.
+# check_clients.sh [tianshou|rllib|pufferlib|sheeprl|lerobot_v21|robomimic|linters|inspect_robots|openenv|memories]..., default all.
 # "memories" holds the memories of the learners against their released implementations.
 # Needs what scripts/python_env.sh made: uv, and engram's wheel.
 set -euo pipefail
@@ -17,6 +17,7 @@ declare -A packages=(
     x-transformers==2.31.10"
   [linters]="lerobot-doctor==0.2.0 deepen-grade[lerobot]==0.4.1 protobuf google-crc32c pillow"
   [inspect_robots]="inspect-robots==0.60.0"
+  [openenv]="openenv==0.10.0"
   # What the reader of data sets needs of the last LeRobot for version 2.1, whose own list is long.
   [lerobot_v21]="torch==2.7.1 torchvision==0.22.1 datasets==3.6.0 huggingface-hub==0.36.2 av==15.1.0
     jsonlines==4.0.0 numpy==2.2.6 packaging pandas pillow protobuf pyarrow google-crc32c"
@@ -24,7 +25,7 @@ declare -A packages=(
   [robomimic]="torch torchvision h5py psutil tqdm termcolor tensorboardX imageio matplotlib six"
 )
 declare -A without_dependencies=([lerobot_v21]="lerobot==0.3.3" [robomimic]="robomimic==0.3.0")
-names=(tianshou rllib pufferlib sheeprl lerobot_v21 robomimic linters inspect_robots memories)
+names=(tianshou rllib pufferlib sheeprl lerobot_v21 robomimic linters inspect_robots openenv memories)
 for name in "$@"; do
   if [ -z "${packages[$name]:-}" ]; then
     echo "unknown client '$name'; allowed: ${names[*]}" >&2

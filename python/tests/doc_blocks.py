@@ -18,7 +18,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(r"^```(python|sh)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # Libraries that have an environment of their own.
 ELSEWHERE = re.compile(
-    r"^(?:import|from) (tensorflow_datasets|lerobot|pufferlib|inspect_robots)\b", re.MULTILINE
+    r"^(?:import|from) (tensorflow_datasets|lerobot|pufferlib|inspect_robots|openenv)\b",
+    re.MULTILINE,
 )
 
 
