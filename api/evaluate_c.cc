@@ -13,8 +13,6 @@
 #include "protocol/eval/policies/choice_question.h"
 #include "protocol/eval/probe/probe_report.h"
 #include "protocol/eval/probe/probe_run.h"
-#include "protocol/eval/results/comparison.h"
-#include "protocol/eval/results/result_tables.h"
 #include "protocol/eval/run/choice_tasks.h"
 #include "protocol/eval/run/suites.h"
 #include "protocol/io/files.h"
@@ -246,6 +244,7 @@ void check_texts(const engram_evaluation_options& options) {
   const std::pair<const char*, const char*> texts[] = {{"name", options.name},
                                                        {"output", options.output},
                                                        {"resume", options.resume},
+                                                       {"shard", options.shard},
                                                        {"seed_file", options.seed_file}};
   for (const auto& [what, text] : texts) {
     if (text != nullptr && *text == '\0')
@@ -253,8 +252,19 @@ void check_texts(const engram_evaluation_options& options) {
   }
 }
 
+engram::EvaluationRun begin_shard(const engram_evaluation_options& options, bool choices) {
+  const engram::Shard shard = engram::parse_shard("shard", options.shard);
+  if (options.output == nullptr || options.resume != nullptr) {
+    refuse_settings("shard: given without output or with resume; output, for its folder, needed");
+  }
+  engram::EvaluationSettings settings = settings_of(options, choices);
+  engram::ResultFolder folder = engram::ResultFolder::of_shard(options.output, shard);
+  return {std::move(settings), std::move(folder), {.shard = shard}};
+}
+
 engram::EvaluationRun begin(const engram_evaluation_options& options, bool choices) {
   check_texts(options);
+  if (options.shard != nullptr) return begin_shard(options, choices);
   engram::EvaluationSettings settings = settings_of(options, choices);
   std::optional<engram::ResultFolder> folder;
   if (options.resume != nullptr) {
@@ -296,6 +306,7 @@ std::string probe(const engram_evaluation_options& options, const char* probes, 
                   engram_policy_callback policy, void* user) {
   check_texts(options);
   if (options.resume != nullptr) refuse_settings("resume: given, probes have none");
+  if (options.shard != nullptr) refuse_settings("shard: given, probes of a callback have none");
   const engram::EvaluationSettings settings = settings_of(options, /*choices=*/false);
   engram::ProbeOptions chosen;
   if (probes != nullptr) chosen.probes = engram::parse_probes("probes", probes);
@@ -318,9 +329,8 @@ std::string evaluate(const engram_evaluation_options& options, Callback callback
   engram::Protocol protocol = protocol_of<Policy>(run.settings(), options, callback, user, mutex);
   protocol.samples = run.folder().has_value();
   const std::vector<const engram::RegistryEntry*> tasks = run.open_tasks();
-  const int episodes = static_cast<int>(tasks.size()) * protocol.all_episodes();
   const auto tick = [&](const engram::EvaluationStatus& status) {
-    report_progress(options, user, status.episodes, episodes, status.env_steps);
+    report_progress(options, user, status.episodes, status.wanted, status.env_steps);
   };
   engram::Ranks alone;
   engram::evaluate(
@@ -328,7 +338,7 @@ std::string evaluate(const engram_evaluation_options& options, Callback callback
       {.finished = [&run](const engram::TaskResult& result) { run.add(result); }, .tick = tick},
       run.store());
   run.finish("CPU, " + std::to_string(engram::worker_threads(options.threads, alone)) + " threads");
-  return engram::to_text(run.document());
+  return engram::to_text(run.shard() ? engram::Json(run.shard_document()) : run.document());
 }
 
 template <class Policy, class Callback>
@@ -457,36 +467,5 @@ engram_status engram_probe(const engram_evaluation_options* options, const char*
       refuse_settings("engram_probe: options not from engram_evaluation_options_init");
     }
     *document = engram::c::new_text(probe(*options, probes, other, policy, user));
-  });
-}
-
-engram_status engram_compare(const char* a, const char* b, const char* const* allowed,
-                             size_t num_allowed, char** document) {
-  if (document != nullptr) *document = nullptr;
-  return guarded([&] {
-    if (a == nullptr || b == nullptr || document == nullptr ||
-        (allowed == nullptr && num_allowed > 0)) {
-      refuse_settings("engram_compare: a null pointer given");
-    }
-    std::set<engram::AllowedDifference> differences;
-    for (std::size_t i = 0; i < num_allowed; ++i) {
-      if (allowed[i] == nullptr) refuse_settings("engram_compare: a null pointer given");
-      differences.insert(
-          engram::require_named<engram::AllowedDifference>("allowed difference", allowed[i]));
-    }
-    *document = engram::c::new_text(engram::to_text(
-        engram::compare_results(engram::read_results(a), engram::read_results(b), differences)));
-  });
-}
-
-engram_status engram_report(const char* results, const char* format, char** table) {
-  if (table != nullptr) *table = nullptr;
-  return guarded([&] {
-    if (results == nullptr || format == nullptr || table == nullptr) {
-      refuse_settings("engram_report: a null pointer given");
-    }
-    *table = engram::c::new_text(
-        engram::result_table(engram::require_named<engram::TableFormat>("format", format),
-                             engram::read_results(results).tasks));
   });
 }

@@ -16,7 +16,7 @@
 #include "apps/run_control.h"
 #include "protocol/datasets/collection.h"
 #include "protocol/datasets/plan_document.h"
-#include "protocol/eval/evaluation_run.h"
+#include "protocol/eval/merged_evaluation.h"
 #include "protocol/eval/probe/probe_report.h"
 #include "protocol/io/folder_lock.h"
 #include "protocol/io/html.h"
@@ -33,21 +33,8 @@ struct MergeOptions {
   bool json = false;
 };
 
-// Plays nothing: all episodes are known.
 void merge_evaluation(const ShardSet& shards, const fs::path& out, bool json) {
-  EvaluationSettings settings =
-      EvaluationSettings::of(shards.header().run, shards.parts().front().folder / kJournalFile);
-  ResultFolder folder = ResultFolder::create(out, settings);
-  EvaluationRun run(std::move(settings), std::move(folder), {.command = words_of_command()});
-  for (const ShardSet::Part& part : shards.parts()) run.store().journal->add(part.records);
-  Protocol protocol;
-  static_cast<RunOptions&>(protocol) = run.settings();
-  protocol.threads = 1;
-  Ranks alone;
-  evaluate(alone, run.open_tasks(), protocol,
-           {.finished = [&run](const TaskResult& result) { run.add(result); }, .tick = {}},
-           run.store());
-  run.finish("merged from " + counted(shards.parts().size(), "shard"), /*keep_sealed=*/true);
+  const EvaluationRun run = engram::merge_evaluation(shards, out, words_of_command());
   print_results(run, json);
   if (run.settings().commitment) {
     print_warning("the results are sealed; with --seed-file, " +

@@ -178,14 +178,17 @@ typedef struct engram_evaluation_options {
   int32_t choices_stride;
   /** Engine that moves robot and props. An engram_physics; default ENGRAM_PHYSICS_ENGRAM. */
   int32_t physics;
+  /** "I/N": plays share I of N alone, into `<output>/shard-I-of-N/`, for engram_merge. Default
+   * NULL: none. */
+  const char* shard;
   /* end generated */
 } engram_evaluation_options;
 
 ENGRAM_API void engram_evaluation_options_init(engram_evaluation_options* options);
 
 /** Runs the benchmark's evaluation protocol with a policy of the caller's. *document: {summary,
- * tasks} as JSON, as `engram eval --json` prints it, to be freed by engram_free_text; NULL if the
- * call fails. */
+ * tasks} as JSON, as `engram eval --json` prints it, or {shard, out, episodes} of a shard, to be
+ * freed by engram_free_text; NULL if the call fails. */
 ENGRAM_API engram_status engram_evaluate(const engram_evaluation_options* options,
                                          engram_policy_callback policy, void* user,
                                          char** document);
@@ -208,6 +211,12 @@ ENGRAM_API engram_status engram_probe(const engram_evaluation_options* options, 
  * Valid for the life of the process. NULL, with a message, if there is no memory for it. */
 ENGRAM_API const char* engram_suites_json(void);
 
+/** Makes one result of the shards of an evaluation (`shard` of the options), with the bytes of one
+ * process. folders: `num_folders` folders of shards, or those that have them. output: the result
+ * goes to `<output>/<split>/<date_time>/`; NULL: beside the first shard. *document: as of
+ * engram_evaluate; NULL if the call fails, as where episodes are missing. */
+ENGRAM_API engram_status engram_merge(const char* const* folders, size_t num_folders,
+                                      const char* output, char** document);
 /** Compares two results of evaluations episode by episode. a, b: folders of runs, JSON files of
  * results, or texts of such documents. allowed: `num_allowed` of "ids", "seeds", "version",
  * "rules", "constants" and "choices", in which they may differ. *document: as `engram compare

@@ -60,7 +60,7 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 maximum_signature_line_length = 88
 toc_object_entries_show_parents = "hide"
-autodoc_mock_imports = ["pufferlib", "stable_baselines3"]
+autodoc_mock_imports = ["pufferlib", "ray", "stable_baselines3"]
 napoleon_numpy_docstring = False
 
 # The reference of C++ and C, from Doxygen's XML.

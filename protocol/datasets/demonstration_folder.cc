@@ -156,8 +156,9 @@ void require_storable_seeds(std::uint64_t first, std::uint64_t count) {
                                            " are planned");
 }
 
-void DemonstrationFolder::write_metadata() const {
+void DemonstrationFolder::write_metadata() {
   if (lock_) lock_->folder().write_file(kMetadata, to_text(metadata()));
+  described_ = kept_.size();
 }
 
 fs::path DemonstrationFolder::file(int index) const {
@@ -334,10 +335,9 @@ void DemonstrationFolder::accept(const FinishedEpisodes& shard) {
 }
 
 void DemonstrationFolder::decide() {
-  const int before = episodes();
   while (!finished() && decide_attempt()) {
   }
-  if (episodes() != before) write_metadata();
+  if (finished() && kept_.size() != described_) write_metadata();
   if (finished_episodes_ && complete()) finished_episodes_->clear();
 }
 
@@ -373,7 +373,9 @@ void DemonstrationFolder::keep(std::uint64_t seed, const Demonstration& demonstr
   }
   kept_.push_back({static_cast<std::int64_t>(seed), demonstration.length, demonstration.reward_sum,
                    demonstration.success});
-  write_metadata();
+  // All of them on each change would cost the square of their number.
+  const std::size_t more = kept_.size() - described_;
+  if (complete() || more > described_ / 64) write_metadata();
 }
 
 int DemonstrationFolder::waiting() const {

@@ -123,7 +123,7 @@ class DemonstrationFolder {
   bool decide_attempt();
   void keep(std::uint64_t seed, const Demonstration& demonstration);
   void check_plan() const;
-  void write_metadata() const;
+  void write_metadata();
 
   const RegistryEntry& entry_;
   CollectionPlan plan_;
@@ -132,6 +132,7 @@ class DemonstrationFolder {
   std::unique_ptr<FolderLock> lock_;  // null with a sink
   DemonstrationSink sink_;
   std::vector<Kept> kept_;
+  std::size_t described_ = 0;  // in the metadata, of those that are kept
   std::uint64_t next_ = 0;
   // For seeds before them; without the contents of files that the journal has.
   std::map<std::uint64_t, Demonstration> waiting_;

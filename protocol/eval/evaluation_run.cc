@@ -86,4 +86,10 @@ Json EvaluationRun::document() const {
   return JsonTable{{"summary", summary_document(documents)}, {"tasks", documents}};
 }
 
+JsonTable EvaluationRun::shard_document() const {
+  return {{"shard", to_text(part_.shard.value_or(Shard()))},
+          {"out", folder_->path().string()},
+          {"episodes", journaled()}};
+}
+
 }  // namespace engram

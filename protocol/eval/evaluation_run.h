@@ -41,6 +41,8 @@ class EvaluationRun {
   // Results in the registry's order, and {summary, tasks}.
   JsonList tasks() const;
   Json document() const;
+  // {shard, out, episodes} of a shard.
+  JsonTable shard_document() const;
   // Steps in which physics diverged.
   std::uint64_t unstable() const { return unstable_; }
 

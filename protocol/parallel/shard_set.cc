@@ -10,8 +10,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Episodes of the share that a shard has not finished.
-int episodes_missing(const RunHeader& header, const Shard& shard, const JournalRecords* records) {
-  const std::vector<EpisodeRange> share = share_of(header.loads(), shard);
+int episodes_missing(const RunHeader& header, const std::vector<EpisodeRange>& share,
+                     const JournalRecords* records) {
   int missing = 0;
   for (std::size_t i = 0; i < share.size(); ++i) {
     missing += share[i].size();
@@ -86,11 +86,13 @@ std::vector<MissingShard> ShardSet::missing() const {
   for (const Part& part : parts_) {
     by_number[static_cast<std::size_t>(part.header.shard->number) - 1] = &part;
   }
+  const std::vector<std::vector<EpisodeRange>> shares = all_shares(header().loads(), count);
   for (int number = 1; number <= count; ++number) {
     const Shard shard{number, count};
-    const Part* part = by_number[static_cast<std::size_t>(number) - 1];
+    const auto i = static_cast<std::size_t>(number) - 1;
+    const Part* part = by_number[i];
     const int episodes =
-        episodes_missing(header(), shard, part == nullptr ? nullptr : &part->records);
+        episodes_missing(header(), shares[i], part == nullptr ? nullptr : &part->records);
     if (episodes == 0) continue;
     missing.push_back(
         {shard, episodes, (part == nullptr ? header() : part->header).command_of(shard)});

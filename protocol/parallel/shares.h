@@ -40,5 +40,7 @@ struct EpisodeRange {
 // The shard's episodes of each task. All shards together have every episode once, and their
 // horizons add up to nearly the same. A function of the loads and of the shard alone.
 std::vector<EpisodeRange> share_of(std::span<const TaskLoad> tasks, const Shard& shard);
+// The shares of shards 1 to count, in the time of one.
+std::vector<std::vector<EpisodeRange>> all_shares(std::span<const TaskLoad> tasks, int count);
 
 }  // namespace engram

@@ -32,7 +32,7 @@ from engram.errors import (
     UnavailableError,
     UnknownIdError,
 )
-from engram.evaluation import compare, evaluate, probe, report, suites
+from engram.evaluation import compare, evaluate, merge, probe, report, suites
 from engram.factory import make, make_vec
 from engram.gym_registration import load_variants, register
 from engram.tasks import describe
@@ -69,6 +69,7 @@ __all__ = [
     "load_variants",
     "make",
     "make_vec",
+    "merge",
     "probe",
     "register",
     "register_task",

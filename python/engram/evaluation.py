@@ -21,7 +21,7 @@ from engram.tasks import describe
 if TYPE_CHECKING:
     from engram.typing import ControlMode, Physics, Renderer, Rules
 
-__all__ = ["compare", "evaluate", "probe", "report", "suites"]
+__all__ = ["compare", "evaluate", "merge", "probe", "report", "suites"]
 
 PROBES = ("twins", "forgetting", "interference", "capacity")
 Policy = Callable[[dict[str, Any]], Any]
@@ -89,6 +89,7 @@ def evaluate(
     choices: Callable[[dict[str, Any]], Any] | None = None,
     choices_stride: int = 1,
     physics: Physics = "engram",
+    shard: str | None = None,
     # end generated
     replan: int = 0,
     history: str = "last",
@@ -134,6 +135,9 @@ def evaluate(
     ``perturb``: departures from the tasks' usual scenes, robot and words, by axis, from 0 (none) to
     1: docs/variants.md.
     ``physics``: "engram": its own; "mujoco": MuJoCo's, by ``mj_step``.
+    ``shard``: "I/N": plays share I of N alone, into ``<output>/shard-I-of-N/``, or what is missing
+    of it; then :func:`merge` makes one result of all shares, and the call returns {"shard", "out",
+    "episodes"}.
 
     ``choices``: in place of ``policy``, a function that names an answer, which a scripted hand
     carries out (docs/choices.md). ``choices(question)`` is called for one episode at a time, with
@@ -261,6 +265,28 @@ def _with_history(act: Act, arguments: dict[str, Any]) -> Act:
         return act
     arguments["config"] = {**(arguments["config"] or {}), **chosen}
     return ChunkedPolicy(act, replan, history)
+
+
+def merge(
+    folders: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    output: str | os.PathLike[str] | None = None,
+) -> dict[str, Any]:
+    """One result of the shards of an evaluation: what :func:`evaluate` returns in one process.
+
+    The files have its bytes, too. ``folders``: folders of shards, or those that have them, as
+    ``output`` of the shards. ``output``: the result goes to ``<output>/<split>/<date_time>/``;
+    default: beside the first shard.
+
+    Raises:
+        UnavailableError: Shards are missing or not finished.
+        InvalidArgumentError: They do not belong to one run.
+    """
+    several = (
+        folders if isinstance(folders, Iterable) and not isinstance(folders, str) else [folders]
+    )
+    names = [path("folders", folder) for folder in several]
+    out = None if output is None else path("output", output)
+    return json.loads(_core.merge(folders=names, output=out))
 
 
 def compare(a: Results, b: Results, *, allow: Iterable[str] = ()) -> dict[str, Any]:

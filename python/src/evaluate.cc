@@ -238,6 +238,16 @@ std::string probe(nb::callable policy, const EvaluationOptions& given, nb::objec
   });
 }
 
+std::string merge(const std::vector<std::string>& folders,
+                  const std::optional<std::string>& output) {
+  std::vector<const char*> plain;
+  for (const std::string& folder : folders) plain.push_back(c_text(folder));
+  const char* const out = output ? c_text(*output) : nullptr;
+  return text_of([&plain, out](char** document) {
+    return engram_merge(plain.data(), plain.size(), out, document);
+  });
+}
+
 std::string compare(const std::string& a, const std::string& b,
                     const std::vector<std::string>& allow) {
   std::vector<const char*> allowed;
@@ -283,6 +293,7 @@ void bind_evaluate(nb::module_& module) {
   field("joint_proprio", &engram_evaluation_options::joint_proprio);
   field("choices_stride", &engram_evaluation_options::choices_stride);
   field("physics", &engram_evaluation_options::physics);
+  field("shard", &engram_evaluation_options::shard);
   field("constants", &engram_evaluation_options::constants);
   // end generated
   options.def_rw("ids", &EvaluationOptions::ids)
@@ -296,6 +307,7 @@ void bind_evaluate(nb::module_& module) {
     if (text == nullptr) raise(ENGRAM_UNAVAILABLE, engram_last_error());
     return std::string(text);
   });
+  module.def("merge", &merge, "folders"_a, "output"_a.none());
   module.def("compare", &compare, "a"_a, "b"_a, "allow"_a);
   module.def("report", &report, "results"_a, "format"_a);
 }

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import functools
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any
+
 import gymnasium
 import numpy as np
 import pytest
-from stable_baselines3.common.vec_env import SubprocVecEnv
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
 import engram
 from engram import InvalidArgumentError
@@ -61,33 +67,71 @@ def test_unseeded_batches_draw_seeds_and_tell_them() -> None:
     np.testing.assert_array_equal(single.reset()[0], engram.make(ID, seed=single.seed).reset()[0])
 
 
-@pytest.mark.parametrize(
-    "vector", [gymnasium.vector.AsyncVectorEnv, gymnasium.vector.SyncVectorEnv]
-)
-def test_unseeded_workers_of_gymnasium_play_different_episodes(vector: type) -> None:
-    envs = vector([_single] * 4)
+def _of_worker(worker: int, make: Callable[[list[Any]], Any]) -> np.ndarray:
+    """First observations of 32 single environments; in a process of its own."""
+    single = functools.partial(engram.make, ID, threads=1)
+    envs = make([single] * ENVS)
+    first = envs.reset()
+    envs.close()
+    return np.asarray(first[0] if isinstance(first, tuple) else first)
+
+
+@pytest.mark.parametrize("make", [gymnasium.vector.SyncVectorEnv, DummyVecEnv])
+def test_unseeded_environments_of_four_processes_play_128_episodes(make: Any) -> None:
+    context = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(WORKERS, context) as pool:
+        rows = list(pool.map(_of_worker, range(WORKERS), [make] * WORKERS))
+    assert _distinct(np.concatenate(rows)) == WORKERS * ENVS
+
+
+def test_workers_of_gymnasium_play_different_episodes() -> None:
+    single = functools.partial(engram.make, ID, threads=1)
+    envs = gymnasium.vector.AsyncVectorEnv([single] * 16, context="fork")
     try:
-        assert _distinct(envs.reset()[0]) == 4
+        assert _distinct(envs.reset()[0]) == 16
+        assert _distinct(envs.reset(seed=1)[0]) == 16
     finally:
         envs.close()
 
 
-def test_unseeded_workers_of_sb3_play_different_episodes() -> None:
-    envs = SubprocVecEnv([_single] * 4)
+def test_workers_of_sb3_play_different_episodes() -> None:
+    single = functools.partial(engram.make, ID, threads=1)
+    envs = SubprocVecEnv([single] * 16, start_method="fork")
     try:
-        assert _distinct(np.asarray(envs.reset())) == 4
+        assert _distinct(np.asarray(envs.reset())) == 16
     finally:
         envs.close()
 
 
-def test_unseeded_workers_of_torchrl_play_different_episodes() -> None:
+def test_four_workers_of_torchrl_play_128_episodes() -> None:
     from torchrl.envs import EnvCreator, GymWrapper, ParallelEnv
 
-    envs = ParallelEnv(4, EnvCreator(lambda: GymWrapper(_single())))
+    def batch(worker: int) -> Any:
+        made = engram.make_vec(ID, ENVS, seed=(7, worker), autoreset_mode="DISABLED", threads=1)
+        return GymWrapper(made)
+
+    creators = [EnvCreator(functools.partial(batch, worker)) for worker in range(WORKERS)]
+    envs = ParallelEnv(WORKERS, creators)
     try:
-        assert _distinct(envs.reset()["observation"].numpy()) == 4
+        rows = envs.reset()["observation"].numpy()
+        assert _distinct(rows.reshape(WORKERS * ENVS, -1)) == WORKERS * ENVS
     finally:
         envs.close()
+
+
+def test_four_ranks_of_skrl_play_128_episodes() -> None:
+    from skrl.envs.wrappers.torch import wrap_env
+
+    batches = [engram.make_vec(ID, ENVS, seed=(7, rank), threads=1) for rank in range(WORKERS)]
+    wrapped = [wrap_env(batch, verbose=False) for batch in batches]
+    rows = [env.reset()[0].numpy() for env in wrapped]
+    assert _distinct(np.concatenate(rows)) == WORKERS * ENVS
+
+
+def test_without_pairs_workers_share_episodes() -> None:
+    """Seeds s + w, as most libraries give them."""
+    rows = _episodes(*(engram.make_vec(ID, ENVS, seed=5 + w) for w in range(WORKERS)))
+    assert _distinct(rows) == ENVS + WORKERS - 1
 
 
 @pytest.mark.parametrize("seed", [(1,), (1, 2, 3), (1, -1), (1, 0.5), (2**64, 0)])

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tests/api/c_api_fixture.h"
+#include "tests/temporary_folder.h"
 
 namespace {
 
@@ -47,7 +48,7 @@ TEST_CASE("C API: an empty text is no name and no folder", "[evaluation]") {
   Call call;
   for (const char* engram_evaluation_options::*const field :
        {&engram_evaluation_options::name, &engram_evaluation_options::output,
-        &engram_evaluation_options::resume}) {
+        &engram_evaluation_options::resume, &engram_evaluation_options::shard}) {
     engram_evaluation_options options = engram::test::evaluation_options(1);
     options.*field = "";
     char* text = nullptr;
@@ -272,6 +273,61 @@ TEST_CASE("C API: results are compared and tabulated", "[evaluation][compare]") 
   CHECK(engram_report(results, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
   CHECK(engram_report(results, "md", nullptr) == ENGRAM_INVALID_ARGUMENT);
   engram_free_text(results);
+}
+
+TEST_CASE("C API: shards of an evaluation merge to the document of one process", "[evaluation]") {
+  Call call;
+  engram_evaluation_options options = engram::test::evaluation_options(5);
+  const ParsedJson one = evaluated(options, &still, &call);
+  const engram::test::TemporaryFolder folder;
+  const std::string out = folder.path().string();
+  const char* const folders[] = {out.c_str()};
+  char* text = nullptr;
+  CHECK(engram_merge(folders, 1, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
+  options.output = out.c_str();
+  options.shard = "2/2";
+  CHECK(evaluated(options, &still, &call) ==
+        ParsedJson({{"shard", "2/2"}, {"out", out + "/shard-2-of-2"}, {"episodes", 2}}));
+  CHECK(engram_merge(folders, 1, nullptr, &text) == ENGRAM_UNAVAILABLE);
+  CHECK_THAT(engram_last_error(), Catch::Contains("1 of 2 shards not finished; the first is 1/2, "
+                                                  "without 3 episodes"));
+  options.shard = "1/2";
+  CHECK(evaluated(options, &still, &call)["episodes"] == 3);
+  const int before = call.requests;
+  CHECK(evaluated(options, &still, &call)["episodes"] == 3);  // nothing is missing
+  CHECK(call.requests == before);
+  REQUIRE(engram_merge(folders, 1, nullptr, &text) == ENGRAM_OK);
+  CHECK(ParsedJson::parse(text) == one);
+  engram_free_text(text);
+}
+
+TEST_CASE("C API: bad shards are refused", "[evaluation]") {
+  Call call;
+  engram_evaluation_options options = engram::test::evaluation_options(2);
+  const auto refused = [&](const char* words) {
+    char* text = nullptr;
+    CHECK(engram_evaluate(&options, &still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+    CHECK_THAT(engram_last_error(), Catch::Contains(words));
+  };
+  options.shard = "1/2";
+  refused("shard: given without output");
+  options.output = "folder";
+  options.resume = "other";
+  refused("or with resume");
+  options.resume = nullptr;
+  options.shard = "3/2";
+  refused("shard: '3/2' given, I/N with I from 1 to N");
+  char* text = nullptr;
+  CHECK(engram_probe(&options, nullptr, nullptr, &still, &call, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK_THAT(engram_last_error(), Catch::Contains("shard: given"));
+  const char* const folders[] = {"/nowhere", nullptr};
+  CHECK(engram_merge(folders, 1, nullptr, &text) == ENGRAM_IO);
+  CHECK(engram_merge(folders, 0, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_merge(folders, 2, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_merge(folders, 1, "", &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_merge(nullptr, 1, nullptr, &text) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_merge(folders, 1, nullptr, nullptr) == ENGRAM_INVALID_ARGUMENT);
+  CHECK(call.requests == 0);
 }
 
 namespace {

@@ -81,5 +81,6 @@ EVALUATION: dict[str, tuple[str, str | dict[str, int]]] = {
     "joint_proprio": ("joint_proprio", "bool"),
     "choices_stride": ("choices_stride", "int"),
     "physics": ("physics", PHYSICS),
+    "shard": ("shard", "path"),
 }
 # end generated

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -110,6 +111,30 @@ def test_collects_and_records_a_task_of_a_file(tmp_path: Path) -> None:
     done = run("record", target, "--sheet", 2, "--out", tmp_path / "sheet.png")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "sheet.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("command", ["eval", "collect", "probe"])
+def test_shards_of_different_definitions_do_not_merge(command: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+
+    def play(shard: str) -> None:
+        line = [command, f"{file}:Wait-v0", "--episodes", 4, "--shard", shard, "--out", out]
+        done = run(*line, *(["--probes", "capacity"] if command == "probe" else []))
+        assert done.returncode == 0, done.stderr
+
+    file = write(tmp_path)
+    play("1/2")
+    write(tmp_path, trick="pass  # otherwise")
+    play("2/2")
+    done = run("--tasks", file, "merge", out)
+    assert done.returncode == 2
+    assert "one run has one of them" in done.stderr
+    assert "Wait-v0" in done.stderr or "definition" in done.stderr
+    write(tmp_path)
+    shutil.rmtree(out / "shard-2-of-2")
+    play("2/2")
+    done = run("--tasks", file, "merge", out)
+    assert done.returncode == 0, done.stderr
 
 
 def test_info_and_list_know_it(tmp_path: Path) -> None:

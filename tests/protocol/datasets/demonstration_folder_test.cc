@@ -83,6 +83,29 @@ TEST_CASE("Demonstrations: a batch is kept whole or not at all", "[demonstration
   CHECK(folder.steps() == 15 * 12);
 }
 
+TEST_CASE("Demonstrations: metadata are not written for each of many episodes",
+          "[demonstrations]") {
+  const TemporaryFolder root;
+  constexpr int kEpisodes = 400;
+  DemonstrationFolder folder(root.path(), planned_task, {.episodes = kEpisodes});
+  const auto described = [&folder] {
+    const std::string text = read_file(folder.path() / "metadata.json");
+    return static_cast<int>(whole_number(part(parse_json(text).value(), "num_episodes")));
+  };
+  int writes = 0;
+  int before = 0;
+  for (int episode = 0; episode < kEpisodes; ++episode) {
+    const auto seed = static_cast<std::uint64_t>(episode);
+    folder.accept(seed, made_up(seed));
+    const int now = described();
+    CHECK(now >= (episode + 1) * 64 / 65 - 1);
+    writes += now == before ? 0 : 1;
+    before = now;
+  }
+  CHECK(described() == kEpisodes);
+  CHECK(writes < 200);
+}
+
 TEST_CASE("Demonstrations: planned families take every success", "[demonstrations]") {
   const TemporaryFolder root;
   DemonstrationFolder folder(root.path(), planned_task, {.episodes = 3, .max_attempts = 4});

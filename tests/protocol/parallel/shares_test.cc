@@ -27,6 +27,21 @@ TEST_CASE("Shares: every episode is in one shard", "[shares]") {
   }
 }
 
+TEST_CASE("Shares: those of all shards are those of each", "[shares]") {
+  for (const int count : {1, 3, 50, 200}) {
+    const auto all = all_shares(kTasks, count);
+    REQUIRE(static_cast<int>(all.size()) == count);
+    for (int number = 1; number <= count; ++number) {
+      const auto share = share_of(kTasks, {number, count});
+      const auto& same = all[static_cast<std::size_t>(number) - 1];
+      for (std::size_t i = 0; i < share.size(); ++i) {
+        CHECK(same[i].first == share[i].first);
+        CHECK(same[i].end == share[i].end);
+      }
+    }
+  }
+}
+
 TEST_CASE("Shares: shards take equal time, up to the longest episode", "[shares]") {
   for (const int count : {2, 3, 7, 11, 30}) {
     std::vector<int> steps;

@@ -3,8 +3,8 @@
     pip install "ray[rllib]" torch
     python -m engram_learners.rllib_workers --workers 2
 
-Every worker steps one batch, which it makes by its id in Gymnasium: "engram:" has it import engram
-first. The script shows the connection; RLlib's LSTM needs many more iterations to learn a task.
+Every worker steps one batch, whose episodes no other worker and no run of another seed plays. The
+script shows the connection; RLlib's LSTM needs many more iterations to learn a task.
 """
 
 import argparse
@@ -12,6 +12,7 @@ import sys
 import time
 
 import engram
+from engram.integrations.rllib import RllibVecEnv
 
 try:
     import ray
@@ -40,10 +41,10 @@ def note_success(episode, metrics_logger, **_):
 def configuration(args):
     horizon = engram.describe(args.id)["horizon"]
     # Copies, because RLlib keeps the arrays.
-    options = {"obs_mode": "objects", "threads": 1, "copy": True, "language_in_info": False}
+    options = {"id": args.id, "obs_mode": "objects", "threads": 1, "copy": True}
     return (
         PPOConfig()
-        .environment(f"engram:engram/{args.id}", env_config=options)
+        .environment(RllibVecEnv, env_config=options)
         .env_runners(
             num_env_runners=args.workers,
             num_envs_per_env_runner=args.envs,
@@ -62,7 +63,7 @@ def configuration(args):
             gamma=0.9,
         )
         .callbacks(on_episode_end=note_success)
-        .debugging(seed=args.seed)
+        .debugging(seed=engram.worker_seed(args.seed, 0) % 2**31)
     )
 
 

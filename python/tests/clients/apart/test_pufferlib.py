@@ -67,6 +67,19 @@ def test_workers_play_different_episodes():
     assert_transitions(TASK, **seen, seed=SEED * ENVS, autoreset_mode="SAME_STEP")
 
 
+def test_four_workers_of_thirty_two_play_128_episodes():
+    vecenv = pufferlib.vector.make(
+        PufferVecEnv,
+        env_kwargs={"id": TASK, "num_envs": 32, "threads": 1},
+        backend=pufferlib.vector.Multiprocessing,
+        num_envs=4,
+        num_workers=4,
+    )
+    obs, _ = vecenv.reset(seed=SEED)
+    assert len(obs) == len(np.unique(obs, axis=0)) == 128
+    vecenv.close()
+
+
 def emulated(buf=None, seed=0, **options):
     env = gymnasium.make(f"engram/{TASK}", threads=1, **options)
     return pufferlib.emulation.GymnasiumPufferEnv(env=env, buf=buf, seed=seed)

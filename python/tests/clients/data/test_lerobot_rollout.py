@@ -216,6 +216,26 @@ def test_an_evaluation_counts_as_engram_does(envs, config, policy_name, tmp_path
     assert Path(video).stat().st_size > 1000
 
 
+def test_four_batches_of_thirty_two_play_128_episodes(monkeypatch):
+    small = make_env_config("engram", task=TASK, image_size=16, threads=1)
+    made = make_env(small, n_envs=32)
+    env, rows = made[TASK][0], []
+    reset = env.reset
+
+    def noted(**arguments):
+        result = reset(**arguments)
+        rows.extend(result[0]["agent_pos"].copy())
+        return result
+
+    monkeypatch.setattr(env, "reset", noted)
+    policy = Player("zero")
+    policy.batch = env.unwrapped
+    info = eval_policy_all(made, policy, n_episodes=128, start_seed=SEED, **pipelines(small))
+    assert len(info["per_task"][0]["metrics"]["successes"]) == 128
+    assert len(rows) == len(np.unique(rows, axis=0)) == 128
+    close_envs(made)
+
+
 def test_env_hub_loads_it(monkeypatch, tmp_path):
     """A repository whose env.py is one line, in the hub's cache."""
     commit = "0" * 40
