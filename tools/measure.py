@@ -15,7 +15,7 @@ SUITES = {
     "perturbations": "policies under perturbations: perturbations_*.csv (an hour)",
     "variants": "constants and values that were tried: constants.csv, tried_values.csv",
     "determinism": "equal bits in 19 configurations: determinism.csv (25 minutes)",
-    "evaluation": "equal results of `engram eval` for threads, batches and ranks; writes nothing",
+    "evaluation": "equal results of `engram eval` for threads, ranks and shards; writes nothing",
     "standing_still": "returns of success and of waiting before it: standing_still.csv",
     "build": "what a build costs, cold and warm; writes nothing",
     "bench": "speed: speed.csv, speed_budget.csv",

@@ -94,8 +94,8 @@ def test_other_bytes_of_an_evaluation_are_found(
         measure.main(["evaluation", "--engram", engram, "--arguments", "TASK"])
     assert ended.value.code == code
     printed = capsys.readouterr().out
-    assert "same       threads 1, num-envs 1\n" in printed
-    assert ("DIFFERENT  threads 2, num-envs 64\n" in printed) == bool(code)
+    assert "same       threads 1, num-envs 1: " in printed
+    assert ("DIFFERENT  threads 2, num-envs 64: " in printed) == bool(code)
 
 
 def test_a_command_that_fails_ends_a_suite(tmp_path: Path) -> None:

@@ -119,13 +119,19 @@ def test_four_workers_of_torchrl_play_128_episodes() -> None:
         envs.close()
 
 
-def test_four_ranks_of_skrl_play_128_episodes() -> None:
+@pytest.mark.parametrize("seeded", [False, True])
+def test_four_ranks_of_skrl_play_128_episodes(seeded: bool) -> None:
+    """Its wrapper resets with the seed of `set_seed`, by default the same one in all processes."""
     from skrl.envs.wrappers.torch import wrap_env
+    from skrl.utils import set_seed
 
-    batches = [engram.make_vec(ID, ENVS, seed=(7, rank), threads=1) for rank in range(WORKERS)]
-    wrapped = [wrap_env(batch, verbose=False) for batch in batches]
-    rows = [env.reset()[0].numpy() for env in wrapped]
-    assert _distinct(np.concatenate(rows)) == WORKERS * ENVS
+    rows = []
+    for rank in range(WORKERS):
+        if seeded:
+            set_seed(engram.worker_seed(7, rank) % 2**31)
+        env = wrap_env(engram.make_vec(ID, ENVS, threads=1), verbose=False)
+        rows.append(env.reset()[0].numpy())
+    assert _distinct(np.concatenate(rows)) == (WORKERS * ENVS if seeded else ENVS)
 
 
 def test_without_pairs_workers_share_episodes() -> None:

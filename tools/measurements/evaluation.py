@@ -1,9 +1,14 @@
-"""Checks that `engram eval` prints the same bytes for any threads, batch size and ranks."""
+"""Checks that `engram eval` gives the same bytes for any threads, batch size, ranks and shards."""
 
+import functools
 import hashlib
 import os
+import random
 import shutil
+import subprocess
 import sys
+import tempfile
+import time
 
 from measurements import common
 
@@ -19,28 +24,49 @@ def add_options(parser):
     )
 
 
+def merged(engram, arguments, count=7, kills=3):
+    """The output of `engram merge`: shards in random order, of which some are killed once."""
+    chance = random.Random(1)
+    with tempfile.TemporaryDirectory() as folder:
+        for place, number in enumerate(chance.sample(range(1, count + 1), count)):
+            shard = ["--shard", f"{number}/{count}", "--out", folder]
+            words = [engram, "eval", *arguments.split(), *shard]
+            if place < kills:
+                with subprocess.Popen(words, stderr=subprocess.DEVNULL) as process:
+                    time.sleep(chance.uniform(0.2, 2))
+                    process.kill()
+            common.run(words)
+        return common.run([engram, "merge", folder, "--json"])
+
+
 def runs(engram, arguments):
-    """Labels and commands."""
+    """Labels, and functions that return an output."""
     words = [engram, "eval", *arguments.split(), "--json"]
     for threads in (1, 2):
         for num_envs in (1, 8, 64):
             more = ["--threads", threads, "--num-envs", num_envs]
-            yield f"threads {threads}, num-envs {num_envs}", [*words, *more]
+            play = functools.partial(common.run, [*words, *more])
+            yield f"threads {threads}, num-envs {num_envs}", play
+    yield "7 shards, 3 of them killed", functools.partial(merged, engram, arguments)
     if shutil.which("mpirun") is None:
         print("no mpirun here: ranks not checked")
         return
     os.environ |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    for ranks in (1, 2, 3):
-        yield f"ranks {ranks}", ["mpirun", "--oversubscribe", "-n", ranks, *words]
+    for ranks in (1, 2, 4):
+        line = ["mpirun", "--oversubscribe", "-n", ranks, *words]
+        yield f"ranks {ranks}", functools.partial(common.run, line)
 
 
 def evaluate(options):
     """The first output, and the labels of those that differ from it."""
     first, different = None, []
-    for label, words in runs(options.engram, options.arguments):
-        output = common.run(words)
+    for label, play in runs(options.engram, options.arguments):
+        begun = time.monotonic()
+        output = play()
+        seconds = time.monotonic() - begun
         first = first or output
-        print(f"{'same     ' if output == first else 'DIFFERENT'}  {label}", flush=True)
+        same = "same     " if output == first else "DIFFERENT"
+        print(f"{same}  {label}: {seconds:.1f} s", flush=True)
         if output != first:
             different.append(label)
     return first, different

@@ -74,6 +74,7 @@ def test_four_workers_of_thirty_two_play_128_episodes():
         backend=pufferlib.vector.Multiprocessing,
         num_envs=4,
         num_workers=4,
+        overwork=True,  # more than this machine has cores
     )
     obs, _ = vecenv.reset(seed=SEED)
     assert len(obs) == len(np.unique(obs, axis=0)) == 128
