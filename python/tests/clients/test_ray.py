@@ -15,6 +15,7 @@ pytest.importorskip("ray")
 import numpy as np
 import ray
 from conftest import TASK
+from doc_blocks import groups
 
 import engram
 from engram.integrations.ray import BatchActor, evaluate
@@ -144,6 +145,13 @@ def test_an_actor_steps_the_batch(actors):
     result = ray.get(actor.evaluate.remote(Wave(), **OPTIONS))
     assert result == engram.evaluate(Wave(), TASK, **OPTIONS)
     assert ray.get(actor.snapshot.remote()) == ray.get(actors[3].snapshot.remote())
+
+
+def test_the_block_of_its_page_runs(tmp_path, monkeypatch):
+    monkeypatch.setenv("RAY_ADDRESS", ray.get_runtime_context().gcs_address)
+    blocks = [b for group in groups() for b in group if b.elsewhere == "engram.integrations.ray"]
+    assert len(blocks) == 1
+    assert blocks[0].run(tmp_path).splitlines()[-1] == "0.0"
 
 
 def assert_equal(first: Any, second: Any) -> None:
