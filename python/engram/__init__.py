@@ -93,10 +93,11 @@ _LAZY = {
     "load_tasks": "kit.files",
     "register_task": "kit.registration",
 }
+_LAZY_MODULES = ("kit", "wrappers")
 
 
 def __getattr__(name: str) -> Any:
-    if name == "kit":
+    if name in _LAZY_MODULES:
         return importlib.import_module(f"{__name__}.{name}")
     if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -106,7 +107,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> builtins.list[str]:
-    return sorted({*globals(), *_LAZY, "kit"})
+    return sorted({*globals(), *_LAZY, *_LAZY_MODULES})
 
 
 if ".py" in os.environ.get("ENGRAM_TASKS", ""):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -86,3 +87,8 @@ def test_the_debian_package_has_all_kinds_of_files():
     ]
     assert "font.npz" in {file.name for file in files}
     assert not [file for file in files if not any(fnmatch.fnmatch(file.name, p) for p in patterns)]
+
+
+def test_wrappers_and_kit_need_no_import_of_their_own():
+    words = [sys.executable, "-c", "import engram; engram.wrappers.EqualStarts, engram.kit.Cube"]
+    subprocess.run(words, check=True)
