@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests engram with released packages that pin what the other clients have newer, each in a virtual
 # environment of its own under build/clients:
-# check_clients.sh [tianshou|rllib|pufferlib|sheeprl|lerobot_v21|robomimic|linters|inspect_robots|openenv|memories]..., default all.
+# check_clients.sh [tianshou|ray|rllib|pufferlib|sheeprl|lerobot_v21|robomimic|linters|inspect_robots|openenv|memories]..., default all.
 # "memories" holds the memories of the learners against their released implementations.
 # Needs what scripts/python_env.sh made: uv, and engram's wheel.
 set -euo pipefail
@@ -10,6 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 declare -A packages=(
   [tianshou]="tianshou"
+  [ray]="ray"
   [rllib]="ray[rllib] torch"
   [pufferlib]="pufferlib-core torch gymnasium>=1"
   [sheeprl]="sheeprl"
@@ -25,7 +26,7 @@ declare -A packages=(
   [robomimic]="torch torchvision h5py psutil tqdm termcolor tensorboardX imageio matplotlib six"
 )
 declare -A without_dependencies=([lerobot_v21]="lerobot==0.3.3" [robomimic]="robomimic==0.3.0")
-names=(tianshou rllib pufferlib sheeprl lerobot_v21 robomimic linters inspect_robots openenv memories)
+names=(tianshou ray rllib pufferlib sheeprl lerobot_v21 robomimic linters inspect_robots openenv memories)
 for name in "$@"; do
   if [ -z "${packages[$name]:-}" ]; then
     echo "unknown client '$name'; allowed: ${names[*]}" >&2

@@ -22,7 +22,7 @@ run_time=nanobind-backend  # of engram's own
 readers=(pyarrow av pandas pillow protobuf google-crc32c h5py)  # data sets
 shared=(
   "$run_time" pytest pytest-xdist numpy torch jax matplotlib array-api-compat moviepy "${readers[@]}"
-  stable-baselines3 sb3-contrib torchrl skrl vla-eval ray
+  stable-baselines3 sb3-contrib torchrl skrl vla-eval
   mypy "pyright[nodejs]" pygame nbclient ipykernel
   statsmodels scipy  # what intervals and tests of results are checked against
   tyro tqdm rich colorama  # of the original's scripts, which engram.mikasa runs

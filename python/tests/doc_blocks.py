@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(r"^```(python|sh)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-# Libraries whose own tests run their blocks, most of them in environments of their own.
+# Libraries that have an environment of their own.
 ELSEWHERE = re.compile(
     r"^(?:import|from) (tensorflow_datasets|lerobot|pufferlib|inspect_robots|openenv"
     r"|engram\.integrations\.ray)\b",

@@ -25,13 +25,27 @@ IDS = [TASK, "TakeItBack-VLA-v0"]
 OPTIONS = {"episodes": 6, "obs": "state", "num_envs": 3}
 
 
+def start_ray(tries: int = 5) -> None:
+    """A cluster of four actors of one core each, on any machine.
+
+    Ray's node gives its agent 15 s to start, and then ends: on busy machines that takes tries.
+    """
+    os.environ.update({"RAY_raylet_start_wait_time_s": "60"})
+    for left in reversed(range(tries)):
+        try:
+            ray.init(num_cpus=4, include_dashboard=False, log_to_driver=False)
+            return
+        except Exception:
+            ray.shutdown()
+            if left == 0:
+                raise
+
+
 @pytest.fixture(scope="module", autouse=True)
 def cluster():
-    os.environ.update({"RAY_raylet_start_wait_time_s": "300"})  # for busy machines
+    start_ray()
     this = sys.modules[__name__]
     ray.cloudpickle.register_pickle_by_value(this)  # actors cannot import it
-    # Four actors of one core each run side by side on any machine.
-    ray.init(num_cpus=4, include_dashboard=False, log_to_driver=False)
     yield
     ray.shutdown()
     ray.cloudpickle.unregister_pickle_by_value(this)
