@@ -20,6 +20,7 @@ LIBRARIES = {  # by extra of pyproject.toml
     "servers": ("websockets", "msgpack", "aiohttp", "pillow"),
     "datasets": ("pyarrow", "av", "pandas", "pillow", "protobuf", "google-crc32c"),
     "hdf5": ("h5py",),
+    "ray": ("ray",),
 }
 _OTHER = "engram"  # another project's; this one's before 0.5.0
 _LONGEST = 200  # characters of its metadata, which anybody may have written

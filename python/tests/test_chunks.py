@@ -188,7 +188,7 @@ def test_lists_of_chunks_and_histories_are_a_sweep(tmp_path: Path) -> None:
         (task,) = point["tasks"]
         assert task["model"]["config"]["replan"] == replan
         assert task["model"]["config"]["history"] == history
-        assert point["summary"]["tasks"] == 1
+        assert point["summary"]["tasks"] == [TASK]
     table, _ = evaluated(tmp_path, *lists[:2])
     assert [row["replan"] for row in json.loads(table.stdout)] == ["5", "8"]
     resumed, _ = evaluated(tmp_path, *lists, "--resume", str(next(out.glob("*/*/*"))))
@@ -200,7 +200,7 @@ def test_a_run_with_chunks_is_reproduced(tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr
     folder = next(tmp_path.glob("*/*/settings.json")).parent
     policy = shlex.join([sys.executable, str(tmp_path / "policy.py"), str(tmp_path / "log")])
-    for more, verdict in ([], "same"), (["--replan", "4"], "policy"):
+    for more, verdict in ([], "same"), (["--history", "last"], "policy"):
         again = subprocess.run(
             [sys.executable, "-m", "engram", "reproduce", str(folder), "--json",
              "--policy-command", policy, *more],

@@ -20,6 +20,7 @@ NOT_RUN = {
     "python -m engram_learners.scores": "takes long",
     "python -m engram_learners.zoo.scores": "takes long",
     "python python/examples/mikasa_ppo.py": "takes long",
+    "engram eval RememberColor3-VLA-v0 --policy-server": "needs a server",
     "mpirun": "needs MPI",
     "openssl rand": "needs a policy, and a host that keeps a secret",
     "#!/bin/sh\n#SBATCH": "needs a cluster",

@@ -40,13 +40,13 @@ TEST_CASE("Numbers that change while a step runs are those that it has checked",
     }
   });
   int taken = 0;
-  for (int i = 0; i < 2000; ++i) {
+  // Refused steps take microseconds: all of some thousand may see one NaN while the writer waits.
+  for (int i = 0; i < 2000 || taken < 10; ++i) {
     const auto* plain = reinterpret_cast<const float*>(actions.data());
     taken += engram_step(batch.get(), plain, count) == ENGRAM_OK ? 1 : 0;
   }
   done = true;
   writer.join();
-  CHECK(taken > 0);
   CHECK(engram_unstable_count(batch.get()) == 0);
 }
 
