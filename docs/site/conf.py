@@ -2,6 +2,8 @@
 
 import os
 import re
+import sys
+import types
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -60,7 +62,9 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 maximum_signature_line_length = 88
 toc_object_entries_show_parents = "hide"
-autodoc_mock_imports = ["pufferlib", "ray", "stable_baselines3"]
+autodoc_mock_imports = ["pufferlib", "stable_baselines3"]
+# A mocked decorator would hide the class below it.
+sys.modules["ray"] = types.SimpleNamespace(remote=lambda one: one)
 napoleon_numpy_docstring = False
 
 # The reference of C++ and C, from Doxygen's XML.
