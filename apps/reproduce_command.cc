@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "apps/eval_options.h"
 #include "apps/interruption.h"
 #include "apps/output.h"
+#include "core/base/names.h"
 #include "protocol/eval/evaluation_run.h"
 #include "protocol/eval/results/comparison.h"
 
@@ -38,27 +40,15 @@ bool has(const std::vector<std::string>& ids, const std::string& id) {
 // What differs between episodes of a run and those that are played again.
 enum class Cause { kNothing, kEnvironment, kPolicy, kEither };
 
-constexpr const char* key_of(Cause cause) {
-  switch (cause) {
-    case Cause::kNothing:
-      return "same";
-    case Cause::kEnvironment:
-      return "environment";
-    case Cause::kPolicy:
-      return "policy";
-    case Cause::kEither:
-      return "undecided";
-  }
-  return "";
-}
+constexpr std::array kCauseNames = {"same", "environment", "policy", "undecided"};
+constexpr const auto& names_of(Cause) { return kCauseNames; }
 
 // total: of the comparison. The first observations are the environment's alone, the first answers
 // to equal ones the policy's. engram's own physics gives equal answers the same bits on every
 // machine; MuJoCo's need not.
 Cause cause_of(const Json& total, Physics physics) {
   const Json& same = part(total, "same_digests");
-  if (is_null(same))
-    refuse("results without digests given; only those with digests can be told apart");
+  if (is_null(same)) refuse("results without digests given; digests needed");
   const std::uint64_t pairs = whole_number(part(total, "pairs"));
   const auto all = [&](const char* key) { return whole_number(part(same, key)) == pairs; };
   if (!all("first_observations")) return Cause::kEnvironment;
@@ -157,7 +147,7 @@ void reproduce(const ReproduceOptions& options) {
     repeatable = cause_of(part(twice, "total"), settings.physics) == Cause::kNothing;
   }
   if (options.json) {
-    print(to_text(JsonTable{{"verdict", key_of(cause)},
+    print(to_text(JsonTable{{"verdict", name_of(cause)},
                             {"policy_repeats", repeatable ? Json(*repeatable) : Json()},
                             {"comparison", std::move(comparison)}}));
   } else {

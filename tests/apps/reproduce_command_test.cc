@@ -47,7 +47,7 @@ TEST_CASE("reproduce: a run is the same again, for each of its settings", "[apps
   }
 }
 
-TEST_CASE("reproduce: another policy is told from another environment", "[apps]") {
+TEST_CASE("reproduce: another policy is not another environment", "[apps]") {
   const TemporaryFolder folder;
   const fs::path run = finished_run(folder, kTask);
   const ParsedJson blind = reproduced(run, "--policy blind");
