@@ -100,7 +100,7 @@ TraceDemo::TraceDemo(mjcf::Scene& scene, TaskInfo& info, const TraceParams& para
       red_pushes_green_(
           TaskOptions(info.options)
               .on_off("red_pushes_green",
-                      "1: the red cube pushes the green one, whose place then tells of the shapes",
+                      "1: the red cube has a body and pushes the green one while that is awake",
                       /*original=*/true)),
       contours_(params.contours),
       red_(static_cast<int>(scene.props.size())),
@@ -164,18 +164,6 @@ TracePhase TraceDemo::phase(int env) const {
   return elapsed < demo_end(env) ? TracePhase::kDemo : TracePhase::kAction;
 }
 
-// The red cube moves evenly, except for the jump from one shape to the next.
-void TraceDemo::before_physics(int env) const {
-  if (!pushes_) return;
-  const int next = engine_.state->elapsed[env] + 1;
-  if (next <= pre_demo_steps_[env] || next >= demo_end(env)) return;
-  const Place to = place_at(env, next);
-  if (to.waypoint == 0) return;
-  const Vec2 at = contour(env, to.element).waypoint(to.waypoint);
-  const double pos[3] = {at.x(), at.y(), CUBE_HALFSIZE};
-  engine_.state->move_kinematic(env, red_body_, pos);
-}
-
 void TraceDemo::advance(int env) const {
   const int elapsed = engine_.state->elapsed[env];
   const int end = demo_end(env);
@@ -183,7 +171,10 @@ void TraceDemo::advance(int env) const {
   if (elapsed < end) {
     const Place place = place_at(env, elapsed);
     put_red(env, place);
-    if (pushes_ && place.element > 0 && place.waypoint == 0) make_room_for_red(env);
+    const bool jumps = place.element > 0 && place.waypoint == 0;
+    if (pushes_ && jumps && engine_.state->status_of(env, green_) == PropStatus::kAwake) {
+      make_room_for_red(env);
+    }
   } else if (elapsed == end) {
     const double* last = engine_.state->prop_pos_of(env, red_);
     const double hidden[3] = {last[0], last[1], CUBE_HALFSIZE + kTraceHiddenOffset};
@@ -198,6 +189,8 @@ TraceDemo::Place TraceDemo::place_at(int env, int elapsed) const {
   return {element, std::min(shown - element * contours_.waypoints(), contours_.waypoints() - 1)};
 }
 
+// Its body is placed anew as well, as in the original: it wakes nothing, and nothing at rest
+// touches it.
 void TraceDemo::put_red(int env, const Place& place) const {
   const Vec2 at = contour(env, place.element).waypoint(place.waypoint);
   place_upright(*engine_.state, env, red_, at, CUBE_HALFSIZE);
@@ -211,7 +204,7 @@ void TraceDemo::put_green(int env) const {
   place_upright(*engine_.state, env, green_, at, CUBE_HALFSIZE);
 }
 
-// The red cube has jumped to the next shape. It does not appear inside the green one.
+// The red cube has jumped to the next shape. It does not appear inside a green one that is awake.
 void TraceDemo::make_room_for_red(int env) const {
   const State& state = *engine_.state;
   const double* red = state.prop_pos_of(env, red_);

@@ -41,7 +41,6 @@ class TraceDemo {
 
   void bind(const Bindings& bindings);
   void reset(const Episode& episode) const;
-  void before_physics(int env) const;
   void advance(int env) const;
 
   TracePhase phase(int env) const;

@@ -80,9 +80,6 @@ class TraceShape final : public FamilyBase {
 
   // --- phases ---
 
-  void before_physics(Range envs) override {
-    for (int env = envs.begin; env < envs.end; ++env) demo_.before_physics(env);
-  }
   void advance(Range envs) override {
     for (int env = envs.begin; env < envs.end; ++env) demo_.advance(env);
   }

@@ -87,6 +87,21 @@ TEST_CASE("A teleported prop does not sweep what lies between", "[physics]") {
   CHECK((rig.pos(1) - Eigen::Vector3d(-0.1, 0.2, 0.02)).norm() < 1e-4);
 }
 
+TEST_CASE("A kinematic prop that is placed onto a sleeping one does not wake it",
+          "[physics][sleep]") {
+  Rig rig = make_rig({});
+  rig.rest(2);
+  const Eigen::Vector3d before = rig.pos(1);
+  const double pos[3] = {-0.09, 0.2, 0.02};
+  const double upright[4] = {1, 0, 0, 0};
+  for (int step = 0; step < 10; ++step) {
+    rig.state().place_prop(0, 0, pos, upright);
+    rig.rest(1);
+  }
+  CHECK(rig.status(1) == PropStatus::kAsleep);
+  CHECK(rig.pos(1) == before);
+}
+
 TEST_CASE("A kinematic prop that moves past nothing does not change a bit of the robot",
           "[physics][sleep]") {
   Rig still = make_rig({});

@@ -99,25 +99,6 @@ TEST_CASE("The place of the green cube does not reveal what was traced", "[trace
   }
 }
 
-TEST_CASE("A green cube that the red one pushes reveals the shape", "[trace][answer]") {
-  const BatchOptions options{
-      .num_envs = 400, .auto_reset = AutoReset::kOff, .task_options = {{"red_pushes_green", 1}}};
-  const auto batch = make_running(kMedium, options);
-  for (int t = 0; t < 75; ++t) test::step(*batch, Policy::kZero);
-  std::array<double, 2> shown{};
-  std::array<double, 2> pushed{};
-  for (int i = 0; i < options.num_envs; ++i) {
-    const auto shape =
-        static_cast<std::size_t>(*row<std::int32_t>(batch->output("oracle_info"), i));
-    const double* center = row<double>(test::memory_of(*batch).find("center"), i);
-    const double* pos = batch->state().prop_pos_of(i, kGreen);
-    shown[shape] += 1;
-    pushed[shape] += std::hypot(pos[0] - center[0] + 0.16, pos[1] - center[1]) > 0.001 ? 1 : 0;
-  }
-  CHECK(pushed[SHAPE_SQUARE] / shown[SHAPE_SQUARE] >
-        pushed[SHAPE_CIRCLE] / shown[SHAPE_CIRCLE] + 0.2);
-}
-
 TEST_CASE("A trail commits to the shape that it comes nearest to", "[trace][answer]") {
   for (const int shape : {SHAPE_CIRCLE, SHAPE_SQUARE, SHAPE_TRIANGLE}) {
     for (const double radius : {0.08, 0.13}) {

@@ -81,73 +81,41 @@ TEST_CASE("TraceShape keeps to the timeline of the example: P = 5, C = 69", "[tr
 // As in the original.
 const std::vector<TaskOptionValue> kPushing = {{"red_pushes_green", 1}};
 
-TEST_CASE("The demonstration pushes the green cube gently out of its way", "[trace]") {
+TEST_CASE("The red cube passes through a green one that sleeps", "[trace][pushing][original]") {
+  for (const char* id : {"TraceShapeMedium-VLA-v0", "TraceShapeSeqMedium-VLA-v0"}) {
+    INFO(id);
+    const BatchOptions options{.num_envs = 64, .task_options = kPushing};
+    const auto batch = make_running(id, options);
+    std::vector<Vec2> before;
+    for (int i = 0; i < options.num_envs; ++i) before.push_back(place(*batch, kGreen, i));
+    int met = 0;
+    for (int step = 0; step < 70; ++step) {
+      test::step(*batch, Policy::kZero);
+      for (int i = 0; i < options.num_envs; ++i) {
+        const Vec2 offset = place(*batch, kGreen, i) - place(*batch, kRed, i);
+        met += offset.lpNorm<Eigen::Infinity>() < 0.03 ? 1 : 0;
+        REQUIRE(place(*batch, kGreen, i) == before[static_cast<std::size_t>(i)]);
+      }
+    }
+    CHECK(met > 20);
+  }
+}
+
+TEST_CASE("The red cube pushes a green one that is awake out of its way", "[trace][pushing]") {
   // A circle that passes through the green cube's place.
-  const bool sleep = GENERATE(true, false);
   BatchOptions options = pinned({{"shape", {0}}, {"radius", {0.13}}, {"rotation", {0}}});
-  options.sleep = sleep;
+  options.sleep = false;
   options.task_options = kPushing;
   const auto batch = make_running("TraceShapeHard-VLA-v0", options);
   const Vec2 before = place(*batch, kGreen);
-  double fastest = 0;
   const std::vector<float> rest = test::zeros(*batch);
   while (batch->state().elapsed[0] < 90) {
     batch->step(rest);
-    const Eigen::Map<const Eigen::Vector3d> velocity(batch->state().prop_qvel_of(0, kGreen));
-    fastest = std::max(fastest, velocity.norm());
     REQUIRE(std::abs(batch->state().prop_pos_of(0, kGreen)[2] - 0.02) < 0.006);
   }
   const double pushed = (place(*batch, kGreen) - before).norm();
   CHECK(pushed > 0.005);
   CHECK(pushed < 0.10);
-  CHECK(fastest < 0.6);
-}
-
-// How deep the green cube, turned about the vertical, is inside the red one, m.
-double overlap(const Batch& batch, int index) {
-  constexpr double kHalf = 0.02;
-  const double* q = batch.state().prop_quat_of(index, kGreen);
-  const double yaw = 2 * std::atan2(q[3], q[0]);
-  const Vec2 along(std::cos(yaw), std::sin(yaw));
-  const Vec2 across(-along.y(), along.x());
-  const Vec2 offset = place(batch, kGreen, index) - place(batch, kRed, index);
-  double least = 1;
-  for (const Vec2& axis : {Vec2(1, 0), Vec2(0, 1), along, across}) {
-    const double reach =
-        kHalf * (axis.lpNorm<1>() + std::abs(axis.dot(along)) + std::abs(axis.dot(across)));
-    least = std::min(least, reach - std::abs(axis.dot(offset)));
-  }
-  return least;
-}
-
-TEST_CASE("The red cube pushes the green one as something that moves", "[trace][pushing]") {
-  constexpr double kControlStep = 0.05;  // s
-  for (const char* id : {"TraceShapeEasy-VLA-v0", "TraceShapeMedium-VLA-v0",
-                         "TraceShapeHard-VLA-v0", "TraceShapeSeqHard-VLA-v0"}) {
-    const BatchOptions options{.num_envs = 256, .task_options = kPushing};
-    const auto batch = make_running(id, options);
-    double max_ahead = 0;  // m/s, of the green cube
-    double deepest = 0;    // m
-    std::vector<bool> pushed(256);
-    for (int step = 0; step < 90; ++step) {
-      std::vector<Vec2> before;
-      for (int i = 0; i < options.num_envs; ++i) before.push_back(place(*batch, kRed, i));
-      test::step(*batch, Policy::kZero);
-      for (int i = 0; i < options.num_envs; ++i) {
-        if (batch->state().status_of(i, kRed) == PropStatus::kHidden) continue;
-        const auto index = static_cast<std::size_t>(i);
-        const double pace = (place(*batch, kRed, i) - before[index]).norm() / kControlStep;
-        const Eigen::Map<const Eigen::Vector3d> green(batch->state().prop_qvel_of(i, kGreen));
-        max_ahead = std::max(max_ahead, green.norm() - pace);
-        deepest = std::max(deepest, overlap(*batch, i));
-        if (green.norm() > 0.01) pushed[index] = true;
-      }
-    }
-    INFO(id);
-    CHECK(std::count(pushed.begin(), pushed.end(), true) > 20);
-    CHECK(max_ahead < 0.1);
-    CHECK(deepest < 0.002);
-  }
 }
 
 TEST_CASE("Cubes that push never overlap at reset", "[trace]") {
