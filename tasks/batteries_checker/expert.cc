@@ -78,7 +78,9 @@ void BatteryExpert::act(Range envs, Script script, FloatRows actions) const {
 }
 
 void BatteryExpert::play_round(int env, int stage, const Plan& plan, float* action) const {
-  if (stage == STAGE_INSERT && plan.battery >= 0) {
+  if (view_.params.easy && view_.check.insert_event[env] != 0) {
+    hold_tcp(kOpening, action);  // a battery counts before the fingers are clear of it
+  } else if (stage == STAGE_INSERT && plan.battery >= 0) {
     insert(env, plan.battery, action);
   } else if (stage == STAGE_RETURN && plan.active >= 0) {
     if (put_back(env, plan.active, action)) {

@@ -155,6 +155,19 @@ TEST_CASE("Easy: an inserted battery returns in the same step and the lamp glows
   }
 }
 
+TEST_CASE("Easy: the oracle opens for one step more after a battery has counted", "[battery]") {
+  const auto batch = start("Easy-3", {1});
+  int inserted = 0;
+  for (int step = 0; step < batch->horizon() && inserted == 0; ++step) {
+    test::step(*batch, Policy::kOracle);
+    inserted = flag(*batch, "new_insert_event");
+  }
+  REQUIRE(inserted == 1);
+  CHECK(test::act(*batch, Policy::kOracle).back() > 0);
+  test::step(*batch, Policy::kOracle);
+  CHECK(test::act(*batch, Policy::kOracle).back() < 0);
+}
+
 TEST_CASE("A returning battery makes way for what stands in its slot", "[battery]") {
   const auto batch = start("Easy-3", {2});
   const Eigen::Vector3d slot(0, -0.084, 0.03);
