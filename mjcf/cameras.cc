@@ -1,5 +1,6 @@
 #include "mjcf/cameras.h"
 
+#include <cstddef>
 #include <numbers>
 
 #include "core/math/real_functions.h"
@@ -20,14 +21,20 @@ Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-Element& add_camera(Element& body, const char* name, const Vec3& pos, const Vec3& right,
-                    const Vec3& up, double fovy) {
+// Axes of length 1.
+void add_camera(Element& body, const char* name, const Vec3& pos, const Vec3& right, const Vec3& up,
+                double fovy) {
+  const Vec3 back = cross(right, up);
+  Mat3 axes;
+  for (int i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    axes.row(i) << right[k], up[k], back[k];
+  }
   Element& camera = add(body, "camera");
   set(camera, "name", name);
   set(camera, "pos", pos);
-  set(camera, "xyaxes", {right[0], right[1], right[2], up[0], up[1], up[2]});
+  set_rotation(camera, Eigen::Quaterniond(axes));
   set(camera, "fovy", fovy);
-  return camera;
 }
 
 // A camera that looks from eye to target with the horizon level.

@@ -51,10 +51,17 @@ Element& add_geom(Element& body, GeomType type, const Vec3& size, const Vec3& po
 
 Element& add_fromto_geom(Element& body, GeomType type, const Vec3& from, const Vec3& to,
                          double radius) {
+  const Eigen::Vector3d start = Eigen::Vector3d::Map(from.data());
+  const Eigen::Vector3d end = Eigen::Vector3d::Map(to.data());
+  const Eigen::Vector3d middle = (start + end) / 2;
+  const Eigen::Vector3d axis = (start - end).normalized();  // z of the geom
   Element& geom = add(body, "geom");
   set(geom, "type", geom_type(type));
-  set(geom, "size", radius);
-  set(geom, "fromto", {from[0], from[1], from[2], to[0], to[1], to[2]});
+  set(geom, "size", {radius, (start - end).norm() / 2});
+  set(geom, "pos", {middle[0], middle[1], middle[2]});
+  const bool opposite = axis.z() < -1 + 1e-12;
+  set_rotation(geom, opposite ? Eigen::Quaterniond(0, 1, 0, 0)
+                              : Eigen::Quaterniond(1 + axis.z(), -axis.y(), axis.x(), 0));
   return geom;
 }
 

@@ -48,13 +48,6 @@ void add_joint(Element& body, const JointSpec& joint) {
   set(element, "armature", kTimestep * (kDamping + end_share(joint) * kTimestep * kStiffness));
 }
 
-void add_inertia(Element& element, const LinkSpec& body) {
-  Element& inertial = add(element, "inertial");
-  set(inertial, "mass", body.mass);
-  set(inertial, "pos", body.com);
-  set(inertial, "fullinertia", body.inertia);
-}
-
 Element& add_body(Element& parent, const LinkSpec& body) {
   Element& element = add(parent, "body");
   set(element, "name", body.name);
@@ -75,7 +68,8 @@ Element& add_panda(Element& worldbody, const std::function<bool(Link link)>& is_
         parent == kWorldParent ? worldbody : *elements[static_cast<std::size_t>(parent)];
     elements[i] = &add_body(parent_element, link_spec(link));
     if (!is_carried(link)) continue;
-    add_inertia(*elements[i], link_spec(link));
+    const LinkSpec& spec = link_spec(link);
+    add_inertial(*elements[i], spec.mass, spec.com, spec.inertia);
     for (const JointSpec& joint : joint_specs()) {
       if (joint.link == link) add_joint(*elements[i], joint);
     }

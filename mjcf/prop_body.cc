@@ -32,7 +32,8 @@ void add_geom_of(const Prop& prop, std::size_t index, bool visuals, Element& bod
   Element& element = add_geom(body, geom.type, geom.size, geom.pos, {});
   set(element, "name", geom_name(prop, index));
   if (geom.type == GeomType::kMesh) set(element, "mesh", geom_name(prop, index));
-  if (geom.quat != Quat{1, 0, 0, 0}) set(element, "quat", geom.quat);
+  const auto [w, x, y, z] = geom.quat;
+  set_rotation(element, {w, x, y, z});
 
   const bool shown = visuals && geom.visible;
   const int visual = geom.hidden_from_sensors ? kPeopleGroup : kVisualGroup;
@@ -64,10 +65,7 @@ Element& add_prop(Element& worldbody, const Prop& prop, bool visuals) {
     set(body, "mocap", "true");
   } else {
     add_free_joint(body, prop);
-    Element& inertial = add(body, "inertial");
-    set(inertial, "mass", prop.mass);
-    set(inertial, "pos", prop.center_of_mass);
-    set(inertial, "fullinertia", prop.inertia);
+    add_inertial(body, prop.mass, prop.center_of_mass, prop.inertia);
   }
   for (std::size_t i = 0; i < prop.geoms.size(); ++i) {
     const Geom& geom = prop.geoms[i];

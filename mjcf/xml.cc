@@ -1,7 +1,7 @@
 #include "mjcf/xml.h"
 
-#include <array>
 #include <charconv>
+#include <cmath>
 
 namespace engram::mjcf {
 namespace {
@@ -11,6 +11,10 @@ std::string to_text(double number) {
   std::array<char, 32> buffer{};
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number);
   return {buffer.data(), result.ptr};
+}
+
+double computed_norm(const Eigen::Vector4d& q) {
+  return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
 }
 
 }  // namespace
@@ -36,6 +40,38 @@ void set(Element& element, const char* attribute, std::initializer_list<double> 
 
 void set(Element& element, const char* attribute, double number) {
   set(element, attribute, {number});
+}
+
+void set_rotation(Element& element, const Eigen::Quaterniond& rotation) {
+  const Eigen::Quaterniond unit = rotation.normalized();
+  Eigen::Vector4d q(unit.w(), unit.x(), unit.y(), unit.z());
+  if (q == Eigen::Vector4d(1, 0, 0, 0)) return;
+  int largest = 0;
+  q.cwiseAbs().maxCoeff(&largest);
+  // A last bit of the largest component changes the norm by less than rounding forgives.
+  for (double norm = computed_norm(q); norm != 1; norm = computed_norm(q)) {
+    q[largest] = std::nextafter(q[largest], norm > 1 ? 0 : 2 * q[largest]);
+  }
+  set(element, "quat", {q[0], q[1], q[2], q[3]});
+}
+
+void add_inertial(Element& body, double mass, const std::array<double, 3>& center,
+                  const std::array<double, 6>& inertia) {
+  const auto [xx, yy, zz, xy, xz, yz] = inertia;
+  Eigen::Vector3d moments(xx, yy, zz);
+  Mat3 axes = Mat3::Identity();
+  if (xy != 0 || xz != 0 || yz != 0) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> solved(
+        Mat3{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}});
+    moments = solved.eigenvalues();
+    axes = solved.eigenvectors();
+    if (axes.determinant() < 0) axes.col(0) = -axes.col(0);
+  }
+  Element& element = add(body, "inertial");
+  set(element, "mass", mass);
+  set(element, "pos", center);
+  set_rotation(element, Eigen::Quaterniond(axes));
+  set(element, "diaginertia", {moments[0], moments[1], moments[2]});
 }
 
 }  // namespace engram::mjcf

@@ -3,9 +3,12 @@
 
 #include <tinyxml2.h>
 
+#include <array>
 #include <initializer_list>
 #include <span>
 #include <string>
+
+#include "core/math/eigen_types.h"
 
 namespace engram::mjcf {
 
@@ -19,5 +22,15 @@ void set(Element& element, const char* attribute, const std::string& text);
 void set(Element& element, const char* attribute, std::span<const double> numbers);
 void set(Element& element, const char* attribute, std::initializer_list<double> numbers);
 void set(Element& element, const char* attribute, double number);
+
+// What MuJoCo would work out itself, its versions work out to other bits. So rotations are
+// quaternions whose computed norm is exactly 1, and inertia has principal moments.
+
+// Sets `quat`; nothing for no rotation.
+void set_rotation(Element& element, const Eigen::Quaterniond& rotation);
+
+// Appends an inertia about the centre of mass, in the body's axes, as xx, yy, zz, xy, xz, yz.
+void add_inertial(Element& body, double mass, const std::array<double, 3>& center,
+                  const std::array<double, 6>& inertia);
 
 }  // namespace engram::mjcf

@@ -165,7 +165,8 @@ void CollisionScene::add_shapes(const mjModel& model, int body, CollisionBody& t
 }
 
 void CollisionScene::add_pairs(const mjModel& model, const std::vector<int>& shape_of_geom) {
-  // By whether the second body moves, then in order of the bodies.
+  // By whether the second body moves, then in order of the bodies and of their shapes: versions of
+  // MuJoCo order pairs differently.
   std::map<std::array<int, 3>, std::vector<ShapePair>> grouped;
   for (int pair = 0; pair < model.npair; ++pair) {
     ShapePair entry;
@@ -173,7 +174,9 @@ void CollisionScene::add_pairs(const mjModel& model, const std::vector<int>& sha
     entry.b = shape_of_geom[at(model.pair_geom2[pair])];
     const auto body_of = [&](int shape) { return shapes_[at(shape)].body; };
     const auto rank_of = [&](int shape) { return rank(bodies_[at(body_of(shape))].kind); };
-    if (rank_of(entry.a) > rank_of(entry.b)) std::swap(entry.a, entry.b);
+    const std::pair order_a(rank_of(entry.a), entry.a);
+    const std::pair order_b(rank_of(entry.b), entry.b);
+    if (order_a > order_b) std::swap(entry.a, entry.b);
     if (rank_of(entry.a) == 2) continue;  // nothing moves
     const mjtNum* friction = model.pair_friction + 5 * pair;
     entry.friction = friction[0];
@@ -182,7 +185,8 @@ void CollisionScene::add_pairs(const mjModel& model, const std::vector<int>& sha
     const int fixed = rank_of(entry.b) == 2 ? 1 : 0;
     grouped[{fixed, body_of(entry.a), body_of(entry.b)}].push_back(entry);
   }
-  for (const auto& [key, pairs] : grouped) {
+  for (auto& [key, pairs] : grouped) {
+    std::ranges::sort(pairs, {}, [](const ShapePair& pair) { return std::pair(pair.a, pair.b); });
     body_pairs_.push_back(
         {key[1], key[2], static_cast<int>(shape_pairs_.size()), static_cast<int>(pairs.size())});
     shape_pairs_.insert(shape_pairs_.end(), pairs.begin(), pairs.end());

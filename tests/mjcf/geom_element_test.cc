@@ -1,6 +1,8 @@
 #include "mjcf/geom_element.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
 #include <string>
 
 namespace engram::mjcf {
@@ -24,13 +26,20 @@ TEST_CASE("A geom has as many sizes as its type", "[mjcf][geom]") {
   }
 }
 
-TEST_CASE("A geom between two points has their coordinates", "[mjcf][geom]") {
+TEST_CASE("A geom between two points lies in their middle", "[mjcf][geom]") {
   tinyxml2::XMLDocument document;
   Element& body = *document.NewElement("body");
   document.InsertEndChild(&body);
-  const Element& geom = add_fromto_geom(body, GeomType::kCapsule, {0, 0, 0}, {0, 0.5, 1}, 0.05);
-  CHECK(std::string(geom.Attribute("fromto")) == "0 0 0 0 0.5 1");
-  CHECK(std::string(geom.Attribute("size")) == "0.05");
+  const Element& geom = add_fromto_geom(body, GeomType::kCapsule, {0, 0, 0}, {0, 0, 1}, 0.05);
+  CHECK(std::string(geom.Attribute("pos")) == "0 0 0.5");
+  CHECK(std::string(geom.Attribute("size")) == "0.05 0.5");
+  CHECK(std::string(geom.Attribute("quat")) == "0 1 0 0");
+  const Element& other = add_fromto_geom(body, GeomType::kCapsule, {0, 2, 0}, {0, 0, 0}, 0.05);
+  double w = 0;
+  double x = 0;
+  REQUIRE(std::sscanf(other.Attribute("quat"), "%lf %lf 0 0", &w, &x) == 2);
+  CHECK(w == Approx(std::sqrt(0.5)));
+  CHECK(x == Approx(-std::sqrt(0.5)));
 }
 
 }  // namespace
