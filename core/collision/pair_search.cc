@@ -62,6 +62,14 @@ int record_of(int shape_pair, const ContactMemory& memory) {
   return found == memory.pairs.end() ? -1 : static_cast<int>(found - memory.pairs.begin());
 }
 
+// The original orders a ball's contacts with the fingers from where they may first exist.
+double near_gap_of(const CollisionScene& scene, const ShapePair& pair) {
+  const CollisionShape& a = scene.shapes()[at(pair.a)];
+  const bool of_finger = finger_of(scene.bodies()[at(a.body)].link) >= 0;
+  const bool of_ball = scene.shapes()[at(pair.b)].type == mjGEOM_SPHERE;
+  return a.type == mjGEOM_BOX && of_finger && of_ball ? kContactReach : kActiveGap;
+}
+
 bool moves_freely(const CollisionBody& body) {
   return body.kind == BodyKind::kLink || body.kind == BodyKind::kFree;
 }
@@ -105,6 +113,11 @@ PairSearch::PairSearch(const CollisionScene& scene)
       centered_(scene.bodies().size()) {
   for (const CollisionShape& shape : scene.shapes()) {
     turned_.push_back(shape.frame.axes.isIdentity(0) ? 0 : 1);
+  }
+  for (const ShapePair& pair : scene.shape_pairs()) near_gap_.push_back(near_gap_of(scene, pair));
+  for (const BodyPair& pair : scene.body_pairs()) {
+    const auto first = near_gap_.begin() + pair.first;
+    bodies_near_gap_.push_back(*std::max_element(first, first + pair.count));
   }
   visits_.reserve(scene.body_pairs().size());
   const auto most = at(max_near_pairs(scene));
@@ -226,7 +239,7 @@ void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemo
   }
   const Travel travel = travel_of(pair.a, pair.b);
   if (travel.after() < bodies_clear_[at(index)]) return;
-  const double around = scene_.bodies()[at(pair.a)].bounding_radius + kActiveGap;
+  const double around = scene_.bodies()[at(pair.a)].bounding_radius + bodies_near_gap_[at(index)];
   const double distance = body_distance(pair, around + travel.substep, bodies);
   bodies_clear_[at(index)] = travel.before + distance - around;
   if (travel.after() < bodies_clear_[at(index)]) return;
@@ -249,7 +262,9 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   const Frame& frame_a = shape_frame(shapes.a, bodies);
   const Frame& frame_b = shape_frame(shapes.b, bodies);
   double& clear = shapes_clear_[at(index)];
-  clear = travel.before + min_distance_of(a, frame_a, b, frame_b) - kActiveGap;
+  const double near_gap = near_gap_[at(index)];
+  const double distance = min_distance_of(a, frame_a, b, frame_b);
+  clear = travel.before + distance - near_gap;
   if (travel.after() < clear) return;
   clear = kNever;
   const int known = record_of(index, memory);
@@ -260,7 +275,7 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   // Most new pairs have no point that can act: their separation costs less than points.
   const double apart = known < 0 ? narrow_phase.separation(index, frame_a, frame_b) : kNever;
   if (apart >= active) {
-    clear = travel.before - kActiveGap + apart;
+    clear = travel.before - near_gap + apart;
     return;
   }
   if (known < 0) {
@@ -269,11 +284,16 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   }
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
   NearPair& near = near_.emplace_back(known, index, active + kLookAhead);
-  near.points = narrow_phase.find(index, frame_a, frame_b, near.gap, pair);
+  // Of a finger and a ball the distance is their gap, so those out of reach need no points.
+  const bool early = near_gap > active && distance >= active;
+  if (early) {
+    near.gap = distance;
+  } else {
+    near.points = narrow_phase.find(index, frame_a, frame_b, near.gap, pair);
+  }
   for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
-  if (!(near.gap < active)) {
-    clear =
-        travel.before - kActiveGap + narrow_phase.min_distance(index, frame_a, frame_b, near.gap);
+  if (!(near.gap < std::max(active, near_gap))) {
+    clear = travel.before - near_gap + narrow_phase.min_distance(index, frame_a, frame_b, near.gap);
     near_.pop_back();
     return;
   }

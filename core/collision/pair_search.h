@@ -28,7 +28,7 @@ struct BodyStates {
 };
 
 // What the contact law remembers of an environment: pairs of shapes, in the order in which they
-// came near each other, which is that of solving.
+// came near each other, which is that of solving. A finger is near a ball long before it can act.
 struct ContactMemory {
   std::vector<ContactPair> pairs;
 };
@@ -56,8 +56,9 @@ class PairSearch {
 
   // Begins a control step.
   void begin();
-  // Finds the pairs with points that can act in this substep. Remembers them, forgets others; keeps
-  // those of sleeping props. Call it within a MujocoScope.
+  // Finds the pairs with points that can act in this substep, and those of fingers and balls that
+  // are to be remembered. Remembers them, forgets others; keeps those of sleeping props. Call it
+  // within a MujocoScope.
   void find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
             double timestep);
   // Calls `visit(near)` for each pair found, in the order of solving.
@@ -91,6 +92,8 @@ class PairSearch {
   void forget_distant(const BodyStates& bodies, ContactMemory& memory);
 
   const CollisionScene& scene_;
+  std::vector<double> near_gap_;         // of each shape pair: what it is remembered from, m
+  std::vector<double> bodies_near_gap_;  // the largest of each body pair
   std::vector<NearPair> near_;
   std::vector<Travel> travel_;  // of each body
   // Travel of both bodies up to which a pair cannot come near: body pairs, shape pairs.

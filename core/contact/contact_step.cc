@@ -40,12 +40,13 @@ void ContactStep::find(const BodyStates& bodies, ContactMemory& memory, NarrowPh
 
 void ContactStep::add_patches(const NearPair& near, const BodyStates& bodies, ContactMemory& memory,
                               int lane, ContactBlock& block) {
+  ContactPair& pair = memory.pairs[at(near.record)];
+  if (near.points.empty()) return pair.forget_anchors();
   const ShapePair& shapes = scene_.shape_pairs()[at(near.shape_pair)];
   const int a = scene_.shapes()[at(shapes.a)].body;
   const int b = scene_.shapes()[at(shapes.b)].body;
   const CollisionBody& body_a = scene_.bodies()[at(a)];
   const CollisionBody& body_b = scene_.bodies()[at(b)];
-  ContactPair& pair = memory.pairs[at(near.record)];
   std::array<PatchSpec, ContactPair::kMaxPatches> specs;
   const int count = build_patches(near.points, center_frame(body_a, bodies.frames[at(a)]),
                                   center_frame(body_b, bodies.frames[at(b)]), pair, specs);

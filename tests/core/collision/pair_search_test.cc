@@ -62,20 +62,29 @@ class World {
     return pairs;
   }
 
+  // Points of a pair that was found.
+  int num_points(int shape_pair) const {
+    int count = -1;
+    search_.for_each([&](const NearPair& near) {
+      if (near.shape_pair == shape_pair) count = near.points.size();
+    });
+    return count;
+  }
+  Frame shape_frame(int shape) const {
+    const CollisionShape& of = scene().shapes()[static_cast<std::size_t>(shape)];
+    const Frame& body = bodies_.frames[static_cast<std::size_t>(of.body)];
+    return {body.pos + body.axes * of.frame.pos, body.axes * of.frame.axes};
+  }
+
   // Pairs with a point nearer than this, each looked at by itself.
   std::vector<int> nearer_than(double gap) {
     const MujocoScope scope;
     std::vector<int> pairs;
     for (std::size_t i = 0; i < scene().shape_pairs().size(); ++i) {
-      const auto frame_of = [&](int shape) {
-        const CollisionShape& of = scene().shapes()[static_cast<std::size_t>(shape)];
-        const Frame& body = bodies_.frames[static_cast<std::size_t>(of.body)];
-        return Frame{body.pos + body.axes * of.frame.pos, body.axes * of.frame.axes};
-      };
       const ShapePair& shapes = scene().shape_pairs()[i];
       ContactPair fresh;
-      ContactPoints points = narrow_phase_.find(static_cast<int>(i), frame_of(shapes.a),
-                                                frame_of(shapes.b), gap + 0.01, fresh);
+      ContactPoints points = narrow_phase_.find(static_cast<int>(i), shape_frame(shapes.a),
+                                                shape_frame(shapes.b), gap + 0.01, fresh);
       points.keep_below(gap);
       if (!points.empty()) pairs.push_back(static_cast<int>(i));
     }
@@ -168,6 +177,52 @@ TEST_CASE("Pairs are solved in the order in which they came near, then by their 
   world.find();
   CHECK(world.found() == std::vector<int>{second, ball, first});
   CHECK(world.remembered() == world.found());
+}
+
+// The pair of shapes of a finger's pad, its last box, and the ball.
+int with_pad(int link) {
+  const CollisionScene& scene = World::scene();
+  int last = -1;
+  for (std::size_t i = 0; i < scene.shape_pairs().size(); ++i) {
+    const ShapePair& pair = scene.shape_pairs()[i];
+    const auto body = [&](int shape) {
+      return scene
+          .bodies()[static_cast<std::size_t>(scene.shapes()[static_cast<std::size_t>(shape)].body)];
+    };
+    if (body(pair.a).link == link && body(pair.b).prop == test::kBall) last = static_cast<int>(i);
+  }
+  return last;
+}
+
+TEST_CASE("Of two fingers at a ball that is solved first which has been near it for longer",
+          "[contact][original]") {
+  World world;
+  const int left = with_pad(kLeftFingerLink);
+  const int right = with_pad(kRightFingerLink);
+  const auto pad = [&](int pair) {
+    return world.shape_frame(World::scene().shape_pairs()[static_cast<std::size_t>(pair)].a);
+  };
+  // Beside the open fingers, whose pads are 80 mm apart, nearer to the right one.
+  const Mat3 axes = pad(left).axes;
+  const Vec3 middle = (pad(left).pos + pad(right).pos) / 2;
+  world.place(test::kBall, middle + axes * Vec3(0.06, -0.02, 0), Vec3::Zero());
+  world.begin();
+  world.find();
+  CHECK(world.num_points(right) == 0);
+  CHECK(world.num_points(left) == -1);
+  // Between them, at the left one.
+  world.place(test::kBall, middle + axes * Vec3(0, 0.009, 0), Vec3::Zero());
+  world.begin();
+  world.find();
+  CHECK(world.num_points(right) == 0);
+  CHECK(world.num_points(left) == 1);
+  const std::vector<int> order = world.found();
+  CHECK(std::ranges::find(order, right) < std::ranges::find(order, left));
+  CHECK(world.remembered() == order);
+  world.place(test::kBall, middle + axes * Vec3(0, 0, 0.2), Vec3::Zero());
+  world.begin();
+  world.find();
+  CHECK(world.remembered().empty());
 }
 
 TEST_CASE("Pairs that part are forgotten, those of resting props are not", "[contact]") {
