@@ -33,10 +33,13 @@ struct Box {
   double roll;  // rad, about the link's x axis
 };
 
-// Hand (ours), wrist camera and the four boxes of a finger (the original's).
+// Hand (ours), wrist camera and the four boxes of a finger (the original's). The original's hand
+// is a hull that narrows towards the fingers: of the hand's boxes the second is its end there, and
+// both together have its extents.
 constexpr double kFingerTilt = std::numbers::pi / 6;
 constexpr std::array kBoxes = {
-    Box{Link::kHand, {0, 0, 0.03}, {0.03, 0.1, 0.035}, 0},
+    Box{Link::kHand, {0, -0.0018, 0.00705}, {0.0316, 0.1022, 0.03295}, 0},
+    Box{Link::kHand, {0, 0, 0.04298}, {0.016, 0.08, 0.02298}, 0},
     Box{Link::kCamera, {-0.0125, -0.02, 0}, {0.010025, 0.0495, 0.0115}, 0},
     Box{Link::kLeftFinger, {0, 0.0185, 0.011}, {0.011, 0.0075, 0.01}, 0},
     Box{Link::kLeftFinger, {0, 0.0068, 0.0022}, {0.011, 0.0044, 0.0019}, 0},

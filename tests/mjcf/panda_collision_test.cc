@@ -1,5 +1,7 @@
 #include "mjcf/panda_collision.h"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "tests/mjcf/model.h"
@@ -19,6 +21,28 @@ TEST_CASE("Every link has the collision geoms that it names", "[mjcf][panda]") {
     }
   }
   CHECK(model->ngeom == geoms + 1);  // and the table's plane
+}
+
+// Of its hull, in the hand's frame.
+TEST_CASE("The hand has the extents of the original's", "[mjcf][panda][original]") {
+  const Model model = compile({}, Detail::kRobotOnly);
+  std::array<double, 3> low{};
+  std::array<double, 3> high{};
+  for (int k = 0; k < collision_geom_count(Link::kHand); ++k) {
+    const int geom = id(model, mjOBJ_GEOM, collision_geom_name(Link::kHand, k));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double middle = model->geom_pos[3 * static_cast<std::size_t>(geom) + axis];
+      const double half = model->geom_size[3 * static_cast<std::size_t>(geom) + axis];
+      low[axis] = std::min(low[axis], middle - half);
+      high[axis] = std::max(high[axis], middle + half);
+    }
+  }
+  const std::array<double, 3> expected_low = {-0.0316, -0.104, -0.0259};
+  const std::array<double, 3> expected_high = {0.0316, 0.1004, 0.06596};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    CHECK(low[axis] == Approx(expected_low[axis]).margin(2e-4));
+    CHECK(high[axis] == Approx(expected_high[axis]).margin(2e-4));
+  }
 }
 
 TEST_CASE("The right finger mirrors the left", "[mjcf][panda]") {

@@ -27,9 +27,9 @@ const std::map<std::string, Bound>& bounds() {
       {"grasp_close_0.5", {0.37, 0.47}},  // in the other order of the fingers
       {"grasp_lift_0.5", {0.38, 0.49}},
       {"grasp_shake_0.5", {0.36, 0.49}},
-      // The hand's mesh touches the peg: ours is a box.
-      {"peg_push_0.15_z0.012", {0.57, 0.24, 0.5}},
-      {"peg_push_0.50_z0.012", {2.33, 0.64, 0.5}},
+      // The hand's mesh touches the peg: ours is two boxes.
+      {"peg_push_0.15_z0.012", {0.11, 0.05, 0.1}},
+      {"peg_push_0.50_z0.012", {0.83, 0.24, 0.2}},
       {"peg_push_0.15_z0.028", {0.755, 0.165, 0.1}},
       {"peg_push_0.15_z0.035", {0.813, 0.177, 0.1}},
       {"peg_push_0.50_z0.028", {0.160, 0.085}},
