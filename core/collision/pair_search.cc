@@ -19,7 +19,7 @@ constexpr double kActiveGap = 0.0025;  // m
 constexpr double kLookAhead = 0.01;  // m
 // What acceleration may add to a body's speed in a substep, besides kSpeculativeFactor.
 constexpr double kSpeedGain = 0.15;  // m/s
-// Links of the robot touch one another at no larger gap than this.
+// Bodies of the robot touch one another at no larger gap than this.
 constexpr double kMaxSelfGap = 0.009;  // m
 // Whatever a clearance calls clear is too far away for contacts.
 static_assert(kMaxSelfGap < kSelfMargin);
@@ -62,11 +62,14 @@ int record_of(int shape_pair, const ContactMemory& memory) {
   return found == memory.pairs.end() ? -1 : static_cast<int>(found - memory.pairs.begin());
 }
 
-// The original orders a ball's contacts with the fingers from where they may first exist.
+// The original orders a ball's contacts with the fingers from where they may first exist. While a
+// free ball is awake, no clearance leaves the search out.
 double near_gap_of(const CollisionScene& scene, const ShapePair& pair) {
   const CollisionShape& a = scene.shapes()[at(pair.a)];
+  const CollisionShape& b = scene.shapes()[at(pair.b)];
   const bool of_finger = finger_of(scene.bodies()[at(a.body)].link) >= 0;
-  const bool of_ball = scene.shapes()[at(pair.b)].type == mjGEOM_SPHERE;
+  const bool of_ball =
+      b.type == mjGEOM_SPHERE && scene.bodies()[at(b.body)].kind == BodyKind::kFree;
   return a.type == mjGEOM_BOX && of_finger && of_ball ? kContactReach : kActiveGap;
 }
 
@@ -268,10 +271,10 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   if (travel.after() < clear) return;
   clear = kNever;
   const int known = record_of(index, memory);
-  const bool of_links = scene_.bodies()[at(a.body)].kind == BodyKind::kLink &&
-                        scene_.bodies()[at(b.body)].kind == BodyKind::kLink;
+  const bool of_robot =
+      scene_.bodies()[at(a.body)].of_robot && scene_.bodies()[at(b.body)].of_robot;
   const double reach = kActiveGap + travel.substep;
-  const double active = of_links ? std::min(reach, kMaxSelfGap) : reach;
+  const double active = of_robot ? std::min(reach, kMaxSelfGap) : reach;
   // Most new pairs have no point that can act: their separation costs less than points.
   const double apart = known < 0 ? narrow_phase.separation(index, frame_a, frame_b) : kNever;
   if (apart >= active) {

@@ -137,6 +137,7 @@ void CollisionScene::classify_last(const mjModel& model, int body,
     body_of_prop_[at(to.prop)] = index;
     return;
   }
+  to.of_robot = model.body_rootid[body] == model.body_rootid[model.jnt_bodyid[0]];
   to.attachment = attachment_of(model, body);
   if (to.attachment.link < 0) return;  // the table, or the robot's foot
   to.kind = BodyKind::kLink;

@@ -33,6 +33,7 @@ struct CollisionBody {
   BodyKind kind = BodyKind::kStatic;
   int prop = -1;                        // of the task, or -1
   int link = -1;                        // of the robot (kNumLinks), or -1
+  bool of_robot = false;                // a link, or the foot, which is static
   Attachment attachment;                // of a link
   Vec3 center = Vec3::Zero();           // of mass, in the body's frame, m
   Vec3 bounding_center = Vec3::Zero();  // of a sphere around all shapes, in the body's frame

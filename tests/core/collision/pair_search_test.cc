@@ -17,11 +17,7 @@ constexpr int kSubsteps = 5;
 class World {
  public:
   World() : bodies_(scene()), search_(scene()), narrow_phase_(model().full(), scene()) {
-    const RobotPose robot = pose_at(model().robot_model(), test::kStartPose.data());
-    for (std::size_t i = 0; i < scene().bodies().size(); ++i) {
-      const CollisionBody& body = scene().bodies()[i];
-      if (body.kind == BodyKind::kLink) bodies_.frames[i] = carried(robot, body.attachment);
-    }
+    place_robot(pose_at(model().robot_model(), test::kStartPose.data()), 0);
     memory_.pairs.reserve(static_cast<std::size_t>(max_near_pairs(scene())));
     for (int prop = 0; prop < 4; ++prop) place(prop, {0.1 * prop, 0.6, 1}, Vec3::Zero());
   }
@@ -29,6 +25,14 @@ class World {
   static const PhysicsModel& model() { return test::mixed_model(); }
   static const CollisionScene& scene() { return model().collision(); }
 
+  void place_robot(const RobotPose& robot, double speed) {
+    for (std::size_t i = 0; i < scene().bodies().size(); ++i) {
+      const CollisionBody& body = scene().bodies()[i];
+      if (body.kind != BodyKind::kLink) continue;
+      bodies_.frames[i] = carried(robot, body.attachment);
+      bodies_.speeds[i] = speed;
+    }
+  }
   void place(int prop, const Vec3& pos, const Vec3& velocity, const Quat& quat = Quat::Identity()) {
     const std::size_t body = index(prop);
     bodies_.frames[body] = {pos, quat.toRotationMatrix()};
@@ -117,6 +121,41 @@ int with_table(int prop) {
     }
   }
   return -1;
+}
+
+// A clearance leaves the search out. Whether it was measured depends on what a slot of the batch
+// did before, which must not show.
+TEST_CASE("Where the robot is clear of itself, no speed brings its bodies near", "[contact]") {
+  World world;
+  RandomStream random(11, 0, 0);
+  const RobotParams& params = World::model().robot_params();
+  const auto of_robot = [](int shape) {
+    const CollisionScene& scene = World::scene();
+    return scene
+        .bodies()[static_cast<std::size_t>(scene.shapes()[static_cast<std::size_t>(shape)].body)]
+        .of_robot;
+  };
+  int clear = 0;
+  int near = 0;
+  for (int i = 0; i < 20000; ++i) {
+    JointArray q;
+    for (std::size_t joint = 0; joint < kRobotJoints; ++joint) {
+      q[joint] = random.uniform(params.lower[joint], params.upper[joint]);
+    }
+    const RobotPose robot = pose_at(World::model().robot_model(), q.data());
+    const JointArray self = World::model().robot_bounds().clearance(robot, {}).self;
+    if (*std::ranges::min_element(self) <= 0) continue;
+    ++clear;
+    world.place_robot(robot, 4.0);
+    world.begin();
+    world.find();
+    for (const int pair : world.found()) {
+      const ShapePair& shapes = World::scene().shape_pairs()[static_cast<std::size_t>(pair)];
+      if (of_robot(shapes.a) && of_robot(shapes.b)) ++near;
+    }
+  }
+  CHECK(clear > 1000);
+  CHECK(near == 0);
 }
 
 TEST_CASE("No pair that comes near is missed", "[contact]") {
