@@ -49,7 +49,9 @@ void set_rotation(Element& element, const Eigen::Quaterniond& rotation) {
   int largest = 0;
   q.cwiseAbs().maxCoeff(&largest);
   // A last bit of the largest component changes the norm by less than rounding forgives.
-  for (double norm = computed_norm(q); norm != 1; norm = computed_norm(q)) {
+  constexpr int kMaxSteps = 8;
+  double norm = computed_norm(q);
+  for (int i = 0; i < kMaxSteps && norm != 1; ++i, norm = computed_norm(q)) {
     q[largest] = std::nextafter(q[largest], norm > 1 ? 0 : 2 * q[largest]);
   }
   set(element, "quat", {q[0], q[1], q[2], q[3]});
