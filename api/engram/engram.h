@@ -383,7 +383,7 @@ std::vector<std::string> task_ids();
 std::string_view list();
 /// Named lists of tasks that results are published on, as JSON: {name: {ids, episodes, seed}}.
 std::string_view suites();
-/// Version of the library, "0.5.0".
+/// Version of the library, "0.6.0".
 inline std::string_view version() { return engram_version(); }
 /// Version of MuJoCo, "2.2.2".
 inline std::string_view mujoco_version() { return engram_mujoco_version(); }

@@ -33,7 +33,7 @@ typedef enum engram_status {
  * next failing call. Never NULL. */
 ENGRAM_API const char* engram_last_error(void);
 
-/** Version of the library, "0.5.0". */
+/** Version of the library, "0.6.0". */
 ENGRAM_API const char* engram_version(void);
 
 /** Frees a text that a function of this API has set; NULL is allowed. */

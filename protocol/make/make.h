@@ -35,7 +35,7 @@ struct TaskShare {
 // options: of all tasks; their num_envs does not count. Throws the errors of make().
 std::unique_ptr<Batch> make_group(std::span<const TaskShare> tasks, const MakeOptions& options);
 
-// Version of the library, "0.5.0".
+// Version of the library, "0.6.0".
 const char* version();
 
 }  // namespace engram

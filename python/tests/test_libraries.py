@@ -95,7 +95,7 @@ def test_the_distribution_has_its_own_name():
         'pip install "engram[play]"',
         "pip install engram",
         "pip install -q --upgrade engram-sim",
-        "pip3 install --find-links build/dist 'engram[video]==0.5.0'",
+        "pip3 install --find-links build/dist 'engram[video]==0.6.0'",
         "python -m pip install engram_sim>=0.5",
         "pip download engram",
         "uv add engram",
@@ -104,7 +104,7 @@ def test_the_distribution_has_its_own_name():
         r"print('pip install \"engram[play]\"; none')",
         "`pip install engram`.",
         "needs engram[datasets]",
-        'dependencies = ["engram==0.5.0"]',
+        'dependencies = ["engram==0.6.0"]',
         "engram-sim ~= 0.5",
     ],
 )
@@ -116,7 +116,7 @@ def test_the_search_finds_installations_by_name(text):
     "text",
     [
         "pip install build/dist/engram_sim-*_x86_64.whl",
-        'pip install "./engram_sim-0.5.0-cp310-abi3-manylinux_2_34_x86_64.whl[play]"',
+        'pip install "./engram_sim-0.6.0-cp310-abi3-manylinux_2_34_x86_64.whl[play]"',
         'pip install ".[video]"',
         "pip install aiohttp pillow  # for engram play",
         "pip install torch | engram",
@@ -124,8 +124,8 @@ def test_the_search_finds_installations_by_name(text):
         "uv pip install --reinstall-package engram-sim build/wheels/engram_sim-*.whl",
         "pip uninstall engram",
         "apt install engram",
-        "find_package(engram 0.5)",
-        '"engram": "0.5.0"',
+        "find_package(engram 0.6)",
+        '"engram": "0.6.0"',
         'metadata["engram"]["rules"]',
     ],
 )

@@ -11,7 +11,7 @@ namespace engram::test {
 TEST_CASE("command: version and help go to standard output", "[apps]") {
   const CommandResult version = engram_command("--version");
   CHECK(version.code == 0);
-  CHECK(version.out == "engram 0.5.0\n");
+  CHECK(version.out == "engram 0.6.0\n");
   CHECK(version.err.empty());
   for (const char* command : {"", "list", "info", "rollout", "eval", "bench", "verify", "soak",
                               "record", "play", "check", "serve", "doctor"}) {

@@ -200,7 +200,7 @@ TEST_CASE("Snapshots that are damaged or foreign are refused and change nothing"
   refuse(longer, "needed by its header");
   std::vector<std::byte> older = good;
   older[8] = std::byte{1};
-  refuse(older, "version 1 given, 6 needed");
+  refuse(older, "version 1 given, 7 needed");
   refuse(single, "1 environments given, 2 needed");
   CHECK_THROWS_WITH(Snapshotter(*batch).restore(0, good),
                     Catch::Contains("2 environments given, 1 needed"));
