@@ -45,7 +45,7 @@ Element& add_geom(Element& body, GeomType type, const Vec3& size, const Vec3& po
   const int sizes = size_count(type);
   if (sizes > 0) set(geom, "size", std::span(size).first(static_cast<std::size_t>(sizes)));
   set(geom, "pos", pos);
-  if (rpy != Vec3{}) set(geom, "euler", rpy);
+  set_rotation(geom, rpy);
   return geom;
 }
 

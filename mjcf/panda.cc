@@ -52,7 +52,7 @@ Element& add_body(Element& parent, const LinkSpec& body) {
   Element& element = add(parent, "body");
   set(element, "name", body.name);
   set(element, "pos", body.pos);
-  if (body.rpy != Vec3{}) set(element, "euler", body.rpy);
+  set_rotation(element, body.rpy);
   return element;
 }
 

@@ -33,7 +33,7 @@ void add_geom_of(const Prop& prop, std::size_t index, bool visuals, Element& bod
   set(element, "name", geom_name(prop, index));
   if (geom.type == GeomType::kMesh) set(element, "mesh", geom_name(prop, index));
   const auto [w, x, y, z] = geom.quat;
-  set_rotation(element, {w, x, y, z});
+  set_rotation(element, Eigen::Quaterniond(w, x, y, z));
 
   const bool shown = visuals && geom.visible;
   const int visual = geom.hidden_from_sensors ? kPeopleGroup : kVisualGroup;
@@ -60,7 +60,8 @@ Element& add_prop(Element& worldbody, const Prop& prop, bool visuals) {
   Element& body = add(worldbody, "body");
   set(body, "name", prop.name);
   set(body, "pos", prop.pos);
-  set(body, "quat", prop.quat);
+  const auto [w, x, y, z] = prop.quat;
+  set_rotation(body, Eigen::Quaterniond(w, x, y, z));
   if (prop.body_type == BodyType::kKinematic) {
     set(body, "mocap", "true");
   } else {

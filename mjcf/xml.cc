@@ -2,6 +2,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstddef>
+
+#include "core/math/real_functions.h"
 
 namespace engram::mjcf {
 namespace {
@@ -55,6 +58,15 @@ void set_rotation(Element& element, const Eigen::Quaterniond& rotation) {
     q[largest] = std::nextafter(q[largest], norm > 1 ? 0 : 2 * q[largest]);
   }
   set(element, "quat", {q[0], q[1], q[2], q[3]});
+}
+
+void set_rotation(Element& element, const std::array<double, 3>& rpy) {
+  const auto about = [&](std::size_t axis) {
+    Eigen::Vector3d sine = Eigen::Vector3d::Zero();
+    sine[static_cast<int>(axis)] = real::sin(rpy[axis] / 2);
+    return Eigen::Quaterniond(real::cos(rpy[axis] / 2), sine[0], sine[1], sine[2]);
+  };
+  set_rotation(element, about(2) * about(1) * about(0));
 }
 
 void add_inertial(Element& body, double mass, const std::array<double, 3>& center,

@@ -26,8 +26,9 @@ void set(Element& element, const char* attribute, double number);
 // What MuJoCo would work out itself, its versions work out to other bits. So rotations are
 // quaternions whose computed norm is exactly 1, and inertia has principal moments.
 
-// Sets `quat`; nothing for no rotation.
+// Sets `quat`; nothing for no rotation. `rpy`: about fixed axes, rad.
 void set_rotation(Element& element, const Eigen::Quaterniond& rotation);
+void set_rotation(Element& element, const std::array<double, 3>& rpy);
 
 // Appends an inertia about the centre of mass, in the body's axes, as xx, yy, zz, xy, xz, yz.
 void add_inertial(Element& body, double mass, const std::array<double, 3>& center,
