@@ -73,6 +73,13 @@ double near_gap_of(const CollisionScene& scene, const ShapePair& pair) {
   return a.type == mjGEOM_BOX && of_finger && of_ball ? kContactReach : kActiveGap;
 }
 
+// Pairs that are remembered long before they can act.
+int num_early_pairs(const CollisionScene& scene) {
+  return static_cast<int>(std::ranges::count_if(scene.shape_pairs(), [&](const ShapePair& pair) {
+    return near_gap_of(scene, pair) > kActiveGap;
+  }));
+}
+
 bool moves_freely(const CollisionBody& body) {
   return body.kind == BodyKind::kLink || body.kind == BodyKind::kFree;
 }
@@ -93,13 +100,14 @@ BodyStates::BodyStates(const CollisionScene& scene)
 int max_near_pairs(const CollisionScene& scene) {
   constexpr int kOfRobot = 48;
   constexpr int kOfShape = 4;
-  return std::min(kOfRobot + kOfShape * scene.num_free_shapes(),
+  return std::min(kOfRobot + kOfShape * scene.num_free_shapes() + num_early_pairs(scene),
                   static_cast<int>(scene.shape_pairs().size()));
 }
 
 int max_stored_pairs(const CollisionScene& scene) {
   constexpr int kOfRobot = 16;
-  return std::min(kOfRobot + scene.num_free_shapes(), static_cast<int>(scene.shape_pairs().size()));
+  return std::min(kOfRobot + scene.num_free_shapes() + num_early_pairs(scene),
+                  static_cast<int>(scene.shape_pairs().size()));
 }
 
 PairSearch::PairSearch(const CollisionScene& scene)
@@ -287,7 +295,7 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   }
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
   NearPair& near = near_.emplace_back(known, index, active + kLookAhead);
-  // Of a finger and a ball the distance is their gap, so those out of reach need no points.
+  // The distance of a finger and a ball is their gap: those out of reach need no points.
   const bool early = near_gap > active && distance >= active;
   if (early) {
     near.gap = distance;
