@@ -31,9 +31,13 @@ class RememberingPolicy final : public ExternalPolicy {
       std::vector<float> action(7);
       if (cup < cups.size()) {
         const float* const tcp = seen + kTcp;
-        action[0] = std::clamp(kGain * (cups[cup][0] - tcp[0]), -1.0F, 1.0F);
-        action[1] = std::clamp(kGain * (cups[cup][1] - tcp[1]), -1.0F, 1.0F);
-        action[2] = std::clamp(kGain * (kHeight - tcp[2]), -1.0F, 1.0F);
+        const float x = cups[cup][0] - tcp[0];
+        const float y = cups[cup][1] - tcp[1];
+        action[0] = std::clamp(kGain * x, -1.0F, 1.0F);
+        action[1] = std::clamp(kGain * y, -1.0F, 1.0F);
+        // Passes above the others.
+        const bool above = x * x + y * y < kAbove * kAbove;
+        if (above) action[2] = std::clamp(kGain * (kHeight - tcp[2]), -1.0F, 1.0F);
       }
       const std::int64_t shape[] = {7};
       reply.set(row, action, shape);
@@ -52,6 +56,7 @@ class RememberingPolicy final : public ExternalPolicy {
   static constexpr int kCup = 35;
   static constexpr float kGain = 14;
   static constexpr float kHeight = 0.16F;
+  static constexpr float kAbove = 0.04F;   // m
   static constexpr float kHalfWay = 0.2F;  // m, from the middle cup to the others
 
   // Returns the cups from one side to the other.
