@@ -27,10 +27,11 @@ ENGRAM_INLINE Float evaluate(const Form& f, const Pixels& p) {
 }
 
 ENGRAM_INLINE Int pack(const Color& color) {
-  const Int r = round(clamp(color.r, 0.0F, 255.0F));
-  const Int g = round(clamp(color.g, 0.0F, 255.0F));
-  const Int b = round(clamp(color.b, 0.0F, 255.0F));
-  return r | (g << 8) | (b << 16);
+  // What is not a number counts as 0.
+  const auto level = [](Float value) {
+    return round(min(max(value, broadcast(0.0F)), broadcast(255.0F)));
+  };
+  return level(color.r) | (level(color.g) << 8) | (level(color.b) << 16);
 }
 
 // Ambient light, emission and the lights' light.
