@@ -282,8 +282,8 @@ Option add_threads(const Command& command, int& threads) {
 }
 
 Option add_lanes(const Command& command, int& lanes) {
-  return add_int(command, "--lanes", lanes, 0, 8,
-                 "Robots side by side in vector registers: 1, 2, 4 or 8; 0: as many as fit");
+  return add_int(command, "--lanes", lanes, 0, 16,
+                 "Robots side by side in vector registers: 1, 4, 8 or 16; 0: as many as fit");
 }
 
 Option add_json(const Command& command, bool& json) {

@@ -26,7 +26,7 @@ mkdir -p "$root"/{bin,proc,sys,dev,tmp,lib64,lib/x86_64-linux-gnu} "$work/disc"
 cat > "$root/rollouts" <<EOF
 for id in ${ids[*]}; do
   for policy in oracle random; do
-    for lanes in 0 2 4; do
+    for lanes in 0 1 4 8; do
       echo "\$id \$policy lanes \$lanes" \$("\$1" rollout \$id --policy \$policy --num-envs 16 \\
         --steps $steps --threads 1 --lanes \$lanes --hash --json 2>&1 |
         grep -o '"hash".*')

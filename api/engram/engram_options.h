@@ -195,8 +195,8 @@ struct EnvOptions {
   double robot_init_qpos_noise = 0.02;
   /// Shortcuts of the physics; off: none of them, for comparison.
   bool sleep = true;
-  /// Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
-  /// same. 0, 1, 2, 4 or 8.
+  /// Environments whose robots move side by side in vector registers: 1, 4, 8 or 16; results are
+  /// the same. 0, 1, 4, 8 or 16.
   int lanes = 0;
   /// Physics steps of 0.01 s per control step; 0 measures everything but physics. 0 to 1000.
   int substeps = 5;

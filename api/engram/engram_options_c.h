@@ -169,8 +169,8 @@ typedef struct engram_options {
   /** Proprio has the arm's seven joint angles and the gripper's opening, instead of the TCP's pose
    * and the opening. Default 0. */
   int32_t joint_proprio;
-  /** Environments whose robots move side by side in vector registers: 1, 2, 4 or 8; results are the
-   * same. 0, 1, 2, 4 or 8; default 0. */
+  /** Environments whose robots move side by side in vector registers: 1, 4, 8 or 16; results are
+   * the same. 0, 1, 4, 8 or 16; default 0. */
   int32_t lanes;
   /** Quantities of every episode that are fixed instead of drawn. Default none. */
   const engram_pin* pins; /**< num_pins of them */

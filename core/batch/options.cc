@@ -37,7 +37,7 @@ void check_ranges(const BatchOptions& options) {
   require("chunk", options.chunk, 0, kNoLimit, "0 (chosen) or more");
   require("rotation_sign", options.rotation_sign, {-1, 1}, "-1 or 1");
   require("robot_init_qpos_noise", options.robot_init_qpos_noise, 0, 1, "0 to 1 rad");
-  require("lanes", options.lanes, {0, 1, 2, 4, 8}, "0, 1, 2, 4 or 8");
+  require("lanes", options.lanes, {0, 1, 4, 8, 16}, "0, 1, 4, 8 or 16");
   require("substeps", options.substeps, 0, 1000, "0 to 1000");
   // end generated
 }

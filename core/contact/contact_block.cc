@@ -8,12 +8,12 @@
 namespace engram {
 namespace {
 
-using Body = FreeBodyLanes<double>;
-using Patch = PatchLanes<double>;
-using Constraint = ConstraintLanes<double>;
+using Body = FreeBodyLanes<float>;
+using Patch = PatchLanes<float>;
+using Constraint = ConstraintLanes<float>;
 
 // Row of a member in the layout.
-#define ENGRAM_VECTOR(Type, member) static_cast<int>(offsetof(Type, member) / sizeof(double))
+#define ENGRAM_VECTOR(Type, member) static_cast<int>(offsetof(Type, member) / sizeof(float))
 
 // Numbers of a patch that are set for each lane come first.
 constexpr int kSetVectors = ENGRAM_VECTOR(Patch, slipping);
@@ -35,27 +35,30 @@ int joint_of_list(int list) { return list - PatchLists::kLinks; }
 
 class MutableLane {
  public:
-  MutableLane(double* vectors, int lanes, int lane) : vectors_(vectors + lane), lanes_(lanes) {}
-  double& operator[](int index) { return vectors_[static_cast<std::ptrdiff_t>(index) * lanes_]; }
+  MutableLane(float* vectors, int lanes, int lane) : vectors_(vectors + lane), lanes_(lanes) {}
+  void put(int index, double value) {
+    // Nothing is a negative zero, so that adding a zero impulse never changes a bit.
+    vectors_[static_cast<std::ptrdiff_t>(index) * lanes_] = static_cast<float>(value) + 0.0F;
+  }
   void put(int index, const Vec3& value) {
-    for (int k = 0; k < 3; ++k) (*this)[index + k] = value[k];
+    for (int k = 0; k < 3; ++k) put(index + k, value[k]);
   }
 
  private:
-  double* vectors_;
+  float* vectors_;
   int lanes_;
 };
 
 class ConstLane {
  public:
-  ConstLane(const double* vectors, int lanes, int lane) : vectors_(vectors + lane), lanes_(lanes) {}
+  ConstLane(const float* vectors, int lanes, int lane) : vectors_(vectors + lane), lanes_(lanes) {}
   double operator[](int index) const {
     return vectors_[static_cast<std::ptrdiff_t>(index) * lanes_];
   }
   Vec3 vec3(int index) const { return {(*this)[index], (*this)[index + 1], (*this)[index + 2]}; }
 
  private:
-  const double* vectors_;
+  const float* vectors_;
   int lanes_;
 };
 
@@ -64,8 +67,8 @@ class ConstLane {
 ContactBlock::ContactBlock(int lanes, int max_bodies, int max_shapes, const Vec3& base_position)
     : lanes_(lanes),
       base_(base_position),
-      body_stride_(static_cast<std::ptrdiff_t>(sizeof(Body) / sizeof(double)) * lanes),
-      patch_stride_(static_cast<std::ptrdiff_t>(sizeof(Patch) / sizeof(double)) * lanes) {
+      body_stride_(static_cast<std::ptrdiff_t>(sizeof(Body) / sizeof(float)) * lanes),
+      patch_stride_(static_cast<std::ptrdiff_t>(sizeof(Patch) / sizeof(float)) * lanes) {
   int total = 0;
   for (int list = 0; list < PatchLists::kCount; ++list) {
     int& capacity = capacity_[at(list)];
@@ -82,7 +85,7 @@ ContactBlock::ContactBlock(int lanes, int max_bodies, int max_shapes, const Vec3
     total += capacity;
   }
   const auto vectors = [](int count, std::ptrdiff_t stride) {
-    return AlignedArray<double>::uninitialized(at(count) * static_cast<std::size_t>(stride));
+    return AlignedArray<float>::uninitialized(at(count) * static_cast<std::size_t>(stride));
   };
   bodies_ = vectors(max_bodies, body_stride_);
   patches_ = vectors(total, patch_stride_);
@@ -112,36 +115,34 @@ void ContactBlock::put_body(int lane, int body_index, const FreeBody& body,
   const Mat3 inverse = body.inv_inertia(state.quat);
   const double tensor[6] = {inverse(0, 0), inverse(1, 1), inverse(2, 2),
                             inverse(0, 1), inverse(0, 2), inverse(1, 2)};
-  vectors[ENGRAM_VECTOR(Body, inv_mass)] = body.inv_mass();
-  for (int k = 0; k < 6; ++k) vectors[ENGRAM_VECTOR(Body, inv_inertia) + k] = tensor[k];
+  vectors.put(ENGRAM_VECTOR(Body, inv_mass), body.inv_mass());
+  for (int k = 0; k < 6; ++k) vectors.put(ENGRAM_VECTOR(Body, inv_inertia) + k, tensor[k]);
   vectors.put(ENGRAM_VECTOR(Body, center), state.center - base_);
-  // No velocity is a negative zero, so that adding a zero impulse never changes a bit.
-  const Vec3 linear = state.linear + Vec3::Zero();
-  vectors.put(ENGRAM_VECTOR(Body, linear), linear);
-  vectors.put(ENGRAM_VECTOR(Body, angular), state.angular + Vec3::Zero());
-  vectors.put(ENGRAM_VECTOR(Body, begin_linear), linear);
+  vectors.put(ENGRAM_VECTOR(Body, linear), state.linear);
+  vectors.put(ENGRAM_VECTOR(Body, angular), state.angular);
+  vectors.put(ENGRAM_VECTOR(Body, begin_linear), state.linear);
   vectors.put(ENGRAM_VECTOR(Body, delta_position), Vec3::Zero());
   vectors.put(ENGRAM_VECTOR(Body, delta_rotation), Vec3::Zero());
   const double identity[4] = {1, 0, 0, 0};
-  for (int k = 0; k < 4; ++k) vectors[ENGRAM_VECTOR(Body, rotation) + k] = identity[k];
+  for (int k = 0; k < 4; ++k) vectors.put(ENGRAM_VECTOR(Body, rotation) + k, identity[k]);
   used_.bodies[at(lane)] = std::max(used_.bodies[at(lane)], body_index + 1);
   view_.num_bodies = std::max(view_.num_bodies, body_index + 1);
 }
 
 void ContactBlock::empty_body(int lane, int body_index) {
   MutableLane vectors(body_vectors(body_index), lanes_, lane);
-  for (std::size_t index = 0; index < sizeof(Body) / sizeof(double); ++index) {
-    vectors[static_cast<int>(index)] = 0;
+  for (std::size_t index = 0; index < sizeof(Body) / sizeof(float); ++index) {
+    vectors.put(static_cast<int>(index), 0);
   }
-  vectors[ENGRAM_VECTOR(Body, rotation)] = 1;
+  vectors.put(ENGRAM_VECTOR(Body, rotation), 1);
 }
 
 void ContactBlock::empty_patch(int lane, int patch) {
   MutableLane vectors(patch_vectors(patch), lanes_, lane);
-  for (int index = 0; index < kSetVectors; ++index) vectors[index] = 0;
+  for (int index = 0; index < kSetVectors; ++index) vectors.put(index, 0);
   for (const int index : {ENGRAM_VECTOR(Patch, link_a), ENGRAM_VECTOR(Patch, link_b),
                           ENGRAM_VECTOR(Patch, prop_a), ENGRAM_VECTOR(Patch, prop_b)}) {
-    vectors[index] = -1;
+    vectors.put(index, -1);
   }
 }
 
@@ -151,10 +152,10 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
   const int patch = view_.lists.begin[spec.list] + size++;
   view_.lists.size[spec.list] = std::max(view_.lists.size[spec.list], size);
   MutableLane vectors(patch_vectors(patch), lanes_, lane);
-  vectors[ENGRAM_VECTOR(Patch, link_a)] = spec.link_a;
-  vectors[ENGRAM_VECTOR(Patch, link_b)] = spec.link_b;
-  vectors[ENGRAM_VECTOR(Patch, prop_a)] = spec.body_a;
-  vectors[ENGRAM_VECTOR(Patch, prop_b)] = spec.body_b;
+  vectors.put(ENGRAM_VECTOR(Patch, link_a), spec.link_a);
+  vectors.put(ENGRAM_VECTOR(Patch, link_b), spec.link_b);
+  vectors.put(ENGRAM_VECTOR(Patch, prop_a), spec.body_a);
+  vectors.put(ENGRAM_VECTOR(Patch, prop_b), spec.body_b);
   std::array<double, kRobotJoints> sign_of{};
   for (const auto& [link, sign] : {std::pair(spec.link_a, 1.0), std::pair(spec.link_b, -1.0)}) {
     if (link < 0) continue;
@@ -163,12 +164,12 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
     if (finger >= 0) sign_of[at(kArmJoints + finger)] += sign;
   }
   for (int i = 0; i < kRobotJoints; ++i) {
-    vectors[ENGRAM_VECTOR(Patch, joint_sign) + i] = sign_of[at(i)];
+    vectors.put(ENGRAM_VECTOR(Patch, joint_sign) + i, sign_of[at(i)]);
   }
-  vectors[ENGRAM_VECTOR(Patch, num_points)] = spec.num_points;
-  vectors[ENGRAM_VECTOR(Patch, num_anchors)] = spec.num_anchors;
-  vectors[ENGRAM_VECTOR(Patch, friction)] = spec.friction;
-  vectors[ENGRAM_VECTOR(Patch, torsion_radius)] = spec.torsion_radius;
+  vectors.put(ENGRAM_VECTOR(Patch, num_points), spec.num_points);
+  vectors.put(ENGRAM_VECTOR(Patch, num_anchors), spec.num_anchors);
+  vectors.put(ENGRAM_VECTOR(Patch, friction), spec.friction);
+  vectors.put(ENGRAM_VECTOR(Patch, torsion_radius), spec.torsion_radius);
   vectors.put(ENGRAM_VECTOR(Patch, normal), spec.normal);
   vectors.put(ENGRAM_VECTOR(Patch, kinematic_velocity), spec.kinematic_velocity);
   for (int i = 0; i < kPatchPoints; ++i) {
@@ -176,15 +177,15 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
     const double gap = present ? spec.gaps[at(i)] : 0;
     vectors.put(ENGRAM_VECTOR(Patch, point) + 3 * i,
                 present ? Vec3(spec.points[at(i)] - base_) : Vec3::Zero());
-    vectors[ENGRAM_VECTOR(Patch, gap) + i] =
-        spec.link_b >= 0 ? std::max(gap, -kMaxSelfOverlap) : gap;
+    vectors.put(ENGRAM_VECTOR(Patch, gap) + i,
+                spec.link_b >= 0 ? std::max(gap, -kMaxSelfOverlap) : gap);
   }
   for (int i = 0; i < kPatchAnchors; ++i) {
     const bool present = i < spec.num_anchors;
     vectors.put(ENGRAM_VECTOR(Patch, anchor_a) + 3 * i,
                 present ? Vec3(spec.anchors_a[at(i)] - base_) : Vec3::Zero());
-    vectors.put(ENGRAM_VECTOR(Patch, anchor_b) + 3 * i,
-                present ? Vec3(spec.anchors_b[at(i)] - base_) : Vec3::Zero());
+    vectors.put(ENGRAM_VECTOR(Patch, apart) + 3 * i,
+                present ? Vec3(spec.anchors_a[at(i)] - spec.anchors_b[at(i)]) : Vec3::Zero());
   }
   add_member(lane, patch, spec);
   return patch;
@@ -239,7 +240,7 @@ bool ContactBlock::is_slipping(int lane, int patch) const {
 
 Vec3 ContactBlock::impulse(int lane, int patch) const {
   const ConstLane vectors(patch_vectors(patch), lanes_, lane);
-  constexpr int kConstraintSize = static_cast<int>(sizeof(Constraint) / sizeof(double));
+  constexpr int kConstraintSize = static_cast<int>(sizeof(Constraint) / sizeof(float));
   const int impulse = ENGRAM_VECTOR(Constraint, impulse);
   double normal_impulse = 0;
   const auto points = static_cast<int>(vectors[ENGRAM_VECTOR(Patch, num_points)]);

@@ -59,12 +59,12 @@ class ContactBlock {
     std::vector<std::array<int, PatchLists::kCount>> lists;  // sizes of each lane
   };
 
-  double* body_vectors(int body_index) { return bodies_.data() + body_index * body_stride_; }
-  const double* body_vectors(int body_index) const {
+  float* body_vectors(int body_index) { return bodies_.data() + body_index * body_stride_; }
+  const float* body_vectors(int body_index) const {
     return bodies_.data() + body_index * body_stride_;
   }
-  double* patch_vectors(int patch) { return patches_.data() + patch * patch_stride_; }
-  const double* patch_vectors(int patch) const { return patches_.data() + patch * patch_stride_; }
+  float* patch_vectors(int patch) { return patches_.data() + patch * patch_stride_; }
+  const float* patch_vectors(int patch) const { return patches_.data() + patch * patch_stride_; }
   void empty_patch(int lane, int patch);
   void empty_body(int lane, int body_index);
   void add_member(int lane, int patch, const PatchSpec& spec);
@@ -74,8 +74,8 @@ class ContactBlock {
   std::ptrdiff_t body_stride_;
   std::ptrdiff_t patch_stride_;
   std::array<int, PatchLists::kCount> capacity_;
-  AlignedArray<double> bodies_;
-  AlignedArray<double> patches_;
+  AlignedArray<float> bodies_;
+  AlignedArray<float> patches_;
   std::vector<PatchMembers> members_;
   // Slots of the lanes that a patch's members were collected from.
   std::vector<std::array<int, 2>> first_bodies_;

@@ -13,13 +13,12 @@ class ContactBodies {
  public:
   // `joints` after its prepare(); `frames` and `velocity` at the substep's start.
   ContactBodies(const ContactLanes& lanes, const LinkFrames<V>& frames,
-                const JointSolver<V>& joints, double timestep)
+                const JointSolver<V>& joints, float timestep)
       : lanes_(lanes),
         bodies_(reinterpret_cast<FreeBodyLanes<V>*>(lanes.bodies)),
         patches_(reinterpret_cast<PatchLanes<V>*>(lanes.patches)),
         frames_(frames),
         inv_mass_(joints.inv_mass),
-        begin_q_(joints.end_q),
         timestep_(timestep),
         dt_(timestep / kSolverIterations) {
     prepare_links();
@@ -36,12 +35,10 @@ class ContactBodies {
 
   // Displacements of joints, and those of the links' centres of mass beyond their Jacobians, to
   // second order.
-  void move_links(const WideRow<V>& row) {
+  void move_links(const WideRow<V>& displacement) {
     time_ += dt_;
     if (links_ == 0) return;
-    JointsOf<V> q;
-    row.store(q);
-    for (int i = 0; i < kRobotJoints; ++i) delta_q_[i] = q[i] - begin_q_[i];
+    displacement.store(delta_q_);
     update_second_order();
   }
 
@@ -73,7 +70,7 @@ class ContactBodies {
     for (int i = first; props >> i != 0; ++i) {
       if ((props >> i & 1U) == 0) continue;
       const auto other = get(bodies_[i]);
-      const auto mine = body_index == static_cast<double>(i);
+      const auto mine = body_index == static_cast<float>(i);
       for (int k = 0; k < kWords<decltype(value)>; ++k) {
         word(value, k) = mine ? word(other, k) : word(value, k);
       }
@@ -106,7 +103,7 @@ class ContactBodies {
         body.angular = motion.angular;
         continue;
       }
-      const auto mine = body_index == static_cast<double>(i);
+      const auto mine = body_index == static_cast<float>(i);
       for (int k = 0; k < 3; ++k) {
         body.linear[k] = mine ? motion.linear[k] : body.linear[k];
         body.angular[k] = mine ? motion.angular[k] : body.angular[k];
@@ -139,8 +136,8 @@ class ContactBodies {
     const V speed = simd::sqrt(dot(body.angular, body.angular));
     V sine;
     V cosine;
-    sine_cosine(speed * (0.5 * dt_), sine, cosine);
-    const V scale = speed > 0.0 ? sine / speed : V{};
+    sine_cosine(speed * (0.5F * dt_), sine, cosine);
+    const V scale = speed > 0.0F ? sine / speed : V{};
     const Vec v = body.angular * scale;
     const QuatOf<V> q = body.rotation;
     body.rotation = {cosine * q.w - (v.x() * q.x + v.y() * q.y + v.z() * q.z),
@@ -174,7 +171,7 @@ class ContactBodies {
     Vec lever[kArmJoints];
     for (int i = 0; i < kArmJoints; ++i) {
       const Vec turn = frames_.axis(i) * delta_q_[i];
-      lever[i] = (delta_rotation + turn * simd::broadcast<V>(0.5)) * delta_q_[i];
+      lever[i] = (delta_rotation + turn * simd::broadcast<V>(0.5F)) * delta_q_[i];
       delta_rotation = delta_rotation + turn;
     }
     for (int link = 0; link < kNumLinks; ++link) {
@@ -203,8 +200,8 @@ class ContactBodies {
     for (int link = 0; link < kNumLinks; ++link) {
       if ((members.links >> link & 1U) == 0) continue;
       const Vec value = of_link(link);
-      const auto is_a = patch.link_a == static_cast<double>(link);
-      const auto is_b = patch.link_b == static_cast<double>(link);
+      const auto is_a = patch.link_a == static_cast<float>(link);
+      const auto is_b = patch.link_b == static_cast<float>(link);
       for (int k = 0; k < 3; ++k) {
         sum[k] += (is_a ? value[k] : V{}) - (is_b ? value[k] : V{});
       }
@@ -217,10 +214,9 @@ class ContactBodies {
   PatchLanes<V>* patches_;
   const LinkFrames<V>& frames_;
   const JointMatrixOf<V>& inv_mass_;
-  const JointsOf<V> begin_q_;
-  double timestep_;
-  double dt_;
-  double time_ = 0;  // since the substep's start
+  float timestep_;
+  float dt_;
+  float time_ = 0;  // since the substep's start
   unsigned links_ = 0;
   V compliance_[kNumLinks];
   Vec column_[kNumLinks][kRobotJoints];

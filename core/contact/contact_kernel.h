@@ -22,6 +22,5 @@ const ContactKernel& baseline_single_contact_kernel();
 const ContactKernel* avx2_contact_kernel();
 const ContactKernel* avx2_single_contact_kernel();
 const ContactKernel* avx512_contact_kernel();
-const ContactKernel* avx512_single_contact_kernel();
 
 }  // namespace engram

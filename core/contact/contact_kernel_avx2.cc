@@ -1,4 +1,4 @@
-// Four lanes and one, for processors with AVX2.
+// Eight lanes and one, for processors with AVX2.
 #include "core/contact/contact_kernel.h"
 
 #if defined(__AVX2__)
@@ -6,8 +6,8 @@
 
 namespace engram {
 namespace {
-constexpr ContactKernel kKernel = make_contact_kernel<simd::Double>();
-constexpr ContactKernel kSingle = make_contact_kernel<double>();
+constexpr ContactKernel kKernel = make_contact_kernel<simd::Float>();
+constexpr ContactKernel kSingle = make_contact_kernel<float>();
 }  // namespace
 const ContactKernel* avx2_contact_kernel() { return &kKernel; }
 const ContactKernel* avx2_single_contact_kernel() { return &kSingle; }

@@ -13,7 +13,7 @@ void substep_with_contacts(const RobotModel& robot, const RobotParams& params, b
                            double* vectors, const ContactLanes& contacts) {
   substep_with<V>(robot, params, velocity_mode, vectors,
                   [&](const LinkFrames<V>& frames, const JointSolver<V>& joints) {
-                    return ContactSolver<V>(contacts, frames, joints, params.timestep);
+                    return ContactSolver<V>(contacts, frames, joints, params.single.timestep);
                   });
 }
 

@@ -1,6 +1,6 @@
 // Memory of the contact solver for environments side by side: free bodies, and patches of contacts
-// in the order in which they are solved. The structures below have one double for each lane in
-// place of every number.
+// in the order in which they are solved. The structures below have one float for each lane in place
+// of every number.
 //
 //              ^ normal, from B to A
 //     +--------|--------+
@@ -72,12 +72,13 @@ struct PatchLanes {
   V num_points;                // 0: none in this lane
   V num_anchors;
   V friction;
-  V torsion_radius;                                            // m
-  Vec3Of<V> normal;                                            // from B to A
-  Vec3Of<V> kinematic_velocity;                                // of B, m/s
-  Vec3Of<V> point[kPatchPoints];                               // m, from the robot's base
-  V gap[kPatchPoints];                                         // m
-  Vec3Of<V> anchor_a[kPatchAnchors], anchor_b[kPatchAnchors];  // m, from the robot's base
+  V torsion_radius;                   // m
+  Vec3Of<V> normal;                   // from B to A
+  Vec3Of<V> kinematic_velocity;       // of B, m/s
+  Vec3Of<V> point[kPatchPoints];      // m, from the robot's base
+  V gap[kPatchPoints];                // m
+  Vec3Of<V> anchor_a[kPatchAnchors];  // m, from the robot's base
+  Vec3Of<V> apart[kPatchAnchors];     // m, from B's anchor to A's: a small difference
   // --- set by the solver ---
   V slipping;  // 1: friction slipped in the velocity iteration
   Vec3Of<V> tangent[2];
@@ -121,9 +122,9 @@ struct PatchLists {
 };
 
 struct ContactLanes {
-  double* bodies = nullptr;
+  float* bodies = nullptr;
   int num_bodies = 0;  // most of any lane
-  double* patches = nullptr;
+  float* patches = nullptr;
   PatchMembers* members = nullptr;
   PatchLists lists;
 

@@ -28,18 +28,19 @@ namespace engram {
 inline namespace ENGRAM_ISA {
 
 // Share of the separation of anchors that one iteration takes out, in pairs with a link.
-constexpr double kLinkAnchorBaumgarte = 0.8;
-// Slip counts from this excess of impulse on, N s: rounding is none.
-constexpr double kSlipTolerance = 1e-9;
+constexpr float kLinkAnchorBaumgarte = 0.8F;
+// Slip counts from this excess of impulse on, N s, and this share of the limit: rounding is none.
+constexpr float kSlipTolerance = 1e-9F;
+constexpr float kSlipShare = 1e-6F;
 // Tangential speed below which friction takes fixed axes, squared, m^2/s^2.
-constexpr double kSlowSquared = 1e-4;
+constexpr float kSlowSquared = 1e-4F;
 
 template <class V>
 class ContactSolver : public ContactBodies<V> {
  public:
   // `joints` after its prepare(); `frames` and `velocity` at the substep's start.
   ContactSolver(const ContactLanes& lanes, const LinkFrames<V>& frames,
-                const JointSolver<V>& joints, double timestep)
+                const JointSolver<V>& joints, float timestep)
       : ContactBodies<V>(lanes, frames, joints, timestep) {
     for (int list = 0; list < PatchLists::kCount; ++list) {
       this->for_each_patch(list, [&](PatchLanes<V>& patch, const PatchMembers& members) {
@@ -142,7 +143,7 @@ class ContactSolver : public ContactBodies<V> {
     constraint.turn_response_b = response(b, constraint.turn_b);
     sum += dot(constraint.turn_a, constraint.turn_response_a) +
            dot(constraint.turn_b, constraint.turn_response_b);
-    const V mass = share > 0.0 ? share / (sum + compliance) : V{};
+    const V mass = share > 0.0F ? share / (sum + compliance) : V{};
     if (members.links != 0) {
       for (int i = 0; i < kRobotJoints; ++i) constraint.joint[i] *= mass;
     }
@@ -161,11 +162,11 @@ class ContactSolver : public ContactBodies<V> {
     V compliance = {};
     for (int link = 0; link < kNumLinks; ++link) {
       if ((members.links >> link & 1U) == 0) continue;
-      const auto mine = simd::logical_or(patch.link_a == static_cast<double>(link),
-                                         patch.link_b == static_cast<double>(link));
+      const auto mine = simd::logical_or(patch.link_a == static_cast<float>(link),
+                                         patch.link_b == static_cast<float>(link));
       compliance = mine ? simd::max(compliance, compliance_[link]) : compliance;
     }
-    const auto with_link = compliance > 0.0;
+    const auto with_link = compliance > 0.0F;
     patch.normal_response_a = patch.normal * a.inv_mass;
     patch.normal_response_b = patch.normal * (-b.inv_mass);
     prepare_normals(patch, members, a, b, compliance, velocity);
@@ -180,19 +181,19 @@ class ContactSolver : public ContactBodies<V> {
     for (int i = 0; i < members.num_points; ++i) {
       ConstraintLanes<V>& constraint = patch.normal_constraint[i];
       set_constraint(constraint, patch, members, patch.normal, patch.point[i], patch.point[i]);
-      const auto present = patch.num_points > static_cast<double>(i);
+      const auto present = patch.num_points > static_cast<float>(i);
       const V gap = present ? patch.gap[i] : V{};
       const V mass = finish_constraint(constraint, members, a, b, compliance, patch.normal,
                                        present ? simd::broadcast<V>(1) : V{});
       constraint.separation = gap * mass;
       constraint.bias_rate =
-          gap > 0.0 ? simd::broadcast<V>(1 / dt_) : simd::broadcast<V>(kBaumgarte / dt_);
+          gap > 0.0F ? simd::broadcast<V>(1 / dt_) : simd::broadcast<V>(kBaumgarte / dt_);
       if (members.links == 0) continue;
       const V speed = constraint_speed(constraint, patch, members, velocity);
       normal_impulse += simd::max(V{}, -constraint.separation * (1 / timestep_) - speed);
     }
-    const auto loaded = simd::logical_and(compliance > 0.0, patch.num_points > 0.0);
-    patch.min_normal_impulse = loaded ? 0.25 * normal_impulse / patch.num_points : V{};
+    const auto loaded = simd::logical_and(compliance > 0.0F, patch.num_points > 0.0F);
+    patch.min_normal_impulse = loaded ? 0.25F * normal_impulse / patch.num_points : V{};
   }
 
   void prepare_friction(PatchLanes<V>& patch, const PatchMembers& members, const Inertia& a,
@@ -203,14 +204,15 @@ class ContactSolver : public ContactBodies<V> {
     const V bias_rate = with_link ? simd::broadcast<V>(kLinkAnchorBaumgarte / dt_)
                                   : simd::broadcast<V>(kBaumgarte / dt_);
     for (int i = 0; i < members.num_anchors; ++i) {
-      const auto present = patch.num_anchors > static_cast<double>(i);
+      const auto present = patch.num_anchors > static_cast<float>(i);
       for (int k = 0; k < 2; ++k) {
         ConstraintLanes<V>& constraint = patch.friction_constraint[i][k];
         const Vec& axis = patch.tangent[k];
-        set_constraint(constraint, patch, members, axis, patch.anchor_a[i], patch.anchor_b[i]);
+        set_constraint(constraint, patch, members, axis, patch.anchor_a[i],
+                       patch.anchor_a[i] - patch.apart[i]);
         const V mass = finish_constraint(constraint, members, a, b, compliance, axis,
                                          present ? simd::broadcast<V>(kBaumgarte) : V{});
-        const V apart = dot(axis, patch.anchor_a[i] - patch.anchor_b[i]);
+        const V apart = dot(axis, patch.apart[i]);
         constraint.separation = present ? apart * mass : V{};
         constraint.bias_rate = bias_rate;
       }
@@ -230,7 +232,7 @@ class ContactSolver : public ContactBodies<V> {
       return sum;
     });
     relative = relative - patch.kinematic_velocity;
-    const auto add = [&](unsigned long long props, bool mixed, V body_index, double sign) {
+    const auto add = [&](unsigned long long props, bool mixed, V body_index, float sign) {
       if (props == 0) return;
       const Vec linear = gather(props, mixed, body_index,
                                 [](const FreeBodyLanes<V>& body) { return body.begin_linear; });
@@ -242,13 +244,13 @@ class ContactSolver : public ContactBodies<V> {
     const Vec tangential = relative - n * dot(n, relative);
     const V squared = dot(tangential, tangential);
     const auto moving = squared > kSlowSquared;
-    const auto upright = simd::abs(n.x()) < 0.70710678;
+    const auto upright = simd::abs(n.x()) < 0.70710678F;
     const Vec fixed = {upright ? V{} : -n.y(), upright ? -n.z() : n.x(), upright ? n.y() : V{}};
     Vec axis;
     for (int k = 0; k < 3; ++k) axis[k] = moving ? tangential[k] : fixed[k];
-    const auto present = patch.num_points > 0.0;
+    const auto present = patch.num_points > 0.0F;
     const V length = simd::sqrt(dot(axis, axis));
-    patch.tangent[0] = axis * (1.0 / (present ? length : simd::broadcast<V>(1)));
+    patch.tangent[0] = axis * (1.0F / (present ? length : simd::broadcast<V>(1)));
     patch.tangent[1] = cross(n, patch.tangent[0]);
   }
 
@@ -256,7 +258,7 @@ class ContactSolver : public ContactBodies<V> {
                        const Inertia& b, V compliance) {
     patch.torsion_reach = V{};
     if (!members.torsion) return;
-    const auto present = simd::logical_and(patch.torsion_radius > 0.0, patch.num_anchors == 1.0);
+    const auto present = simd::logical_and(patch.torsion_radius > 0.0F, patch.num_anchors == 1.0F);
     ConstraintLanes<V>& constraint = patch.torsion_constraint;
     for (int i = 0; i < kArmJoints; ++i) {
       constraint.joint[i] = patch.joint_sign[i] * dot(patch.normal, frames_.axis(i));
@@ -269,7 +271,7 @@ class ContactSolver : public ContactBodies<V> {
                       present ? simd::broadcast<V>(kBaumgarte) : V{});
     V depth = {};
     for (int i = 0; i < members.num_points; ++i) {
-      const auto is_point = patch.num_points > static_cast<double>(i);
+      const auto is_point = patch.num_points > static_cast<float>(i);
       depth = simd::max(depth, is_point ? -patch.gap[i] : V{});
     }
     const V reach = simd::max(patch.torsion_radius, simd::sqrt(depth * patch.torsion_radius));
@@ -292,7 +294,7 @@ class ContactSolver : public ContactBodies<V> {
                                    const PatchMembers& members, const JointsOf<V>& velocity) const {
     V speed = product(constraint.joint, velocity) - constraint.kinematic_speed;
     const auto add = [&](unsigned long long props, bool mixed, V body_index, const Vec& turn,
-                         double sign) {
+                         float sign) {
       if (props == 0) return;
       const Motion motion = motion_of(props, mixed, body_index);
       speed += sign * dot(constraint.axis, motion.linear) + dot(turn, motion.angular);
@@ -359,7 +361,7 @@ class ContactSolver : public ContactBodies<V> {
   template <unsigned kBodies>
   ENGRAM_INLINE void apply(Solving& now, ConstraintLanes<V>& constraint, const Vec& response_a,
                            const Vec& response_b, V change) const {
-    if (!simd::any(change != 0.0)) return;
+    if (!simd::any(change != 0.0F)) return;
     constraint.impulse += change;
     if constexpr ((kBodies & kHasPropA) != 0) {
       add_to(now.a.linear, response_a, change);
@@ -393,12 +395,14 @@ class ContactSolver : public ContactBodies<V> {
     return normal_impulse;
   }
 
+  ENGRAM_INLINE static V slip_limit(V limit) { return limit * (1 + kSlipShare) + kSlipTolerance; }
+
   // Coulomb's limit on both axes together. Returns 1 where it is exceeded.
   template <unsigned kBodies>
   ENGRAM_INLINE V solve_friction(Solving& now, PatchLanes<V>& patch, V normal_impulse) const {
-    const auto two = patch.num_anchors > 1.0;
+    const auto two = patch.num_anchors > 1.0F;
     const V limit =
-        patch.friction * normal_impulse * (two ? simd::broadcast<V>(0.5) : simd::broadcast<V>(1));
+        patch.friction * normal_impulse * (two ? simd::broadcast<V>(0.5F) : simd::broadcast<V>(1));
     V slipping = {};
     for (int i = 0; i < now.members.num_anchors; ++i) {
       V unclamped_impulse[2];
@@ -411,7 +415,7 @@ class ContactSolver : public ContactBodies<V> {
       }
       const V size = simd::sqrt(unclamped_impulse[0] * unclamped_impulse[0] +
                                 unclamped_impulse[1] * unclamped_impulse[1]);
-      const auto slips = size > limit + kSlipTolerance;
+      const auto slips = size > slip_limit(limit);
       const V scale = slips ? limit / size : simd::broadcast<V>(1);
       slipping = slips ? simd::broadcast<V>(1) : slipping;
       for (int k = 0; k < 2; ++k) {
@@ -430,7 +434,7 @@ class ContactSolver : public ContactBodies<V> {
     const V unclamped_impulse = constraint.impulse - constraint_speed<kBodies>(now, constraint);
     const V impulse = simd::min(limit, simd::max(-limit, unclamped_impulse));
     apply<kBodies>(now, constraint, Vec{}, Vec{}, impulse - constraint.impulse);
-    return simd::abs(unclamped_impulse) > limit + kSlipTolerance ? simd::broadcast<V>(1) : V{};
+    return simd::abs(unclamped_impulse) > slip_limit(limit) ? simd::broadcast<V>(1) : V{};
   }
 
   template <unsigned kBodies>

@@ -5,10 +5,11 @@
 // lives in a namespace of the instruction set (ENGRAM_ISA) and calls nothing of the standard
 // library, so that the linker cannot merge code compiled for a wide instruction set into code that
 // runs everywhere. All operations are exactly rounded ones, so instruction sets agree to the last
-// bit, and so does a single double.
+// bit, and so does a single number.
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__SSE2__)
 #if defined(__GNUC__) && !defined(__clang__)
@@ -48,11 +49,27 @@ constexpr int kDoubles = kFloats / 2;
 using Float = float __attribute__((vector_size(4 * kFloats)));
 using Int = std::int32_t __attribute__((vector_size(4 * kFloats)));
 using Double = double __attribute__((vector_size(8 * kDoubles)));
+using FloatMask = decltype(Float{} < Float{});
 using DoubleMask = decltype(Double{} < Double{});
 
-// Lanes of a Double; 1 for double, for which the functions below exist as well.
+// Type of the numbers of a V. V: Float, Double, or a single float or double, for which the
+// functions below exist as well.
 template <class V>
-constexpr int kLanesOf = sizeof(V) / sizeof(double);
+struct ScalarTrait {
+  using Type = V;
+};
+template <>
+struct ScalarTrait<Float> {
+  using Type = float;
+};
+template <>
+struct ScalarTrait<Double> {
+  using Type = double;
+};
+template <class V>
+using ScalarOf = typename ScalarTrait<V>::Type;
+template <class V>
+constexpr int kLanesOf = sizeof(V) / sizeof(ScalarOf<V>);
 
 // --- memory ---
 
@@ -127,8 +144,8 @@ ENGRAM_INLINE Int gather_bytes(const std::uint8_t* from, Int offsets) {
 
 // --- the same number in all lanes, and conversions ---
 
-template <class V>  // double or Double
-ENGRAM_INLINE V broadcast(double value) {
+template <class V>
+ENGRAM_INLINE V broadcast(ScalarOf<V> value) {
   return value - V{};
 }
 ENGRAM_INLINE Float broadcast(float value) { return value - Float{}; }
@@ -206,9 +223,16 @@ ENGRAM_INLINE Float select(Mask m, Float a, Float b) { return Float(select(m, In
 ENGRAM_INLINE bool any(Mask m) { return bits(m) != 0; }
 ENGRAM_INLINE bool all(Mask m) { return bits(m) == (1 << kFloats) - 1; }
 
-// --- comparisons of doubles: a < b and the like give a bool, or a DoubleMask ---
+// --- comparisons by operators: a < b and the like give a bool, a FloatMask or a DoubleMask ---
 
 ENGRAM_INLINE unsigned bits(bool mask) { return mask ? 1U : 0U; }
+ENGRAM_INLINE unsigned bits(FloatMask mask) {
+#if defined(__AVX512F__)
+  return _mm512_movepi32_mask(__m512i(mask));
+#else
+  return static_cast<unsigned>(bits(Mask{mask}));
+#endif
+}
 ENGRAM_INLINE unsigned bits(DoubleMask mask) {
 #if defined(__AVX512F__)
   return _mm512_movepi64_mask(__m512i(mask));
@@ -221,15 +245,21 @@ ENGRAM_INLINE unsigned bits(DoubleMask mask) {
 #endif
 }
 ENGRAM_INLINE bool any(bool mask) { return mask; }
+ENGRAM_INLINE bool any(FloatMask mask) { return bits(mask) != 0; }
 ENGRAM_INLINE bool any(DoubleMask mask) { return bits(mask) != 0; }
 ENGRAM_INLINE bool logical_or(bool a, bool b) { return a || b; }
 ENGRAM_INLINE bool logical_and(bool a, bool b) { return a && b; }
+ENGRAM_INLINE FloatMask logical_or(FloatMask a, FloatMask b) { return a | b; }
+ENGRAM_INLINE FloatMask logical_and(FloatMask a, FloatMask b) { return a & b; }
 ENGRAM_INLINE DoubleMask logical_or(DoubleMask a, DoubleMask b) { return a | b; }
 ENGRAM_INLINE DoubleMask logical_and(DoubleMask a, DoubleMask b) { return a & b; }
 
 // --- arithmetic ---
 
 // min and max give the first if it is less (greater) than the second; so the second if one is NaN.
+ENGRAM_INLINE float sqrt(float a) { return __builtin_sqrtf(a); }
+ENGRAM_INLINE float min(float a, float b) { return a < b ? a : b; }
+ENGRAM_INLINE float max(float a, float b) { return a > b ? a : b; }
 ENGRAM_INLINE double sqrt(double a) { return __builtin_sqrt(a); }
 ENGRAM_INLINE double min(double a, double b) { return a < b ? a : b; }
 ENGRAM_INLINE double max(double a, double b) { return a > b ? a : b; }
@@ -280,16 +310,14 @@ ENGRAM_INLINE Double min(Double a, Double b) { return a < b ? a : b; }
 ENGRAM_INLINE Double max(Double a, Double b) { return a > b ? a : b; }
 #endif
 
+ENGRAM_INLINE float abs(float a) { return __builtin_fabsf(a); }
 ENGRAM_INLINE Float abs(Float a) { return Float(Int(a) & 0x7fffffff); }
 template <class V>  // double or Double
 ENGRAM_INLINE V abs(V a) {
   return max(a, -a);
 }
-ENGRAM_INLINE Float clamp(Float a, float low, float high) {
-  return min(max(a, broadcast(low)), broadcast(high));
-}
-template <class V>  // double or Double
-ENGRAM_INLINE V clamp(V a, double low, double high) {
+template <class V>
+ENGRAM_INLINE V clamp(V a, ScalarOf<V> low, ScalarOf<V> high) {
   return min(broadcast<V>(high), max(broadcast<V>(low), a));
 }
 
@@ -301,6 +329,70 @@ ENGRAM_INLINE Double floor(Double a) {
 ENGRAM_INLINE Double ceil(Double a) {
   const Double whole = truncate(a);
   return whole + (whole < a ? broadcast<Double>(1) : Double{});
+}
+
+// --- doubles beside floats ---
+
+// A Double for each half of a Float's lanes.
+struct DoublePair {
+  Double low, high;
+
+  ENGRAM_INLINE friend DoublePair operator+(DoublePair a, DoublePair b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  ENGRAM_INLINE friend DoublePair operator-(DoublePair a, DoublePair b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  ENGRAM_INLINE friend DoublePair operator+(DoublePair a, double b) {
+    return {a.low + b, a.high + b};
+  }
+  ENGRAM_INLINE friend DoublePair operator-(DoublePair a, double b) {
+    return {a.low - b, a.high - b};
+  }
+  ENGRAM_INLINE friend DoublePair operator-(double a, DoublePair b) {
+    return {a - b.low, a - b.high};
+  }
+  ENGRAM_INLINE friend DoublePair operator*(double a, DoublePair b) {
+    return {a * b.low, a * b.high};
+  }
+};
+ENGRAM_INLINE DoublePair clamp(DoublePair a, double low, double high) {
+  return {clamp(a.low, low, high), clamp(a.high, low, high)};
+}
+// As many doubles as V has lanes. V: float or Float.
+template <class V>
+using DoublesOf = std::conditional_t<kLanesOf<V> == 1, double, DoublePair>;
+
+// Rounds to V. V: float or Float.
+ENGRAM_INLINE float to_floats(double a) { return static_cast<float>(a); }
+ENGRAM_INLINE Float to_floats(DoublePair a) {
+#if defined(__AVX512F__)
+  const __m512 low = _mm512_castps256_ps512(_mm512_cvtpd_ps(__m512d(a.low)));
+  return Float(_mm512_insertf32x8(low, _mm512_cvtpd_ps(__m512d(a.high)), 1));
+#elif defined(__AVX2__)
+  const __m256 low = _mm256_castps128_ps256(_mm256_cvtpd_ps(__m256d(a.low)));
+  return Float(_mm256_insertf128_ps(low, _mm256_cvtpd_ps(__m256d(a.high)), 1));
+#elif defined(__SSE2__)
+  return Float(_mm_movelh_ps(_mm_cvtpd_ps(__m128d(a.low)), _mm_cvtpd_ps(__m128d(a.high))));
+#else
+  return Float{to_floats(a.low[0]), to_floats(a.low[1]), to_floats(a.high[0]),
+               to_floats(a.high[1])};
+#endif
+}
+ENGRAM_INLINE double to_doubles(float a) { return a; }
+ENGRAM_INLINE DoublePair to_doubles(Float a) {
+#if defined(__AVX512F__)
+  return {Double(_mm512_cvtps_pd(_mm512_castps512_ps256(__m512(a)))),
+          Double(_mm512_cvtps_pd(_mm512_extractf32x8_ps(__m512(a), 1)))};
+#elif defined(__AVX2__)
+  return {Double(_mm256_cvtps_pd(_mm256_castps256_ps128(__m256(a)))),
+          Double(_mm256_cvtps_pd(_mm256_extractf128_ps(__m256(a), 1)))};
+#elif defined(__SSE2__)
+  return {Double(_mm_cvtps_pd(__m128(a))),
+          Double(_mm_cvtps_pd(_mm_movehl_ps(__m128(a), __m128(a))))};
+#else
+  return {Double{a[0], a[1]}, Double{a[2], a[3]}};
+#endif
 }
 
 }  // namespace ENGRAM_ISA

@@ -1,5 +1,5 @@
-// Vectors of three, rotation matrices and quaternions of doubles or of simd::Doubles. The order of
-// every sum is fixed.
+// Vectors of three, rotation matrices and quaternions of numbers or of vectors of numbers (see
+// simd::ScalarOf). The order of every sum is fixed.
 #pragma once
 
 #include "core/math/simd.h"
@@ -30,7 +30,7 @@ struct Vec3Of {
 
 // Broadcasts a vector to all lanes.
 template <class V>
-ENGRAM_INLINE Vec3Of<V> broadcast_vec3(const double* v) {
+ENGRAM_INLINE Vec3Of<V> broadcast_vec3(const simd::ScalarOf<V>* v) {
   return {simd::broadcast<V>(v[0]), simd::broadcast<V>(v[1]), simd::broadcast<V>(v[2])};
 }
 
@@ -84,14 +84,14 @@ struct QuatOf {
   V w, x, y, z;
 
   // The vector, rotated.
-  ENGRAM_INLINE Vec3Of<V> operator*(const double* v) const {
-    const Vec3Of<V> twice = {2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]),
-                             2.0 * (x * v[1] - y * v[0])};
+  ENGRAM_INLINE Vec3Of<V> operator*(const simd::ScalarOf<V>* v) const {
+    const Vec3Of<V> twice = {2.0F * (y * v[2] - z * v[1]), 2.0F * (z * v[0] - x * v[2]),
+                             2.0F * (x * v[1] - y * v[0])};
     return {v[0] + w * twice.x() + (y * twice.z() - z * twice.y()),
             v[1] + w * twice.y() + (z * twice.x() - x * twice.z()),
             v[2] + w * twice.z() + (x * twice.y() - y * twice.x())};
   }
-  ENGRAM_INLINE QuatOf times(const double* q) const {
+  ENGRAM_INLINE QuatOf times(const simd::ScalarOf<V>* q) const {
     return {w * q[0] - x * q[1] - y * q[2] - z * q[3], w * q[1] + x * q[0] + y * q[3] - z * q[2],
             w * q[2] - x * q[3] + y * q[0] + z * q[1], w * q[3] + x * q[2] - y * q[1] + z * q[0]};
   }
@@ -101,7 +101,7 @@ struct QuatOf {
             z * cosine + w * sine};
   }
   ENGRAM_INLINE Vec3Of<V> z_axis() const {
-    return {2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)};
+    return {2.0F * (x * z + w * y), 2.0F * (y * z - w * x), 1.0F - 2.0F * (x * x + y * y)};
   }
 };
 

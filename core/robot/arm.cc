@@ -40,9 +40,7 @@ Pose Arm::forward(const double* q, ArmJacobian& jacobian) const {
 
 Pose Arm::tcp_pose(const double* q, TcpJacobian<double>* jacobian) const {
   const TcpPose<double> tcp = arm_forward_kinematics(model_, q, jacobian);
-  // The kernels' order of operations.
-  return {Vec3(tcp.pos.x() + base_position_.x(), tcp.pos.y() + base_position_.y(),
-               tcp.pos.z() + base_position_.z()),
+  return {Vec3(tcp.pos.x(), tcp.pos.y(), tcp.pos.z()) + base_position_,
           Quat(tcp.quat.w, tcp.quat.x, tcp.quat.y, tcp.quat.z)};
 }
 

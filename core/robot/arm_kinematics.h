@@ -21,7 +21,8 @@ using LinkPoses = RowsOf<V, LinkPose, kArmJoints>;
 
 // Forward kinematics of the arm's links by rotation matrices.
 template <class V>
-ENGRAM_INLINE void link_poses(const RobotModel& robot, const JointsOf<V>& q, LinkPoses<V>& links) {
+ENGRAM_INLINE void link_poses(const RobotModelOf<simd::ScalarOf<V>>& robot, const JointsOf<V>& q,
+                              LinkPoses<V>& links) {
   RowOf<V, kArmJoints> sines;
   RowOf<V, kArmJoints> cosines;
   for (int i = 0; i < kArmJoints; i += kGroup<V>) {
@@ -58,15 +59,15 @@ struct TcpJacobian {
 
 // Forward kinematics of the TCP by quaternions. `jacobian` may be null.
 template <class V>
-ENGRAM_INLINE TcpPose<V> arm_forward_kinematics(const RobotModel& robot, const V* q,
-                                                TcpJacobian<V>* jacobian) {
+ENGRAM_INLINE TcpPose<V> arm_forward_kinematics(const RobotModelOf<simd::ScalarOf<V>>& robot,
+                                                const V* q, TcpJacobian<V>* jacobian) {
   Vec3Of<V> origin[kArmJoints];
   Vec3Of<V> axis[kArmJoints];
   TcpPose<V> pose = {{}, {simd::broadcast<V>(1), V{}, V{}, V{}}};
   for (int i = 0; i < kArmJoints; ++i) {
     V sine;
     V cosine;
-    sine_cosine(0.5 * q[i], sine, cosine);
+    sine_cosine(0.5F * q[i], sine, cosine);
     pose.pos = pose.pos + pose.quat * robot.links[i].offset;
     pose.quat = pose.quat.times(robot.link_quat[i]).rotated_z(sine, cosine);
     origin[i] = pose.pos;
@@ -75,7 +76,7 @@ ENGRAM_INLINE TcpPose<V> arm_forward_kinematics(const RobotModel& robot, const V
   pose.pos = pose.pos + pose.quat * robot.tcp_offset;
   const QuatOf<V> last = pose.quat.times(robot.tcp_quat);
   const V scale =
-      1.0 / simd::sqrt(last.w * last.w + last.x * last.x + last.y * last.y + last.z * last.z);
+      1.0F / simd::sqrt(last.w * last.w + last.x * last.x + last.y * last.y + last.z * last.z);
   pose.quat = {last.w * scale, last.x * scale, last.y * scale, last.z * scale};
   if (jacobian != nullptr) {
     for (int i = 0; i < kArmJoints; ++i) {
@@ -94,9 +95,12 @@ ENGRAM_INLINE TcpPose<V> arm_forward_kinematics(const RobotModel& robot, const V
 template <class V>
 ENGRAM_INLINE auto minimum_norm_step(const TcpJacobian<V>& jacobian, const V* displacement,
                                      V* step) {
-  constexpr double kWellConditioned = 1e-4;  // smallest over largest pivot
-  V factor[6][6];                            // lower triangle
-  V pivot[6];                                // its inverse diagonal
+  using Scalar = simd::ScalarOf<V>;
+  constexpr bool kIsFloat = sizeof(Scalar) == sizeof(float);
+  // Smallest over largest pivot.
+  constexpr auto kWellConditioned = static_cast<Scalar>(kIsFloat ? 3e-2 : 1e-4);
+  V factor[6][6];  // lower triangle
+  V pivot[6];      // its inverse diagonal
   V least = {};
   V largest = {};
   auto good = least == largest;
@@ -111,26 +115,43 @@ ENGRAM_INLINE auto minimum_norm_step(const TcpJacobian<V>& jacobian, const V* di
         factor[i][k] = sum * pivot[k];
       } else {
         const V diagonal = simd::sqrt(sum);
-        good = simd::logical_and(good, diagonal > 0.0);
-        pivot[i] = 1.0 / diagonal;
+        good = simd::logical_and(good, diagonal > 0.0F);
+        pivot[i] = 1.0F / diagonal;
         least = i == 0 ? diagonal : simd::min(diagonal, least);
         largest = i == 0 ? diagonal : simd::max(diagonal, largest);
       }
     }
   }
+  const auto solve = [&](const V* right, V* solved) ENGRAM_INLINE_LAMBDA {
+    for (int i = 0; i < 6; ++i) {
+      V sum = right[i];
+      for (int k = 0; k < i; ++k) sum -= factor[i][k] * solved[k];
+      solved[i] = sum * pivot[i];
+    }
+    for (int i = 5; i >= 0; --i) {
+      for (int k = i + 1; k < 6; ++k) solved[i] -= factor[k][i] * solved[k];
+      solved[i] *= pivot[i];
+    }
+    for (int joint = 0; joint < kArmJoints; ++joint) {
+      step[joint] = V{};
+      for (int k = 0; k < 6; ++k) step[joint] += jacobian.column[joint][k] * solved[k];
+    }
+  };
   V solved[6];
-  for (int i = 0; i < 6; ++i) {
-    solved[i] = displacement[i];
-    for (int k = 0; k < i; ++k) solved[i] -= factor[i][k] * solved[k];
-    solved[i] *= pivot[i];
-  }
-  for (int i = 5; i >= 0; --i) {
-    for (int k = i + 1; k < 6; ++k) solved[i] -= factor[k][i] * solved[k];
-    solved[i] *= pivot[i];
-  }
-  for (int joint = 0; joint < kArmJoints; ++joint) {
-    step[joint] = V{};
-    for (int k = 0; k < 6; ++k) step[joint] += jacobian.column[joint][k] * solved[k];
+  solve(displacement, solved);
+  if constexpr (kIsFloat) {
+    // The normal equations lose twice the digits that the Jacobian costs: one refinement.
+    V rest[6];
+    V first[kArmJoints];
+    for (int joint = 0; joint < kArmJoints; ++joint) first[joint] = step[joint];
+    for (int k = 0; k < 6; ++k) {
+      rest[k] = displacement[k];
+      for (int joint = 0; joint < kArmJoints; ++joint) {
+        rest[k] -= jacobian.column[joint][k] * first[joint];
+      }
+    }
+    solve(rest, solved);
+    for (int joint = 0; joint < kArmJoints; ++joint) step[joint] += first[joint];
   }
   return simd::logical_and(good, least > kWellConditioned * largest);
 }

@@ -35,7 +35,8 @@ ENGRAM_INLINE void for_each_joint(const Visit& visit) {
 // Rows are computed in groups of entries, each a vector: of robots side by side, a single entry; of
 // a single robot, as many entries as a vector has.
 template <class V>
-using WideOf = std::conditional_t<simd::kLanesOf<V> == 1, simd::Double, V>;
+using WideOf = std::conditional_t<std::is_same_v<V, float>, simd::Float,
+                                  std::conditional_t<std::is_same_v<V, double>, simd::Double, V>>;
 template <class V>
 constexpr int kGroup = simd::kLanesOf<WideOf<V>> / simd::kLanesOf<V>;
 
@@ -202,7 +203,7 @@ ENGRAM_INLINE void invert(JointMatrixOf<V>& m) {
     for_each_joint([&](auto i) ENGRAM_INLINE_LAMBDA {
       if constexpr (i < k) eliminate(row, i);
     });
-    const auto scale = 1.0 / spread(row.template entry<k>());
+    const auto scale = 1.0F / spread(row.template entry<k>());
     row.template set<k>(simd::broadcast<V>(1));
     for_each_index<Row::kVectors>([&](auto e) ENGRAM_INLINE_LAMBDA { row.at[e] *= scale; });
     row.store(m[k]);

@@ -7,7 +7,8 @@
 
 namespace engram {
 
-// First rows of quantities in the memory of a block. A row has one double for each lane.
+// First rows of quantities in the memory of a block. A row has one double for each lane;
+// kernels compute in single precision.
 struct LaneVectors {
   static constexpr int kQ = 0;                                 // (9) rad, m: joint positions
   static constexpr int kV = kQ + kRobotJoints;                 // (9) rad/s, m/s
@@ -48,20 +49,19 @@ struct LaneKernel {
   unsigned (*differential_ik)(const RobotModel& robot, double* vectors);
 };
 
-inline constexpr int kMaxLanes = 8;
+inline constexpr int kMaxLanes = 16;
 
-// The kernel of N lanes (1, 2, 4, 8), or null if this processor or build has none.
+// The kernel of N lanes (1, 4, 8, 16), or null if this processor or build has none.
 const LaneKernel* lane_kernel(int lanes);
 // The widest that the processor has, and the widest of which N robots fill at least half.
 const LaneKernel& widest_lane_kernel();
 const LaneKernel& lane_kernel_for(int robots);
 
-// Kernels of wide instruction sets, and of one lane for each set, whether the processor has them or
+// Kernels of wide instruction sets, and of one lane, whether the processor has them or
 // not; null where this library was built without them.
 const LaneKernel* avx2_lane_kernel();
 const LaneKernel* avx512_lane_kernel();
 const LaneKernel& baseline_single_kernel();
 const LaneKernel* avx2_single_kernel();
-const LaneKernel* avx512_single_kernel();
 
 }  // namespace engram

@@ -1,4 +1,4 @@
-// Four lanes and one, for processors with AVX2.
+// Eight lanes and one, for processors with AVX2.
 #include "core/robot/lane_kernel.h"
 
 #if defined(__AVX2__)
@@ -6,8 +6,8 @@
 
 namespace engram {
 namespace {
-constexpr LaneKernel kKernel = make_lane_kernel<simd::Double>(InstructionSet::kAvx2);
-constexpr LaneKernel kSingle = make_lane_kernel<double>(InstructionSet::kAvx2);
+constexpr LaneKernel kKernel = make_lane_kernel<simd::Float>(InstructionSet::kAvx2);
+constexpr LaneKernel kSingle = make_lane_kernel<float>(InstructionSet::kAvx2);
 }  // namespace
 const LaneKernel* avx2_lane_kernel() { return &kKernel; }
 const LaneKernel* avx2_single_kernel() { return &kSingle; }

@@ -1,12 +1,12 @@
-// Kernels for every processor: one lane and two; and the choice of a kernel.
+// Kernels for every processor: one lane and four; and the choice of a kernel.
 #include "core/robot/lane_kernel.h"
 #include "core/robot/lane_kernel_body.h"
 
 namespace engram {
 namespace {
 
-constexpr LaneKernel kSingle = make_lane_kernel<double>(InstructionSet::kBaseline);
-constexpr LaneKernel kKernel = make_lane_kernel<simd::Double>(InstructionSet::kBaseline);
+constexpr LaneKernel kSingle = make_lane_kernel<float>(InstructionSet::kBaseline);
+constexpr LaneKernel kKernel = make_lane_kernel<simd::Float>(InstructionSet::kBaseline);
 
 }  // namespace
 
@@ -14,14 +14,13 @@ const LaneKernel& baseline_single_kernel() { return kSingle; }
 
 const LaneKernel* lane_kernel(int lanes) {
   switch (lanes) {
-    case 1:
-      if (lane_kernel(8) != nullptr) return avx512_single_kernel();
-      return lane_kernel(4) != nullptr ? avx2_single_kernel() : &kSingle;
-    case 2:
-      return &kKernel;
+    case 1:  // wider vectors than AVX2's are no faster here
+      return lane_kernel(8) != nullptr ? avx2_single_kernel() : &kSingle;
     case 4:
-      return is_available(InstructionSet::kAvx2) ? avx2_lane_kernel() : nullptr;
+      return &kKernel;
     case 8:
+      return is_available(InstructionSet::kAvx2) ? avx2_lane_kernel() : nullptr;
+    case 16:
       return is_available(InstructionSet::kAvx512) ? avx512_lane_kernel() : nullptr;
     default:
       return nullptr;
@@ -35,8 +34,9 @@ const LaneKernel& widest_lane_kernel() {
 }
 
 const LaneKernel& lane_kernel_for(int robots) {
+  if (robots == 1) return *lane_kernel(1);
   int lanes = widest_lane_kernel().lanes;
-  while (lanes / 2 >= robots) lanes /= 2;
+  while (lanes > 4 && lanes / 2 >= robots) lanes /= 2;
   return *lane_kernel(lanes);
 }
 

@@ -11,8 +11,10 @@ inline namespace ENGRAM_ISA {
 template <class V>
 class LinkFrames {
  public:
+  using Robot = RobotModelOf<simd::ScalarOf<V>>;
+
   // `links` must outlive this object.
-  ENGRAM_INLINE LinkFrames(const RobotModel& robot, const JointsOf<V>& q, const LinkPoses<V>& links)
+  ENGRAM_INLINE LinkFrames(const Robot& robot, const JointsOf<V>& q, const LinkPoses<V>& links)
       : robot_(robot), links_(links) {
     const LinkPose<V> last = links[kArmJoints - 1];
     for (int k = 0; k < kFingers; ++k) {
@@ -50,7 +52,7 @@ class LinkFrames {
   // Compliance of a link in contacts and joint limits: a share of the largest response of its
   // centre of mass to an impulse along x, y or z, 1/kg.
   ENGRAM_INLINE V compliance(int link, const JointMatrixOf<V>& inv_mass) const {
-    constexpr double kShare = 0.25;
+    constexpr float kShare = 0.25F;
     const int hinges = hinges_of(link);
     const int finger = finger_of(link);
     JointsOf<V> rows[3];
@@ -62,7 +64,8 @@ class LinkFrames {
       for (int i = 0; i < hinges; ++i) {
         V sum = {};
         for (int k = 0; k < hinges; ++k) sum += inv_mass[i][k] * row[k];
-        if (finger >= 0) sum += 2.0 * (inv_mass[i][kArmJoints + finger] * row[kArmJoints + finger]);
+        if (finger >= 0)
+          sum += 2.0F * (inv_mass[i][kArmJoints + finger] * row[kArmJoints + finger]);
         response += row[i] * sum;
       }
       if (finger >= 0) {
@@ -82,7 +85,7 @@ class LinkFrames {
   }
 
  private:
-  const RobotModel& robot_;
+  const Robot& robot_;
   const LinkPoses<V>& links_;
   Vec3Of<V> finger_axis_[kFingers];
   V opening_[kFingers];

@@ -78,8 +78,10 @@ ENGRAM_INLINE InertiaOf<V> inertia_of(V mass, const V* inertia, const Mat3Of<V>&
 template <class V>
 class RobotDynamics {
  public:
-  ENGRAM_INLINE RobotDynamics(const RobotModel& robot, const JointsOf<V>& q,
-                              const LinkPoses<V>& links) {
+  using Scalar = simd::ScalarOf<V>;
+  using Robot = RobotModelOf<Scalar>;
+
+  ENGRAM_INLINE RobotDynamics(const Robot& robot, const JointsOf<V>& q, const LinkPoses<V>& links) {
     for (int i = 0; i < kArmJoints; i += kGroup<V>) {
       const LinkPose<Wide> link = links.group(i);
       const Vec3Of<Wide> axis = link.axes.column(2);
@@ -181,19 +183,21 @@ class RobotDynamics {
 
  private:
   using Wide = WideOf<V>;
+  // A whole group is read from the fingers' velocities on.
+  static_assert(kArmJoints + kGroup<V> <= kPadded<V, kRobotJoints>);
 
   // Constants of a group of rigid bodies. Entries beyond the last body repeat that one.
   struct Bodies {
-    ENGRAM_INLINE Bodies(const RobotModel::Link* links, int count, int first) {
+    ENGRAM_INLINE Bodies(const typename Robot::Link* links, int count, int first) {
       for (int i = 0; i < kGroup<V>; ++i) {
-        const RobotModel::Link& link = links[first + i < count ? first + i : count - 1];
+        const typename Robot::Link& link = links[first + i < count ? first + i : count - 1];
         set(mass, i, link.mass);
         for (int k = 0; k < 3; ++k) set(offset[k], i, link.offset[k]);
         for (int k = 0; k < 3; ++k) set(center[k], i, link.center[k]);
         for (int k = 0; k < 6; ++k) set(moments[k], i, link.inertia[k]);
       }
     }
-    ENGRAM_INLINE static void set(Wide& wide, int entry, double value) {
+    ENGRAM_INLINE static void set(Wide& wide, int entry, Scalar value) {
       if constexpr (kGroup<V> == 1) {
         wide = simd::broadcast<V>(value);
       } else {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <bit>
+#include <cstddef>
 
 namespace engram {
 
@@ -19,20 +21,37 @@ struct DriveTarget {
   bool velocity_mode = false;             // arm: no stiffness, velocity target only
 };
 
+// Rounds all numbers of a structure that consists of doubles.
+template <template <class> class Struct>
+Struct<float> rounded(const Struct<double>& exact) {
+  constexpr std::size_t kNumbers = sizeof(Struct<double>) / sizeof(double);
+  const auto from = std::bit_cast<std::array<double, kNumbers>>(exact);
+  std::array<float, kNumbers> to;
+  for (std::size_t i = 0; i < kNumbers; ++i) to[i] = static_cast<float>(from[i]);
+  return std::bit_cast<Struct<float>>(to);
+}
+
 // force = stiffness (target - q) + damping (target velocity - qvel), within the limit. Taken
 // implicitly.
-struct DriveParams {
-  double stiffness = 0;  // N m/rad, N/m
-  double damping = 0;    // N m s/rad, N s/m
-  double limit = 0;      // N m, N
+template <class Scalar>
+struct DriveParamsOf {
+  Scalar stiffness = 0;  // N m/rad, N/m
+  Scalar damping = 0;    // N m s/rad, N s/m
+  Scalar limit = 0;      // N m, N
 };
+using DriveParams = DriveParamsOf<double>;
 
 // Constants of all substeps.
-struct RobotParams {
-  DriveParams drive;
-  double lower[kRobotJoints] = {};  // joint limits, rad, m
-  double upper[kRobotJoints] = {};  // rad, m
-  double timestep = 0;              // of a substep, s
+template <class Scalar>
+struct RobotParamsOf {
+  DriveParamsOf<Scalar> drive;
+  Scalar lower[kRobotJoints] = {};  // joint limits, rad, m
+  Scalar upper[kRobotJoints] = {};  // rad, m
+  Scalar timestep = 0;              // of a substep, s
+};
+// What the solver has in single precision, it has of `single`.
+struct RobotParams : RobotParamsOf<double> {
+  RobotParamsOf<float> single;  // rounded, once all else is set
 };
 
 // Rigid bodies of the robot, each with a centre of mass of its own: the arm's links, then these.
@@ -49,32 +68,36 @@ constexpr int finger_of(int link) {
   return link == kLeftFingerLink || link == kRightFingerLink ? link - kArmJoints : -1;
 }
 
-struct RobotModel {
+template <class Scalar>
+struct RobotModelOf {
   // A rigid body with all that is fixed to it.
   struct Link {
-    double offset[3] = {};    // m, origin in the parent link's frame, at joint angle zero
-    double rotation[9] = {};  // axes (columns) in the parent link's frame, at joint angle zero
-    double mass = 0;          // kg
-    double center[3] = {};    // m, centre of mass, own frame
-    double inertia[6] = {};   // about the centre, own axes: xx, yy, zz, xy, xz, yz; kg m^2
+    Scalar offset[3] = {};    // m, origin in the parent link's frame, at joint angle zero
+    Scalar rotation[9] = {};  // axes (columns) in the parent link's frame, at joint angle zero
+    Scalar mass = 0;          // kg
+    Scalar center[3] = {};    // m, centre of mass, own frame
+    Scalar inertia[6] = {};   // about the centre, own axes: xx, yy, zz, xy, xz, yz; kg m^2
   };
   // The first link's parent frame is the world, shifted to the base.
   Link links[kArmJoints];
-  double link_quat[kArmJoints][4] = {};  // of the links' rotations
+  Scalar link_quat[kArmJoints][4] = {};  // of the links' rotations
   // Fingers never rotate against the last link. Their `center` and `inertia` are in its axes, too.
   Link fingers[kFingers];
-  double finger_axis[kFingers][3] = {};  // direction of opening, in the last link's frame
-  double base_position[3] = {};          // m, world
+  Scalar finger_axis[kFingers][3] = {};  // direction of opening, in the last link's frame
+  Scalar base_position[3] = {};          // m, world
   // Centres of mass of the rigid bodies, m: in the frame of the arm's link that carries them, the
   // fingers closed.
-  double centers[kNumLinks][3] = {};
+  Scalar centers[kNumLinks][3] = {};
 
   // Pose of the TCP in the last link's frame.
-  double tcp_offset[3] = {};
-  double tcp_quat[4] = {};
+  Scalar tcp_offset[3] = {};
+  Scalar tcp_quat[4] = {};
 
   // The greatest displacement of any point of the robot per rad or m of a joint.
-  double lever_arms[kRobotJoints] = {};
+  Scalar lever_arms[kRobotJoints] = {};
+};
+struct RobotModel : RobotModelOf<double> {
+  RobotModelOf<float> single;  // rounded, for the kernels, once all else is set
 };
 
 }  // namespace engram

@@ -54,6 +54,7 @@ RobotParams read_robot_params(const mjModel& model) {
     params.lower[i] = model.jnt_range[2 * i];
     params.upper[i] = model.jnt_range[2 * i + 1];
   }
+  params.single = rounded<RobotParamsOf>(params);
   return params;
 }
 
@@ -102,6 +103,7 @@ PhysicsModel::PhysicsModel(const SceneSpec& source)
   robot_model_ = load_robot_model(*robot_);
   std::copy(robot_bounds_.lever_arms().begin(), robot_bounds_.lever_arms().end(),
             robot_model_.lever_arms);
+  robot_model_.single = rounded<RobotModelOf>(robot_model_);
 }
 
 void PhysicsModel::read_props(const SceneSpec& source) {

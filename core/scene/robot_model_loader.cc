@@ -175,6 +175,7 @@ RobotModel load_robot_model(const mjModel& model) {
       frame.pos + frame.axes * Eigen::Map<const Vec3>(model.site_pos + 3 * site);
   set_quat(rotation_between(model, body, last_link) * quat_of(model.site_quat + 4 * site),
            robot.tcp_quat);
+  robot.single = rounded<RobotModelOf>(robot);
   return robot;
 }
 

@@ -36,7 +36,7 @@ class PhysicsModel;
 struct SimulatorOptions {
   int substeps = 5;   // of 0.01 s per control step
   bool sleep = true;  // false: the whole scene, every present prop awake
-  int lanes = 0;      // robots side by side: 1, 2, 4, 8; 0: as many as the batch fills
+  int lanes = 0;      // robots side by side: 1, 4, 8, 16; 0: as many as the batch fills
 };
 
 class Simulator final : public PhysicsEngine {

@@ -9,17 +9,19 @@ namespace {
 
 // Values beyond this are a diverged state, as in MuJoCo's own checks.
 constexpr double kLargestValue = mjMAXVAL;
+// rad, m: joints beyond it have no sines in single precision (core/math/sine_cosine.h).
+constexpr double kLargestJoint = 1e4;
 
-// Tests that the absolute values of all numbers are below kLargestValue. Without their sign bits,
+// Tests that the absolute values of all numbers are below a limit. Without their sign bits,
 // doubles are ordered like the integers of the same bits, and NaN is above all numbers; a value
 // that is too large makes the difference negative, which sets its top bit. The compiler vectorises
 // this loop, but not one that compares doubles.
-bool all_plausible(const double* values, int count) {
+bool all_plausible(const double* values, int count, double limit = kLargestValue) {
   constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
   std::uint64_t differences = 0;
   for (int i = 0; i < count; ++i) {
     const std::uint64_t magnitude = std::bit_cast<std::uint64_t>(values[i]) & ~kSign;
-    differences |= std::bit_cast<std::uint64_t>(kLargestValue) - 1 - magnitude;
+    differences |= std::bit_cast<std::uint64_t>(limit) - 1 - magnitude;
   }
   return (differences & kSign) == 0;
 }
@@ -28,7 +30,7 @@ bool all_plausible(const double* values, int count) {
 
 bool StateTransfer::state_is_plausible() const {
   const int count = step_.num_props();
-  return all_plausible(state_.qpos.row(env_), kRobotJoints) &&
+  return all_plausible(state_.qpos.row(env_), kRobotJoints, kLargestJoint) &&
          all_plausible(state_.qvel.row(env_), kRobotJoints) &&
          all_plausible(state_.prop_pos.row(env_), 3 * count) &&
          all_plausible(state_.prop_quat.row(env_), 4 * count) &&
@@ -36,7 +38,8 @@ bool StateTransfer::state_is_plausible() const {
 }
 
 bool StateTransfer::is_plausible(const JointArray& qpos, const JointArray& qvel) const {
-  bool good = all_plausible(qpos.data(), kRobotJoints) && all_plausible(qvel.data(), kRobotJoints);
+  bool good = all_plausible(qpos.data(), kRobotJoints, kLargestJoint) &&
+              all_plausible(qvel.data(), kRobotJoints);
   for (const int prop : step_.awake()) {
     const FreeBodyState& motion = workspace_.motion[at(prop)];
     good = good && all_plausible(motion.center.data(), 3) &&

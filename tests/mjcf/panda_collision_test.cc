@@ -23,7 +23,7 @@ TEST_CASE("Every link has the collision geoms that it names", "[mjcf][panda]") {
   CHECK(model->ngeom == geoms + 1);  // and the table's plane
 }
 
-// Of its hull, in the hand's frame.
+// Extents of its hull, in the hand's frame.
 TEST_CASE("The hand has the extents of the original's", "[mjcf][panda][original]") {
   const Model model = compile({}, Detail::kRobotOnly);
   std::array<double, 3> low{};

@@ -133,8 +133,8 @@ class VectorEnv(QueryMixin, SubEnvMixin, VectorBase[ObsT], Generic[ObsT]):
             1000.
         sleep: Shortcuts of the physics; off: none of them, for comparison.
         chunk: Most environments that a thread claims at a time. 0 (chosen) or more.
-        lanes: Environments whose robots move side by side in vector registers: 1, 2, 4 or 8;
-            results are the same. 0, 1, 2, 4 or 8.
+        lanes: Environments whose robots move side by side in vector registers: 1, 4, 8 or 16;
+            results are the same. 0, 1, 4, 8 or 16.
         language_in_info: Infos with "language_instruction"; ``instructions`` always has it.
         max_episode_steps: Control steps of an episode, shorter or longer than the task's own; None:
             the task's horizon, or what constants say.

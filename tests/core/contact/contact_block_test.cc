@@ -17,14 +17,14 @@ constexpr double kMass = 0.064;  // kg, of a cube
 const PhysicsModel& model() { return mixed_model(); }
 const FreeBody& cube() { return model().props()[kCube0].body; }
 
-// A block of two lanes, with a robot at rest in each.
+// A block of four lanes, with a robot at rest in each.
 class Block {
  public:
   Block()
-      : robots_(*lane_kernel(2)),
-        block_(2, 2, 2, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
+      : robots_(*lane_kernel(kLanes)),
+        block_(kLanes, 2, 2, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
     const double stiffness = model().robot_params().drive.stiffness;
-    for (int lane = 0; lane < 2; ++lane) {
+    for (int lane = 0; lane < kLanes; ++lane) {
       robots_.put(LaneVectors::kQ, lane, kStartPose.data(), kRobotJoints);
       for (int i = 0; i < kRobotJoints; ++i) {
         const double bias = stiffness * kStartPose[static_cast<std::size_t>(i)];
@@ -36,11 +36,13 @@ class Block {
   ContactBlock& operator*() { return block_; }
   ContactBlock* operator->() { return &block_; }
   void step() {
-    contact_kernel(2).substep(model().robot_model(), model().robot_params(), false,
-                              robots_.vectors(), block_.finish());
+    contact_kernel(kLanes).substep(model().robot_model(), model().robot_params(), false,
+                                   robots_.vectors(), block_.finish());
   }
 
  private:
+  static constexpr int kLanes = 4;
+
   LaneBlock robots_;
   ContactBlock block_;
 };
@@ -79,9 +81,10 @@ TEST_CASE("A body without contacts moves by its velocities", "[contact]") {
   block->put_body(1, 0, cube(), state);
   block.step();
   block->get_body(1, 0, state);
-  CHECK(state.center.isApprox(Vec3(0.105, 0.2, 0.29), 1e-12));
+  // Displacements are floats.
+  CHECK(state.center.isApprox(Vec3(0.105, 0.2, 0.29), 1e-8));
   CHECK(state.linear.isApprox(Vec3(0.5, 0, -1), 1e-15));
-  CHECK(state.quat.angularDistance(Quat(Eigen::AngleAxisd(2 * kTimestep, Vec3::UnitZ()))) < 1e-12);
+  CHECK(state.quat.angularDistance(Quat(Eigen::AngleAxisd(2 * kTimestep, Vec3::UnitZ()))) < 1e-8);
 }
 
 TEST_CASE("A cube that falls on the table stops there, by the impulse of its patch", "[contact]") {
@@ -115,7 +118,7 @@ TEST_CASE("Friction holds a slow cube, and slips under a fast one", "[contact]")
     CHECK(state.linear.x() == Approx(slips ? along - 0.3 * down : 0).margin(slips ? 1e-3 : 2e-3));
     // The impulse is the change of momentum.
     const Vec3 change = kMass * (state.linear - Vec3(along, 0, -down));
-    CHECK((block->impulse(0, patch) - change).norm() < 1e-9);
+    CHECK((block->impulse(0, patch) - change).norm() < 1e-8);
   }
 }
 
@@ -137,7 +140,7 @@ TEST_CASE("Two bodies that collide keep their momentum", "[contact]") {
   block.step();
   block->get_body(1, 0, a);
   block->get_body(1, 1, b);
-  CHECK((a.linear + b.linear - before).norm() < 1e-12);
+  CHECK((a.linear + b.linear - before).norm() < 1e-7);
   CHECK(a.linear.x() == Approx(b.linear.x()).margin(1e-6));
   CHECK(block->impulse(1, patch).isApprox(Vec3(0.3 * kMass, 0, 0), 1e-6));
 }

@@ -35,6 +35,37 @@ TEST_CASE("A lane has the result of a single double", "[math]") {
   }
 }
 
+TEST_CASE("A lane of floats has the result of a single float", "[math]") {
+  simd::Float a;
+  simd::Float b;
+  for (int i = 0; i < simd::kFloats; ++i) {
+    a[i] = 0.3F + 1.7F * static_cast<float>(i);
+    b[i] = 2.1F - 0.9F * static_cast<float>(i);
+  }
+  const simd::Float least = simd::min(a, b);
+  const simd::Float root = simd::sqrt(a);
+  const simd::Float clamped = simd::clamp(a, 0.5F, 1.5F);
+  const simd::FloatMask less = a < b;
+  for (int i = 0; i < simd::kFloats; ++i) {
+    CHECK(least[i] == simd::min(a[i], b[i]));
+    CHECK(root[i] == std::sqrt(a[i]));
+    CHECK(clamped[i] == simd::clamp(a[i], 0.5F, 1.5F));
+    CHECK((simd::bits(less) >> static_cast<unsigned>(i) & 1U) == (a[i] < b[i] ? 1U : 0U));
+  }
+}
+
+TEST_CASE("Lanes keep their places between floats and doubles", "[math]") {
+  simd::Float a;
+  for (int i = 0; i < simd::kFloats; ++i) a[i] = static_cast<float>(i);
+  const simd::DoublePair wide = 0.1 * (simd::to_doubles(a) + 1.0);
+  const simd::Float rounded = simd::to_floats(wide);
+  for (int i = 0; i < simd::kFloats; ++i) {
+    const simd::Double half = i < simd::kDoubles ? wide.low : wide.high;
+    CHECK(half[i % simd::kDoubles] == 0.1 * (i + 1.0));
+    CHECK(rounded[i] == static_cast<float>(0.1 * (i + 1.0)));
+  }
+}
+
 TEST_CASE("min and max give the second number if one is NaN", "[math]") {
   CHECK(simd::min(kNan, 1.0) == 1);
   CHECK(std::isnan(simd::min(1.0, kNan)));
@@ -71,6 +102,10 @@ TEST_CASE("Floats are compared and selected lane by lane", "[math]") {
   CHECK(simd::all(simd::at_most(simd::broadcast(0.0F), a)));
   CHECK(simd::round(simd::broadcast(2.5F))[0] == 2);  // to even
   CHECK(simd::abs(simd::broadcast(-3.0F))[1] == 3);
+  for (const float zero : {0.0F, -0.0F}) {
+    CHECK_FALSE(std::signbit(simd::abs(zero)));
+    CHECK_FALSE(std::signbit(simd::abs(simd::broadcast(zero))[0]));
+  }
 }
 
 }  // namespace

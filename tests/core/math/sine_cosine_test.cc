@@ -40,18 +40,41 @@ TEST_CASE("sine and cosine are right to the last bits", "[base]") {
   CHECK(std::isnan(c));
 }
 
+TEST_CASE("sine and cosine of floats are right to a float's last bits", "[base]") {
+  for (const double x : angles()) {
+    if (std::abs(x) > 1e4) continue;
+    const auto angle = static_cast<float>(x);
+    float s = 0;
+    float c = 0;
+    sine_cosine(angle, s, c);
+    CAPTURE(x);
+    CHECK(std::abs(s - std::sin(static_cast<double>(angle))) < 8e-8);
+    CHECK(std::abs(c - std::cos(static_cast<double>(angle))) < 8e-8);
+  }
+}
+
 TEST_CASE("vectors of angles have the bits of single ones", "[base]") {
-  using Pair = double __attribute__((vector_size(16)));
   int different = 0;
   for (const double x : angles()) {
     double s = 0;
     double c = 0;
     sine_cosine(x, s, c);
-    Pair sines;
-    Pair cosines;
-    sine_cosine(Pair{x, -x}, sines, cosines);
+    simd::Double sines;
+    simd::Double cosines;
+    sine_cosine(simd::broadcast<simd::Double>(x), sines, cosines);
     const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
     if (bits(sines[0]) != bits(s) || bits(cosines[1]) != bits(c)) ++different;
+
+    const auto angle = static_cast<float>(x);
+    float single_sine = 0;
+    float single_cosine = 0;
+    sine_cosine(angle, single_sine, single_cosine);
+    simd::Float float_sines;
+    simd::Float float_cosines;
+    sine_cosine(simd::broadcast(angle), float_sines, float_cosines);
+    const auto float_bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
+    if (float_bits(float_sines[3]) != float_bits(single_sine)) ++different;
+    if (float_bits(float_cosines[3]) != float_bits(single_cosine)) ++different;
   }
   CHECK(different == 0);
 }

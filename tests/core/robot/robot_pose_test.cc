@@ -26,7 +26,7 @@ TEST_CASE("Bodies that are fixed to links are where MuJoCo has them", "[physics]
       worst = std::max({worst, (frame.pos - pos).norm(), (frame.axes - axes).norm()});
     }
   }
-  CHECK(worst < 1e-13);
+  CHECK(worst < 1e-6);  // links' poses are floats
 }
 
 TEST_CASE("The pose in a lane is the one at its joint positions, to the bit", "[physics]") {

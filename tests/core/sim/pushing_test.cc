@@ -65,7 +65,7 @@ TEST_CASE("A cube that is pressed with all force stays on the table", "[pushing]
 // Motion of a shape that appears around closed fingers, which then are lifted.
 struct Appearance {
   double fastest = 0;  // m/s
-  double late = 0;     // m, its way after the first second
+  double late = 0;     // m, its way in the fourth second
   Vec3 way;            // m, all in all
   double height = 0;   // m, in the end
 };
@@ -85,16 +85,16 @@ Appearance appear(mjcf::ObjectShape shape, const Vec3& offset, double yaw, bool 
   const double quat[4] = {q.w(), q.x(), q.y(), q.z()};
   rig.state().place_prop(0, 0, place.data(), quat);
   Appearance seen;
-  const auto wait = [&] {
-    for (int step = 0; step < 20; ++step) {
+  const auto wait = [&](int steps) {
+    for (int step = 0; step < steps; ++step) {
       rig.move(parked, 1, -1);
       const Eigen::Map<const Vec3> velocity(rig.state().prop_qvel_of(0, 0));
       seen.fastest = std::max(seen.fastest, velocity.norm());
     }
     return rig.pos(0);
   };
-  const Vec3 soon = wait();
-  seen.late = (wait() - soon).norm();
+  const Vec3 before = wait(60);
+  seen.late = (wait(20) - before).norm();
   rig.move(slot + Vec3(0, 0, 0.3), 60, -1, 0.3F);
   seen.way = rig.pos(0) - place;
   seen.height = rig.pos(0).z();
