@@ -112,9 +112,9 @@ void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const CollisionBody& body = bodies[i];
     if (body.kind != BodyKind::kLink) continue;
-    Frame& frame = workspace_.bodies.frames[i];
-    frame = workspace_.is_link[i] != 0 ? robot.links[at(body.attachment.link)]
-                                       : carried(robot, body.attachment);
+    const Frame frame = workspace_.is_link[i] != 0 ? robot.links[at(body.attachment.link)]
+                                                   : carried(robot, body.attachment);
+    workspace_.bodies.frames[i] = frame;
     const auto hinge = at(hinges_of(body.link) - 1);
     const Vec3 center = frame.pos + frame.axes * body.bounding_center;
     double speed = (linear[hinge] + angular[hinge].cross(center)).norm() +
