@@ -2,9 +2,8 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstddef>
 
-#include "core/math/real_functions.h"
+#include "core/math/rotations.h"
 
 namespace engram::mjcf {
 namespace {
@@ -61,12 +60,9 @@ void set_rotation(Element& element, const Eigen::Quaterniond& rotation) {
 }
 
 void set_rotation(Element& element, const std::array<double, 3>& rpy) {
-  const auto about = [&](std::size_t axis) {
-    Eigen::Vector3d sine = Eigen::Vector3d::Zero();
-    sine[static_cast<int>(axis)] = real::sin(rpy[axis] / 2);
-    return Eigen::Quaterniond(real::cos(rpy[axis] / 2), sine[0], sine[1], sine[2]);
-  };
-  set_rotation(element, about(2) * about(1) * about(0));
+  using Axis = Eigen::Vector3d;
+  set_rotation(element, turn_about(Axis::UnitZ(), rpy[2]) * turn_about(Axis::UnitY(), rpy[1]) *
+                            turn_about(Axis::UnitX(), rpy[0]));
 }
 
 void add_inertial(Element& body, double mass, const std::array<double, 3>& center,
