@@ -17,7 +17,7 @@ class PhysicsEngine {
   virtual ~PhysicsEngine() = default;
 
   // Most environments of one call of step.
-  static constexpr int kMaxTogether = 64;
+  static constexpr int kMaxTogether = 128;
 
   // One control step of the environments from `first` on, one for each of the drives, at most
   // kMaxTogether, on the workspace of `worker`. Their drives must agree in their mode. Sets `ok` of
