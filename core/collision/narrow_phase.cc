@@ -13,10 +13,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxFound = 64;  // contacts of one pair that MuJoCo may find
 
-bool is_box(const CollisionShape& shape) {
-  return shape.type == mjGEOM_BOX || shape.type == mjGEOM_PLANE;
-}
-
 bool is_cylinder(const CollisionShape& shape) { return shape.type == mjGEOM_CYLINDER; }
 
 bool has_hulls(const CollisionShape& a, const CollisionShape& b) {
@@ -52,11 +48,11 @@ ContactPoints NarrowPhase::find(int shape_pair, const Frame& a, const Frame& b, 
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& shape_b = scene_.shapes()[at(shapes.b)];
-  if (is_box(shape_a) && is_box(shape_b)) return find_boxes(shape_pair, a, b, pair);
-  if (is_cylinder(shape_a) && is_box(shape_b)) {
+  if (shape_a.is_box() && shape_b.is_box()) return find_boxes(shape_pair, a, b, pair);
+  if (is_cylinder(shape_a) && shape_b.is_box()) {
     return cylinder_box(cylinder_at(shape_a, a), {shape_b.half, b}, kContactReach);
   }
-  if (is_box(shape_a) && is_cylinder(shape_b)) {
+  if (shape_a.is_box() && is_cylinder(shape_b)) {
     return swapped(cylinder_box(cylinder_at(shape_b, b), {shape_a.half, a}, kContactReach));
   }
   if (has_hulls(shape_a, shape_b)) {
@@ -69,13 +65,13 @@ double NarrowPhase::separation(int shape_pair, const Frame& a, const Frame& b) c
   const ShapePair& shapes = scene_.shape_pairs()[at(shape_pair)];
   const CollisionShape& shape_a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& shape_b = scene_.shapes()[at(shapes.b)];
-  if (is_box(shape_a) && is_box(shape_b)) {
+  if (shape_a.is_box() && shape_b.is_box()) {
     return box_separation({shape_a.half, a}, {shape_b.half, b});
   }
-  if (is_cylinder(shape_a) && is_box(shape_b)) {
+  if (is_cylinder(shape_a) && shape_b.is_box()) {
     return cylinder_box_separation(cylinder_at(shape_a, a), {shape_b.half, b});
   }
-  if (is_box(shape_a) && is_cylinder(shape_b)) {
+  if (shape_a.is_box() && is_cylinder(shape_b)) {
     return cylinder_box_separation(cylinder_at(shape_b, b), {shape_a.half, a});
   }
   if (has_hulls(shape_a, shape_b)) {

@@ -10,17 +10,9 @@
 namespace engram {
 namespace {
 
-// Speculative contacts act before shapes touch. A point whose gap is larger than this and
-// the displacement of the bodies in a substep does nothing: shapes with no nearer points are not
-// near each other.
-constexpr double kActiveGap = 0.0025;  // m
 // Points up to so much farther are looked for, so that pairs without are not tested again soon.
 // MuJoCo's convex collision is wrong for reaches of several centimetres.
 constexpr double kLookAhead = 0.01;  // m
-// What acceleration may add to a body's speed in a substep, besides kSpeculativeFactor.
-constexpr double kSpeedGain = 0.15;  // m/s
-// Bodies of the robot touch one another at no larger gap than this.
-constexpr double kMaxSelfGap = 0.009;  // m
 // Whatever a clearance calls clear is too far away for contacts.
 static_assert(kMaxSelfGap < kSelfMargin);
 static_assert(kActiveGap + kClearanceAllowance < kContactMargin);
@@ -28,31 +20,13 @@ static_assert(kActiveGap + kClearanceAllowance < kContactMargin);
 constexpr double kOrderPrecision = 1000;  // 1/m
 // Pairs that are tested in every substep.
 constexpr double kNever = -1;
-// Bodies whose bounding spheres are so much farther apart than they can come together in a substep
-// are not measured more precisely, m.
-constexpr double kFarApart = 0.1;
-// Substeps, as long as the present one, for which the pairs to visit are chosen.
-constexpr double kVisitedSubsteps = 6;
-// Factor beyond all rounding of sums of travel.
-constexpr double kRoundingFactor = 1 + 1e-12;
 constexpr std::uint64_t kForever = std::numeric_limits<std::uint64_t>::max();
 
-// Lower bound of the distance of a point to a shape.
-double distance_to(const CollisionShape& shape, const Frame& frame, const Vec3& point) {
-  const Vec3 offset = point - frame.pos;
-  if (shape.type != mjGEOM_BOX && shape.type != mjGEOM_PLANE) {
-    return offset.norm() - shape.bounding_radius;
-  }
-  const Vec3 local = frame.axes.transpose() * offset;
-  return (local - local.cwiseMin(shape.half).cwiseMax(-shape.half)).norm();
-}
-
-// Lower bound of the distance of two shapes, by spheres around them.
-double min_distance_of(const CollisionShape& a, const Frame& frame_a, const CollisionShape& b,
-                       const Frame& frame_b) {
-  const double to_b = distance_to(b, frame_b, frame_a.pos) - a.bounding_radius;
-  const double to_a = distance_to(a, frame_a, frame_b.pos) - b.bounding_radius;
-  return std::max(to_a, to_b);
+// Gap between a box and a ball, m.
+double gap_to_ball(const CollisionShape& box, const Frame& frame, const CollisionShape& ball,
+                   const Vec3& center) {
+  const Vec3 local = frame.axes.transpose() * (center - frame.pos);
+  return (local - local.cwiseMin(box.half).cwiseMax(-box.half)).norm() - ball.bounding_radius;
 }
 
 // Index of what is remembered of a pair of shapes, or -1.
@@ -62,26 +36,11 @@ int record_of(int shape_pair, const ContactMemory& memory) {
   return found == memory.pairs.end() ? -1 : static_cast<int>(found - memory.pairs.begin());
 }
 
-// The original orders a ball's contacts with the fingers from where they may first exist. While a
-// free ball is awake, no clearance leaves the search out.
-double near_gap_of(const CollisionScene& scene, const ShapePair& pair) {
-  const CollisionShape& a = scene.shapes()[at(pair.a)];
-  const CollisionShape& b = scene.shapes()[at(pair.b)];
-  const bool of_finger = finger_of(scene.bodies()[at(a.body)].link) >= 0;
-  const bool of_ball =
-      b.type == mjGEOM_SPHERE && scene.bodies()[at(b.body)].kind == BodyKind::kFree;
-  return a.type == mjGEOM_BOX && of_finger && of_ball ? kContactReach : kActiveGap;
-}
-
 // Pairs that are remembered long before they can act.
 int num_early_pairs(const CollisionScene& scene) {
   return static_cast<int>(std::ranges::count_if(scene.shape_pairs(), [&](const ShapePair& pair) {
     return near_gap_of(scene, pair) > kActiveGap;
   }));
-}
-
-bool moves_freely(const CollisionBody& body) {
-  return body.kind == BodyKind::kLink || body.kind == BodyKind::kFree;
 }
 
 }  // namespace
@@ -113,24 +72,13 @@ int max_stored_pairs(const CollisionScene& scene) {
 PairSearch::PairSearch(const CollisionScene& scene)
     : scene_(scene),
       travel_(scene.bodies().size()),
-      bodies_clear_(scene.body_pairs().size()),
-      visit_presence_(scene.bodies().size()),
-      visit_travel_(scene.bodies().size()),
-      shapes_clear_(scene.shape_pairs().size()),
-      was_near_(scene.body_pairs().size()),
+      clear_(scene.shape_pairs().size()),
       shape_frames_(scene.shapes().size()),
-      centers_(scene.bodies().size()),
-      posed_(scene.shapes().size()),
-      centered_(scene.bodies().size()) {
+      posed_(scene.shapes().size()) {
   for (const CollisionShape& shape : scene.shapes()) {
     turned_.push_back(shape.frame.axes.isIdentity(0) ? 0 : 1);
   }
   for (const ShapePair& pair : scene.shape_pairs()) near_gap_.push_back(near_gap_of(scene, pair));
-  for (const BodyPair& pair : scene.body_pairs()) {
-    const auto first = near_gap_.begin() + pair.first;
-    bodies_near_gap_.push_back(*std::max_element(first, first + pair.count));
-  }
-  visits_.reserve(scene.body_pairs().size());
   const auto most = at(max_near_pairs(scene));
   near_.reserve(most + 1);  // one that may be left out
   kept_.reserve(most);
@@ -141,60 +89,26 @@ PairSearch::PairSearch(const CollisionScene& scene)
 
 void PairSearch::begin() {
   std::fill(travel_.begin(), travel_.end(), Travel{});
-  std::fill(bodies_clear_.begin(), bodies_clear_.end(), kNever);
-  std::fill(was_near_.begin(), was_near_.end(), std::uint8_t{0});
-  std::fill(visit_travel_.begin(), visit_travel_.end(), kNever);
+  std::fill(clear_.begin(), clear_.end(), kNever);
 }
 
-void PairSearch::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
-                      double timestep) {
+void PairSearch::find(const BodyStates& bodies, const BroadPhase& broad_phase, int lane,
+                      ContactMemory& memory, NarrowPhase& narrow_phase) {
   near_.clear();
-  advance_travel(bodies, timestep);
+  for (std::size_t i = 0; i < travel_.size(); ++i) {
+    const bool present = bodies.presence[i] == BodyPresence::kPresent;
+    travel_[i].before = travel_[i].after();
+    travel_[i].substep = present ? broad_phase.travel(lane, static_cast<int>(i)) : 0;
+  }
   ++search_;
   const int known = static_cast<int>(memory.pairs.size());
   kept_.assign(memory.pairs.size(), 0);
-  if (visits_are_known(bodies)) {
-    for (const int pair : visits_) find_body_pair(pair, bodies, memory, narrow_phase);
-  } else {
-    for (std::size_t i = 0; i < scene_.body_pairs().size(); ++i) {
-      find_body_pair(static_cast<int>(i), bodies, memory, narrow_phase);
-    }
-    choose_visits(bodies);
+  for (const NearShapes& candidate : broad_phase.near()) {
+    if ((candidate.lanes >> lane & 1U) == 0) continue;
+    find_shape_pair(candidate.shape_pair, bodies, memory, narrow_phase);
   }
   sort_new(known, memory);
   forget_distant(bodies, memory);
-}
-
-void PairSearch::advance_travel(const BodyStates& bodies, double timestep) {
-  for (std::size_t i = 0; i < travel_.size(); ++i) {
-    const double gain = moves_freely(scene_.bodies()[i]) ? kSpeedGain : 0;
-    travel_[i].before = travel_[i].after();
-    travel_[i].substep = timestep * (kSpeculativeFactor * bodies.speeds[i] + gain);
-  }
-}
-
-bool PairSearch::visits_are_known(const BodyStates& bodies) const {
-  for (std::size_t i = 0; i < travel_.size(); ++i) {
-    if (!(travel_[i].after() <= visit_travel_[i])) return false;
-  }
-  return bodies.presence == visit_presence_;
-}
-
-void PairSearch::choose_visits(const BodyStates& bodies) {
-  visit_presence_ = bodies.presence;
-  for (std::size_t i = 0; i < travel_.size(); ++i) {
-    visit_travel_[i] = travel_[i].before + kVisitedSubsteps * travel_[i].substep;
-  }
-  visits_.clear();
-  for (std::size_t i = 0; i < bodies_clear_.size(); ++i) {
-    const BodyPair& pair = scene_.body_pairs()[i];
-    if (visit_presence_[at(pair.a)] != BodyPresence::kPresent ||
-        visit_presence_[at(pair.b)] != BodyPresence::kPresent) {
-      continue;
-    }
-    const double most = visit_travel_[at(pair.a)] + visit_travel_[at(pair.b)];
-    if (!(bodies_clear_[i] > kRoundingFactor * most)) visits_.push_back(static_cast<int>(i));
-  }
 }
 
 PairSearch::Travel PairSearch::travel_of(int body_a, int body_b) const {
@@ -221,70 +135,27 @@ const Frame& PairSearch::shape_frame(int shape, const BodyStates& bodies) {
   return frame;
 }
 
-const Vec3& PairSearch::center(int body, const BodyStates& bodies) {
-  Vec3& result = centers_[at(body)];
-  if (centered_[at(body)] < search_) {
-    centered_[at(body)] = known_until(body);
-    const Frame& frame = bodies.frames[at(body)];
-    result = frame.pos + frame.axes * scene_.bodies()[at(body)].bounding_center;
-  }
-  return result;
-}
-
-// Lower bound of the distance of A's centre to B, m: a rough one where it exceeds `needed` by far.
-double PairSearch::body_distance(const BodyPair& pair, double needed, const BodyStates& bodies) {
-  const Vec3& center_a = center(pair.a, bodies);
-  const CollisionBody& b = scene_.bodies()[at(pair.b)];
-  const double distance = (center_a - center(pair.b, bodies)).norm() - b.bounding_radius;
-  if (b.num_shapes > 1 || distance > needed + kFarApart) return distance;
-  return distance_to(scene_.shapes()[at(b.first_shape)], shape_frame(b.first_shape, bodies),
-                     center_a);
-}
-
-void PairSearch::find_body_pair(int index, const BodyStates& bodies, ContactMemory& memory,
-                                NarrowPhase& narrow_phase) {
-  const BodyPair& pair = scene_.body_pairs()[at(index)];
-  if (bodies.presence[at(pair.a)] != BodyPresence::kPresent ||
-      bodies.presence[at(pair.b)] != BodyPresence::kPresent) {
-    return;
-  }
-  const Travel travel = travel_of(pair.a, pair.b);
-  if (travel.after() < bodies_clear_[at(index)]) return;
-  const double around = scene_.bodies()[at(pair.a)].bounding_radius + bodies_near_gap_[at(index)];
-  const double distance = body_distance(pair, around + travel.substep, bodies);
-  bodies_clear_[at(index)] = travel.before + distance - around;
-  if (travel.after() < bodies_clear_[at(index)]) return;
-  if (was_near_[at(index)] == 0) {
-    was_near_[at(index)] = 1;
-    std::fill_n(shapes_clear_.begin() + pair.first, pair.count, kNever);
-  }
-  for (int i = pair.first; i < pair.first + pair.count; ++i) {
-    if (travel.after() >= shapes_clear_[at(i)]) {
-      find_shape_pair(i, travel, bodies, memory, narrow_phase);
-    }
-  }
-}
-
-void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStates& bodies,
-                                 ContactMemory& memory, NarrowPhase& narrow_phase) {
+void PairSearch::find_shape_pair(int index, const BodyStates& bodies, ContactMemory& memory,
+                                 NarrowPhase& narrow_phase) {
   const ShapePair& shapes = scene_.shape_pairs()[at(index)];
   const CollisionShape& a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& b = scene_.shapes()[at(shapes.b)];
-  const Frame& frame_a = shape_frame(shapes.a, bodies);
-  const Frame& frame_b = shape_frame(shapes.b, bodies);
-  double& clear = shapes_clear_[at(index)];
-  const double near_gap = near_gap_[at(index)];
-  const double distance = min_distance_of(a, frame_a, b, frame_b);
-  clear = travel.before + distance - near_gap;
+  const Travel travel = travel_of(a.body, b.body);
+  double& clear = clear_[at(index)];
   if (travel.after() < clear) return;
   clear = kNever;
+  const Frame& frame_a = shape_frame(shapes.a, bodies);
+  const Frame& frame_b = shape_frame(shapes.b, bodies);
+  const double near_gap = near_gap_[at(index)];
   const int known = record_of(index, memory);
   const bool of_robot =
       scene_.bodies()[at(a.body)].of_robot && scene_.bodies()[at(b.body)].of_robot;
   const double reach = kActiveGap + travel.substep;
   const double active = of_robot ? std::min(reach, kMaxSelfGap) : reach;
-  // Most new pairs have no point that can act: their separation costs less than points.
-  const double apart = known < 0 ? narrow_phase.separation(index, frame_a, frame_b) : kNever;
+  // Most new pairs have no point that can act: their separation costs less than points. The broad
+  // phase tests that of boxes.
+  const bool separable = known < 0 && !(a.is_box() && b.is_box());
+  const double apart = separable ? narrow_phase.separation(index, frame_a, frame_b) : kNever;
   if (apart >= active) {
     clear = travel.before - near_gap + apart;
     return;
@@ -295,10 +166,10 @@ void PairSearch::find_shape_pair(int index, const Travel& travel, const BodyStat
   }
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
   NearPair& near = near_.emplace_back(known, index, active + kLookAhead);
-  // The distance of a finger and a ball is their gap: those out of reach need no points.
-  const bool early = near_gap > active && distance >= active;
-  if (early) {
-    near.gap = distance;
+  // Fingers and balls out of reach need no points.
+  const double to_ball = near_gap > active ? gap_to_ball(a, frame_a, b, frame_b.pos) : kNever;
+  if (to_ball >= active) {
+    near.gap = to_ball;
   } else {
     near.points = narrow_phase.find(index, frame_a, frame_b, near.gap, pair);
   }

@@ -1,6 +1,9 @@
 // The kernel of one width, compiled for one instruction set.
 #pragma once
 
+#include <type_traits>
+
+#include "core/collision/broad_phase_kernel.h"
 #include "core/contact/contact_kernel.h"
 #include "core/contact/contact_solver.h"
 #include "core/robot/lane_kernel_body.h"
@@ -19,7 +22,9 @@ void substep_with_contacts(const RobotModel& robot, const RobotParams& params, b
 
 template <class V>
 constexpr ContactKernel make_contact_kernel() {
-  return {simd::kLanesOf<V>, substep_with_contacts<V>};
+  constexpr int kLanes = simd::kLanesOf<V>;
+  using Broad = BroadPhaseKernel<std::conditional_t<kLanes == 1, double, simd::Double>, kLanes>;
+  return {kLanes, Broad::pose_robot, Broad::find_near, substep_with_contacts<V>};
 }
 
 }  // namespace ENGRAM_ISA

@@ -30,11 +30,12 @@ ContactStep::ContactStep(const CollisionScene& scene) : scene_(scene), search_(s
   refs_.reserve(at(max_near_pairs(scene)) * ContactPair::kMaxPatches);
 }
 
-void ContactStep::find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
-                       double timestep, int lane, ContactBlock& block) {
+void ContactStep::find(const BodyStates& bodies, const BroadPhase& broad_phase,
+                       ContactMemory& memory, NarrowPhase& narrow_phase, int lane,
+                       ContactBlock& block) {
   refs_.clear();
-  num_moving_ = 0;
-  search_.find(bodies, memory, narrow_phase, timestep);
+  num_moving_ = num_fixed_ = 0;
+  search_.find(bodies, broad_phase, lane, memory, narrow_phase);
   search_.for_each([&](const NearPair& near) { add_patches(near, bodies, memory, lane, block); });
 }
 
@@ -64,6 +65,7 @@ void ContactStep::add_patches(const NearPair& near, const BodyStates& bodies, Co
     if (patch < 0) continue;
     refs_.push_back({patch, near.record, i, near.shape_pair});
     if (spec.list == PatchLists::kMoving) ++num_moving_;
+    if (spec.list == PatchLists::kFixed) ++num_fixed_;
   }
 }
 

@@ -17,16 +17,17 @@ class ContactStep {
 
   // Begins a control step.
   void begin() { search_.begin(); }
-  // Finds all contacts and adds them to the lane. Call it within a MujocoScope.
-  void find(const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase,
-            double timestep, int lane, ContactBlock& block);
+  // Finds all contacts, after the broad phase, and adds them to the lane. Call it within a
+  // MujocoScope.
+  void find(const BodyStates& bodies, const BroadPhase& broad_phase, ContactMemory& memory,
+            NarrowPhase& narrow_phase, int lane, ContactBlock& block);
   // After the substep: drops patches that slipped.
   void finish(ContactMemory& memory, int lane, const ContactBlock& block) const;
   // Tests for contacts in this substep.
   bool empty() const { return refs_.empty(); }
-  // Work of this substep's patches: environments of like work move side by side. Most take those
-  // between moving bodies, which come first in the order of solving.
-  int work() const { return kMovingWork * num_moving_ + static_cast<int>(refs_.size()); }
+  // Orders environments by this substep's patches, so that those with like ones move side by side:
+  // by the number in each list, in the order of solving, that between links and fixed bodies last.
+  int work() const { return (num_moving_ * kMaxOfList + num_fixed_) * kMaxOfList + num_links(); }
 
   // Calls `add(prop, finger, impulse)` for each patch between a prop and a finger: impulse on the
   // finger, N s, world.
@@ -43,7 +44,7 @@ class ContactStep {
   }
 
  private:
-  static constexpr int kMovingWork = 1024;
+  static constexpr int kMaxOfList = 1024;
 
   struct Ref {
     int patch = 0;
@@ -52,6 +53,7 @@ class ContactStep {
     int shape_pair = 0;
   };
 
+  int num_links() const { return static_cast<int>(refs_.size()) - num_moving_ - num_fixed_; }
   const CollisionBody& body_of(int shape) const {
     return scene_.bodies()[at(scene_.shapes()[at(shape)].body)];
   }
@@ -61,7 +63,9 @@ class ContactStep {
   const CollisionScene& scene_;
   PairSearch search_;
   std::vector<Ref> refs_;
-  int num_moving_ = 0;  // patches between moving bodies
+  // Patches between moving bodies, and between free and fixed ones.
+  int num_moving_ = 0;
+  int num_fixed_ = 0;
 };
 
 }  // namespace engram

@@ -116,7 +116,7 @@ void CollisionScene::add_hulls(const mjModel& model) {
   for (CollisionShape& shape : shapes_) {
     if (is_mesh(shape)) {
       hulls_.push_back(convex_hull(mesh_vertices(model, model.geom_dataid[shape.geom])));
-    } else if (shape.type == mjGEOM_BOX || shape.type == mjGEOM_PLANE) {
+    } else if (shape.is_box()) {
       hulls_.push_back(box_hull(shape.half));
     } else {
       continue;

@@ -27,6 +27,8 @@ struct CollisionShape {
   Vec3 half = Vec3::Zero();  // extents of a box; MuJoCo's sizes of other shapes, m
   double bounding_radius = 0;
   int hull = -1;  // of the scene: of meshes, and of boxes that may touch some
+
+  bool is_box() const { return type == mjGEOM_BOX || type == mjGEOM_PLANE; }
 };
 
 struct CollisionBody {

@@ -72,37 +72,23 @@ struct Simulator::Lane {
     step.clearance = step.model.robot_bounds().clearance(pose, sleep_manager.obstacles());
   }
 
-  // Tests again whether the robot, at a new pose, is clear of everything in this substep. If not,
-  // the lane is busy from now on.
-  void check_clearance(const RobotPose& pose, const JointArray& qvel) {
-    update_clearance(pose);
-    const RobotBounds& bounds = step.model.robot_bounds();
-    const auto reaches = [&](double speed) {
-      const double reach = kSpeculativeFactor * step.model.robot_params().timestep * speed;
-      return step.clearance.outside() <= reach - kClearanceAllowance;
-    };
-    if (!step.clearance.is_clear()) {
-      busy = true;
-    } else if (reaches(bounds.max_displacement(JointArray{}, qvel))) {  // of all joints together
-      transfer.pose_links(pose, qvel);
-      if (reaches(transfer.fastest_link())) busy = true;
-    }
+  // Whether a robot that moves at this speed may touch something in this substep.
+  bool reaches(double speed) const {
+    const double reach = kSpeculativeFactor * step.model.robot_params().timestep * speed;
+    return !step.clearance.is_clear() || step.clearance.outside() <= reach - kClearanceAllowance;
   }
 
-  // Wakes props, finds contacts, and puts them and the free bodies into the block.
-  void find_contacts(const RobotPose& pose, const JointArray& qvel, bool sleep, int lane_index,
-                     NarrowPhase& narrow_phase, ContactBlock& block) {
+  // Wakes props, and puts all bodies into the broad phase and the block.
+  void place_bodies(const RobotPose& pose, bool sleep, int lane_index, BroadPhase& broad_phase,
+                    ContactBlock& block) {
     transfer.load_contacts();
     // The updated clearance serves the next step's begin(). This step keeps its geometry.
     if (!clearance_updated && step.awake().empty()) update_clearance(pose);
-    transfer.pose_links(pose, qvel);
+    transfer.pose_links(pose, broad_phase, lane_index);
     if (sleep) sleep_manager.wake_touching(pose);
     mark(step.clock, StepPart::kWake);
     put_bodies(lane_index, block);
-    transfer.pose_props();
-    step.workspace.contacts.find(step.workspace.bodies, step.workspace.memory, narrow_phase,
-                                 step.model.robot_params().timestep, lane_index, block);
-    mark(step.clock, StepPart::kDynamics);
+    transfer.pose_props(broad_phase, lane_index);
   }
 
   void put_bodies(int lane_index, ContactBlock& block) {
@@ -146,6 +132,7 @@ struct Simulator::Lane {
 struct Simulator::WorkerWorkspace {
   WorkerWorkspace(const PhysicsModel& model, const LaneKernel& kernel)
       : block(kernel),
+        broad_phase(model.collision(), model.robot_params().timestep, kernel.lanes),
         contact_block(kernel.lanes, num_free(model), model.collision().num_free_shapes(),
                       base_of(model)),
         narrow_phase(model.full(), model.collision()) {
@@ -164,6 +151,7 @@ struct Simulator::WorkerWorkspace {
   }
 
   LaneBlock block;
+  BroadPhase broad_phase;
   ContactBlock contact_block;
   NarrowPhase narrow_phase;
   // For each lane.
@@ -266,44 +254,23 @@ void Simulator::begin_lane(WorkerWorkspace& workspace, int lane_index) {
   put_clearance(workspace.block, lane_index, lane.step.clearance);
 }
 
-// Finds contacts one by one, in the environments in which something may touch; then moves all
-// environments together.
+// Finds contacts in the environments in which something may touch; then moves all environments
+// together.
 void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool velocity_mode,
                         StepClock::Worker* clock) {
   LaneBlock& block = workspace.block;
   const RobotModel& robot = model_.robot_model();
-  const unsigned exceeded =
-      kernel_.clearance_exceeded(robot, kSpeculativeFactor * model_.robot_params().timestep,
-                                 kClearanceAllowance, block.vectors());
-  unsigned busy = 0;
-  unsigned stale_clearance = 0;  // lanes whose clearance has to be updated
-  for (int lane_index = 0; lane_index < count; ++lane_index) {
-    const Lane& lane = *workspace.lanes[at(lane_index)];
-    if (!lane.ok) continue;
-    if (lane.busy) {
-      busy |= 1U << lane_index;
-    } else {
-      stale_clearance |= exceeded & (1U << lane_index);
-    }
+  const ContactLanes* contacts = nullptr;
+  if (pose_busy(workspace, count)) {
+    mark(clock, StepPart::kDynamics);
+    contacts = &find_contacts(workspace, count);
   }
-  if ((busy | stale_clearance) == 0) {
+  // A robot that is near something mostly touches nothing; the kernel without contacts is faster.
+  if (contacts == nullptr || contacts->empty()) {
     kernel_.substep(robot, model_.robot_params(), velocity_mode, block.vectors());
   } else {
-    kernel_.pose_links(robot, block.vectors());
-    mark(clock, StepPart::kDynamics);
-    workspace.contact_block.clear();
-    for (int lane_index = 0; lane_index < count; ++lane_index) {
-      if (((busy | stale_clearance) >> lane_index & 1) != 0)
-        find_contacts(workspace, lane_index, stale_clearance >> lane_index & 1);
-    }
-    // A robot that is near something mostly touches nothing; the kernel without contacts is faster.
-    const ContactLanes& contacts = workspace.contact_block.finish();
-    if (contacts.empty()) {
-      kernel_.substep(robot, model_.robot_params(), velocity_mode, block.vectors());
-    } else {
-      contact_kernel_.substep(robot, model_.robot_params(), velocity_mode, block.vectors(),
-                              contacts);
-    }
+    contact_kernel_.substep(robot, model_.robot_params(), velocity_mode, block.vectors(),
+                            *contacts);
   }
   mark(clock, StepPart::kDynamics);
   for (int lane_index = 0; lane_index < count; ++lane_index) {
@@ -315,25 +282,74 @@ void Simulator::substep(WorkerWorkspace& workspace, int count, bool last, bool v
   block.advance();
 }
 
-void Simulator::find_contacts(WorkerWorkspace& workspace, int lane_index, bool check_clearance) {
-  Lane& lane = *workspace.lanes[at(lane_index)];
+// Measures clearances again that no longer hold: lanes whose robots are not clear of everything in
+// this substep are busy from now on. Returns whether any is; if so, the robots are posed.
+bool Simulator::pose_busy(WorkerWorkspace& workspace, int count) {
   LaneBlock& block = workspace.block;
-  const RobotPose pose =
-      pose_in_lane(model_.robot_model(), block.vectors(), block.lanes(), lane_index);
-  JointArray qvel;
-  block.get(LaneVectors::kV, lane_index, qvel.data(), kRobotJoints);
-  try {
-    if (check_clearance) {
-      lane.check_clearance(pose, qvel);
-      put_clearance(block, lane_index, lane.step.clearance);
-      mark(lane.step.clock, StepPart::kWake);
-    }
-    if (!lane.busy) return;
-    lane.find_contacts(pose, qvel, options_.sleep, lane_index, workspace.narrow_phase,
-                       workspace.contact_block);
-  } catch (const Error&) {
-    lane.ok = false;  // MuJoCo failed in the middle of a step; nothing has been stored
+  const RobotModel& robot = model_.robot_model();
+  const unsigned exceeded =
+      kernel_.clearance_exceeded(robot, kSpeculativeFactor * model_.robot_params().timestep,
+                                 kClearanceAllowance, block.vectors());
+  bool busy = false;
+  unsigned stale = 0;  // lanes
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    const Lane& lane = *workspace.lanes[at(lane_index)];
+    busy = busy || (lane.ok && lane.busy);
+    if (lane.ok && !lane.busy) stale |= exceeded & (1U << lane_index);
   }
+  if (!busy && stale == 0) return false;
+  kernel_.pose_links(robot, block.vectors());
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    if ((stale >> lane_index & 1U) == 0) continue;
+    Lane& lane = *workspace.lanes[at(lane_index)];
+    lane.update_clearance(pose_in_lane(robot, block.vectors(), block.lanes(), lane_index));
+    put_clearance(block, lane_index, lane.step.clearance);
+    JointArray qvel;
+    block.get(LaneVectors::kV, lane_index, qvel.data(), kRobotJoints);
+    // The speeds of all joints together are a rough bound.
+    if (!lane.reaches(model_.robot_bounds().max_displacement(JointArray{}, qvel))) {
+      stale &= ~(1U << lane_index);
+    }
+  }
+  if (!busy && stale == 0) return false;
+  contact_kernel_.pose_robot(robot, block.vectors(), workspace.broad_phase.view());
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    if ((stale >> lane_index & 1U) == 0) continue;
+    Lane& lane = *workspace.lanes[at(lane_index)];
+    lane.busy = lane.reaches(workspace.broad_phase.fastest_link(lane_index));
+    busy = busy || lane.busy;
+  }
+  return busy;
+}
+
+// Contacts of all lanes that are busy.
+const ContactLanes& Simulator::find_contacts(WorkerWorkspace& workspace, int count) {
+  BroadPhase& broad_phase = workspace.broad_phase;
+  const LaneBlock& block = workspace.block;
+  workspace.contact_block.clear();
+  broad_phase.clear();
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    Lane& lane = *workspace.lanes[at(lane_index)];
+    if (!lane.ok || !lane.busy) continue;
+    const RobotPose pose =
+        pose_in_lane(model_.robot_model(), block.vectors(), block.lanes(), lane_index);
+    lane.place_bodies(pose, options_.sleep, lane_index, broad_phase, workspace.contact_block);
+    mark(lane.step.clock, StepPart::kDynamics);
+  }
+  contact_kernel_.find_near(broad_phase.view());
+  for (int lane_index = 0; lane_index < count; ++lane_index) {
+    Lane& lane = *workspace.lanes[at(lane_index)];
+    if (!lane.ok || !lane.busy) continue;
+    StepWorkspace& memory = lane.step.workspace;
+    try {
+      memory.contacts.find(memory.bodies, broad_phase, memory.memory, workspace.narrow_phase,
+                           lane_index, workspace.contact_block);
+    } catch (const Error&) {
+      lane.ok = false;  // MuJoCo failed in the middle of a step; nothing has been stored
+    }
+    mark(lane.step.clock, StepPart::kDynamics);
+  }
+  return workspace.contact_block.finish();
 }
 
 // Stores an environment in its columns, if its state is plausible.

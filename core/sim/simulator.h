@@ -5,8 +5,8 @@
 //
 // Environments move side by side, one in each lane of the processor's vectors: robots
 // (lane_kernel.h), and where something touches, contacts and free props as well
-// (contact_kernel.h). Contacts are found for each environment by itself. Work that provably has no
-// effect is left out:
+// (contact_kernel.h). Pairs of shapes near each other are found side by side, too, their contacts
+// for each environment by itself. Work that provably has no effect is left out:
 //  * While nothing at all can touch a robot, and no prop moves, the robot is the whole simulation.
 //  * Props at rest are asleep (sleep_manager.h). They wake in the very substep in which something
 //    that moves comes near their parts; beside a moving kinematic prop, in the very step.
@@ -29,6 +29,7 @@
 namespace engram {
 
 struct ContactKernel;
+struct ContactLanes;
 
 class LaneBlock;
 class PhysicsModel;
@@ -71,7 +72,8 @@ class Simulator final : public PhysicsEngine {
   void begin_lane(WorkerWorkspace& workspace, int lane);
   void substep(WorkerWorkspace& workspace, int count, bool last, bool velocity_mode,
                StepClock::Worker* clock);
-  void find_contacts(WorkerWorkspace& workspace, int lane, bool check_clearance);
+  bool pose_busy(WorkerWorkspace& workspace, int count);
+  const ContactLanes& find_contacts(WorkerWorkspace& workspace, int count);
   void finish_lane(WorkerWorkspace& workspace, int lane);
 
   const PhysicsModel& model_;

@@ -93,60 +93,33 @@ void StateTransfer::move_kinematic_props(int substep, int substeps) {
 
 // --- bodies ---
 
-void StateTransfer::pose_links(const RobotPose& robot, const JointArray& qvel) {
-  // Velocity of each hinge's link: of the point at the world's origin, and angular.
-  std::array<Vec3, kArmJoints> linear;
-  std::array<Vec3, kArmJoints> angular;
-  std::array<double, kArmJoints> turn_speed;
-  Vec3 v = Vec3::Zero();
-  Vec3 w = Vec3::Zero();
-  for (std::size_t i = 0; i < kArmJoints; ++i) {
-    const Vec3 turn = robot.links[i].axes.col(2) * qvel[i];
-    w += turn;
-    v -= turn.cross(robot.links[i].pos);
-    linear[i] = v;
-    angular[i] = w;
-    turn_speed[i] = w.norm();
-  }
+void StateTransfer::pose_links(const RobotPose& robot, const BroadPhase& broad_phase, int lane) {
   const std::vector<CollisionBody>& bodies = step_.model.collision().bodies();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const CollisionBody& body = bodies[i];
     if (body.kind != BodyKind::kLink) continue;
-    const Frame frame = workspace_.is_link[i] != 0 ? robot.links[at(body.attachment.link)]
-                                                   : carried(robot, body.attachment);
-    workspace_.bodies.frames[i] = frame;
-    const auto hinge = at(hinges_of(body.link) - 1);
-    const Vec3 center = frame.pos + frame.axes * body.bounding_center;
-    double speed = (linear[hinge] + angular[hinge].cross(center)).norm() +
-                   turn_speed[hinge] * body.bounding_radius;
-    const int finger = finger_of(body.link);
-    if (finger >= 0) speed += std::abs(qvel[at(kArmJoints + finger)]);
-    workspace_.bodies.speeds[i] = speed;
+    workspace_.bodies.frames[i] = workspace_.is_link[i] != 0 ? robot.links[at(body.attachment.link)]
+                                                             : carried(robot, body.attachment);
+    workspace_.bodies.speeds[i] = broad_phase.speed(lane, static_cast<int>(i));
   }
 }
 
-double StateTransfer::fastest_link() const {
-  const std::vector<CollisionBody>& bodies = step_.model.collision().bodies();
-  double fastest = 0;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (bodies[i].kind != BodyKind::kLink) continue;
-    fastest = std::max(fastest, workspace_.bodies.speeds[i]);
-  }
-  return fastest;
-}
-
-void StateTransfer::pose_props() {
+void StateTransfer::pose_props(BroadPhase& broad_phase, int lane) {
+  const BodyStates& bodies = workspace_.bodies;
   for (int prop = 0; prop < step_.num_props(); ++prop) {
-    if (step_.model.collision().body_of_prop(prop) < 0) continue;
-    if (step_.prop_model(prop).free) {
-      pose_free(prop);
-    } else {
-      pose_kinematic(prop);
-    }
+    const int body = step_.model.collision().body_of_prop(prop);
+    if (body < 0) continue;
+    const bool changed = step_.prop_model(prop).free ? pose_free(prop) : pose_kinematic(prop);
+    if (changed) broad_phase.put(lane, body, bodies.frames[at(body)], bodies.speeds[at(body)]);
   }
+  resting_posed_ = true;
+  broad_phase.enter(lane, bodies.presence);
 }
 
-void StateTransfer::pose_kinematic(int prop) {
+// Returns whether its pose is another than in the last substep.
+bool StateTransfer::pose_kinematic(int prop) {
+  const bool moving = step_.is_moving(prop);
+  if (resting_posed_ && !moving) return false;
   const auto body = at(step_.model.collision().body_of_prop(prop));
   BodyStates& bodies = workspace_.bodies;
   const bool hidden = workspace_.status[at(prop)] == PropStatus::kHidden;
@@ -154,21 +127,23 @@ void StateTransfer::pose_kinematic(int prop) {
   bodies.frames[body] = make_frame(state_.prop_pos_of(env_, prop), state_.prop_quat_of(env_, prop));
   bodies.kinematic_velocities[body] = Vec3::Zero();
   bodies.speeds[body] = 0;
-  if (!step_.is_moving(prop)) return;
+  if (!moving) return true;
   const double per_second = workspace_.moves_per_second;
   bodies.frames[body].pos = workspace_.moving_pos[at(prop)];
   bodies.kinematic_velocities[body] =
       per_second * Eigen::Map<const Vec3>(step_.displacement_of(prop));
   bodies.speeds[body] = bodies.kinematic_velocities[body].norm();
+  return true;
 }
 
-void StateTransfer::pose_free(int prop) {
+// Returns whether it is simulated.
+bool StateTransfer::pose_free(int prop) {
   const auto body = at(step_.model.collision().body_of_prop(prop));
   BodyStates& bodies = workspace_.bodies;
   if (!step_.is_awake(prop)) {
     bodies.presence[body] = step_.is_asleep(prop) ? BodyPresence::kResting : BodyPresence::kAbsent;
     bodies.speeds[body] = 0;
-    return;
+    return false;
   }
   const FreeBodyState& motion = workspace_.motion[at(prop)];
   Frame& frame = bodies.frames[body];
@@ -176,6 +151,7 @@ void StateTransfer::pose_free(int prop) {
   frame.pos = motion.center - frame.axes * step_.prop_model(prop).body.center();
   bodies.presence[body] = BodyPresence::kPresent;
   bodies.speeds[body] = step_.prop_speed(prop);
+  return true;
 }
 
 // --- into the columns ---

@@ -24,11 +24,10 @@ class StateTransfer {
   // substeps.
   void move_kinematic_props(int substep, int substeps);
 
-  // Sets the states of all bodies that collide: the robot's links, then props.
-  void pose_links(const RobotPose& robot, const JointArray& qvel);
-  void pose_props();
-  // Upper bound of the speed of any point of the robot's links, m/s, after pose_links().
-  double fastest_link() const;
+  // Sets the states of all bodies that collide: the robot's links, whose speeds the broad phase has
+  // found, then props, which enter it.
+  void pose_links(const RobotPose& robot, const BroadPhase& broad_phase, int lane);
+  void pose_props(BroadPhase& broad_phase, int lane);
 
   // Tests that all numbers of the robot and of awake props are finite and not huge.
   bool is_plausible(const JointArray& qpos, const JointArray& qvel) const;
@@ -39,8 +38,8 @@ class StateTransfer {
   void store_finger_forces(int lane, const ContactBlock& block) const;
 
  private:
-  void pose_kinematic(int prop);
-  void pose_free(int prop);
+  bool pose_kinematic(int prop);
+  bool pose_free(int prop);
   void store_contacts() const;
   void keep_resting_contacts() const;
 
@@ -58,6 +57,7 @@ class StateTransfer {
   const State& state_;
   int env_;
   bool contacts_loaded_ = false;
+  bool resting_posed_ = false;  // kinematic props that do not move
 };
 
 }  // namespace engram

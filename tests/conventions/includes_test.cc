@@ -28,7 +28,7 @@ const std::vector<Module> kModules = {
     {"core/threads", {"core/base"}},
     {"core/robot", {"core/base", "core/math"}},
     {"core/scene", {"core/base", "core/math", "core/threads", "core/robot"}},
-    {"core/collision", {"core/base", "core/math", "core/scene"}},
+    {"core/collision", {"core/base", "core/math", "core/robot", "core/scene"}},
     {"core/contact", {"core/base", "core/math", "core/robot", "core/scene", "core/collision"}},
     {"core/sim",
      {"core/base", "core/math", "core/robot", "core/scene", "core/collision", "core/contact"}},

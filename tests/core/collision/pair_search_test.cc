@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/math/random.h"
+#include "tests/core/collision/one_lane.h"
 #include "tests/core/scene/props.h"
 
 namespace engram {
@@ -16,8 +17,9 @@ constexpr int kSubsteps = 5;
 // The mixed scene with the robot out of the way; props move at constant velocity.
 class World {
  public:
-  World() : bodies_(scene()), search_(scene()), narrow_phase_(model().full(), scene()) {
-    place_robot(pose_at(model().robot_model(), test::kStartPose.data()), 0);
+  World()
+      : bodies_(scene()), lane_(model()), search_(scene()), narrow_phase_(model().full(), scene()) {
+    place_robot(test::kStartPose.data(), {});
     memory_.pairs.reserve(static_cast<std::size_t>(max_near_pairs(scene())));
     for (int prop = 0; prop < 4; ++prop) place(prop, {0.1 * prop, 0.6, 1}, Vec3::Zero());
   }
@@ -25,12 +27,12 @@ class World {
   static const PhysicsModel& model() { return test::mixed_model(); }
   static const CollisionScene& scene() { return model().collision(); }
 
-  void place_robot(const RobotPose& robot, double speed) {
+  void place_robot(const double* qpos, const JointArray& qvel) {
+    lane_.place_robot(qpos, qvel);
+    const RobotPose robot = pose_at(model().robot_model(), qpos);
     for (std::size_t i = 0; i < scene().bodies().size(); ++i) {
       const CollisionBody& body = scene().bodies()[i];
-      if (body.kind != BodyKind::kLink) continue;
-      bodies_.frames[i] = carried(robot, body.attachment);
-      bodies_.speeds[i] = speed;
+      if (body.kind == BodyKind::kLink) bodies_.frames[i] = carried(robot, body.attachment);
     }
   }
   void place(int prop, const Vec3& pos, const Vec3& velocity, const Quat& quat = Quat::Identity()) {
@@ -45,7 +47,7 @@ class World {
   void begin() { search_.begin(); }
   void find() {
     const MujocoScope scope;
-    search_.find(bodies_, memory_, narrow_phase_, kTimestep);
+    search_.find(bodies_, lane_.find(bodies_), 0, memory_, narrow_phase_);
   }
   void move() {
     for (int prop = 0; prop < 4; ++prop) {
@@ -101,6 +103,7 @@ class World {
   }
 
   BodyStates bodies_;
+  test::OneLane lane_;
   PairSearch search_;
   NarrowPhase narrow_phase_;
   ContactMemory memory_;
@@ -135,6 +138,8 @@ TEST_CASE("Where the robot is clear of itself, no speed brings its bodies near",
         .bodies()[static_cast<std::size_t>(scene.shapes()[static_cast<std::size_t>(shape)].body)]
         .of_robot;
   };
+  JointArray qvel;
+  qvel.fill(8.0);
   int clear = 0;
   int near = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -146,7 +151,7 @@ TEST_CASE("Where the robot is clear of itself, no speed brings its bodies near",
     const JointArray self = World::model().robot_bounds().clearance(robot, {}).self;
     if (*std::ranges::min_element(self) <= 0) continue;
     ++clear;
-    world.place_robot(robot, 4.0);
+    world.place_robot(q.data(), qvel);
     world.begin();
     world.find();
     for (const int pair : world.found()) {

@@ -3,8 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "core/contact/contact_kernel.h"
-#include "core/robot/lane_block.h"
+#include "tests/core/collision/one_lane.h"
 #include "tests/core/robot/robot_fixture.h"
 #include "tests/core/scene/props.h"
 
@@ -21,13 +20,13 @@ class World {
       : bodies_(scene()),
         contacts_(scene()),
         narrow_phase_(model().full(), scene()),
-        robots_(*lane_kernel(1)),
+        lane_(model()),
         block_(1, 1, 1, Eigen::Map<const Vec3>(model().robot_model().base_position)) {
-    robots_.put(LaneVectors::kQ, 0, kStartPose.data(), kRobotJoints);
+    lane_.place_robot(kStartPose.data());
     for (int i = 0; i < kRobotJoints; ++i) {
       const double bias =
           model().robot_params().drive.stiffness * kStartPose[static_cast<std::size_t>(i)];
-      robots_.put(LaneVectors::kDriveBias + i, 0, &bias, 1);
+      lane_.robots().put(LaneVectors::kDriveBias + i, 0, &bias, 1);
     }
     const RobotPose robot = pose_at(model().robot_model(), kStartPose.data());
     for (std::size_t i = 0; i < scene().bodies().size(); ++i) {
@@ -63,9 +62,9 @@ class World {
     bodies_.speeds[index(kCube0)] = cube_.linear.norm() + 0.04 * cube_.angular.norm();
     const MujocoScope scope;
     contacts_.begin();
-    contacts_.find(bodies_, memory_, narrow_phase_, kTimestep, 0, block_);
+    contacts_.find(bodies_, lane_.find(bodies_), memory_, narrow_phase_, 0, block_);
     contact_kernel(1).substep(model().robot_model(), model().robot_params(), false,
-                              robots_.vectors(), block_.finish());
+                              lane_.robots().vectors(), block_.finish());
     contacts_.finish(memory_, 0, block_);
     block_.get_body(0, 0, cube_);
   }
@@ -79,7 +78,7 @@ class World {
   ContactMemory memory_;
   ContactStep contacts_;
   NarrowPhase narrow_phase_;
-  LaneBlock robots_;
+  OneLane lane_;
   ContactBlock block_;
   FreeBodyState cube_;
 };

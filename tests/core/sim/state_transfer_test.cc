@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "tests/core/collision/one_lane.h"
 #include "tests/core/sim/columns_fixture.h"
 
 namespace engram {
@@ -19,6 +20,12 @@ class Fixture {
   StepWorkspace& workspace() { return workspace_; }
   const test::MixedColumns& columns() const { return columns_; }
   EnvStep step() { return {model(), columns_.state, 0, workspace_, clearance_, nullptr}; }
+
+  void pose_bodies(StateTransfer& transfer, const double* qpos, const JointArray& qvel) {
+    lane_.place_robot(qpos, qvel);
+    transfer.pose_links(pose_at(model().robot_model(), qpos), lane_.broad_phase(), 0);
+    transfer.pose_props(lane_.broad_phase(), 0);
+  }
 
   // What the contact law remembers, as the next step reads it.
   std::vector<ContactPair> remembered() {
@@ -41,6 +48,7 @@ class Fixture {
  private:
   test::MixedColumns columns_;
   StepWorkspace workspace_{model()};
+  test::OneLane lane_{model()};
   RobotBounds::Clearance clearance_;
 };
 
@@ -150,8 +158,7 @@ TEST_CASE("A kinematic prop is where it has come to in this substep", "[state_tr
   transfer.begin(true);
   CHECK(step.is_moving(test::kBox));
   transfer.move_kinematic_props(2, 5);
-  transfer.pose_links(pose_at(model().robot_model(), test::kStartPose.data()), {});
-  transfer.pose_props();
+  fixture.pose_bodies(transfer, test::kStartPose.data(), {});
   const auto body = static_cast<std::size_t>(model().collision().body_of_prop(test::kBox));
   const BodyStates& bodies = fixture.workspace().bodies;
   CHECK(bodies.frames[body].pos.isApprox(Vec3(-0.16, 0.5, 0.02)));
@@ -174,8 +181,7 @@ TEST_CASE("Bodies are present, resting or absent as their props are", "[state_tr
     EnvStep step = fixture.step();
     StateTransfer transfer(step);
     transfer.begin(sleep);
-    transfer.pose_links(pose_at(model().robot_model(), test::kStartPose.data()), {});
-    transfer.pose_props();
+    fixture.pose_bodies(transfer, test::kStartPose.data(), {});
     CHECK(presence(test::kCube0) == BodyPresence::kPresent);
     CHECK(presence(test::kBall) == (sleep ? BodyPresence::kResting : BodyPresence::kPresent));
     CHECK(presence(test::kCube1) == BodyPresence::kAbsent);
@@ -195,8 +201,7 @@ TEST_CASE("No point of a link is faster than its bound", "[state_transfer]") {
   StateTransfer transfer(step);
   transfer.begin(true);
   const auto frames_at = [&](const JointArray& q) {
-    transfer.pose_links(pose_at(model().robot_model(), q.data()), qvel);
-    transfer.pose_props();
+    fixture.pose_bodies(transfer, q.data(), qvel);
     return fixture.workspace().bodies.frames;
   };
   const std::vector<Frame> after = frames_at(later);
