@@ -80,13 +80,6 @@ double NarrowPhase::separation(int shape_pair, const Frame& a, const Frame& b) c
   return -kInfinity;
 }
 
-double NarrowPhase::min_distance(int shape_pair, const Frame& a, const Frame& b,
-                                 double least) const {
-  // Lateral motion may bring parts of a box into play that are nearer than its points.
-  const double apart = separation(shape_pair, a, b);
-  return apart > -kInfinity ? apart : least;
-}
-
 const Eigen::Vector4d& NarrowPhase::quat_of(const Mat3& axes) {
   for (const KnownQuat& known : quats_) {
     if (known.axes == axes) return known.quat;

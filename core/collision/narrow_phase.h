@@ -28,9 +28,6 @@ class NarrowPhase {
   // Lower bound of the gaps of all points that `find` has, m, for a fraction of its cost; minus
   // infinity for pairs that MuJoCo's functions collide.
   double separation(int shape_pair, const Frame& a, const Frame& b) const;
-  // Lower bound of the distance of shapes, m, of which `find` has no point with a gap below
-  // `least`.
-  double min_distance(int shape_pair, const Frame& a, const Frame& b, double least) const;
 
  private:
   const Eigen::Vector4d& quat_of(const Mat3& axes);

@@ -10,16 +10,15 @@
 namespace engram {
 namespace {
 
-// Points up to so much farther are looked for, so that pairs without are not tested again soon.
-// MuJoCo's convex collision is wrong for reaches of several centimetres.
-constexpr double kLookAhead = 0.01;  // m
 // Whatever a clearance calls clear is too far away for contacts.
 static_assert(kMaxSelfGap < kSelfMargin);
 static_assert(kActiveGap + kClearanceAllowance < kContactMargin);
+// Points up to so much farther are looked for. MuJoCo's convex collision finds other points
+// without, and wrong ones for reaches of several centimetres.
+constexpr double kLookAhead = 0.01;  // m
 // Pairs that come near in the same substep are solved from the nearest on, to this precision.
 constexpr double kOrderPrecision = 1000;  // 1/m
-// Pairs that are tested in every substep.
-constexpr double kNever = -1;
+constexpr double kUnknown = -1;           // a distance, m
 constexpr std::uint64_t kForever = std::numeric_limits<std::uint64_t>::max();
 
 // Gap between a box and a ball, m.
@@ -70,11 +69,7 @@ int max_stored_pairs(const CollisionScene& scene) {
 }
 
 PairSearch::PairSearch(const CollisionScene& scene)
-    : scene_(scene),
-      travel_(scene.bodies().size()),
-      clear_(scene.shape_pairs().size()),
-      shape_frames_(scene.shapes().size()),
-      posed_(scene.shapes().size()) {
+    : scene_(scene), shape_frames_(scene.shapes().size()), posed_(scene.shapes().size()) {
   for (const CollisionShape& shape : scene.shapes()) {
     turned_.push_back(shape.frame.axes.isIdentity(0) ? 0 : 1);
   }
@@ -87,34 +82,21 @@ PairSearch::PairSearch(const CollisionScene& scene)
   added_.reserve(most);
 }
 
-void PairSearch::begin() {
-  std::fill(travel_.begin(), travel_.end(), Travel{});
-  std::fill(clear_.begin(), clear_.end(), kNever);
-}
-
 void PairSearch::find(const BodyStates& bodies, const BroadPhase& broad_phase, int lane,
                       ContactMemory& memory, NarrowPhase& narrow_phase) {
   near_.clear();
-  for (std::size_t i = 0; i < travel_.size(); ++i) {
-    const bool present = bodies.presence[i] == BodyPresence::kPresent;
-    travel_[i].before = travel_[i].after();
-    travel_[i].substep = present ? broad_phase.travel(lane, static_cast<int>(i)) : 0;
-  }
   ++search_;
   const int known = static_cast<int>(memory.pairs.size());
   kept_.assign(memory.pairs.size(), 0);
   for (const NearShapes& candidate : broad_phase.near()) {
     if ((candidate.lanes >> lane & 1U) == 0) continue;
-    find_shape_pair(candidate.shape_pair, bodies, memory, narrow_phase);
+    const ShapePair& shapes = scene_.shape_pairs()[at(candidate.shape_pair)];
+    const double travel = broad_phase.travel(lane, scene_.shapes()[at(shapes.a)].body) +
+                          broad_phase.travel(lane, scene_.shapes()[at(shapes.b)].body);
+    find_shape_pair(candidate.shape_pair, travel, bodies, memory, narrow_phase);
   }
   sort_new(known, memory);
   forget_distant(bodies, memory);
-}
-
-PairSearch::Travel PairSearch::travel_of(int body_a, int body_b) const {
-  const Travel& a = travel_[at(body_a)];
-  const Travel& b = travel_[at(body_b)];
-  return {a.before + b.before, a.substep + b.substep};
 }
 
 // Search until which the frame of a body stays what it is.
@@ -135,31 +117,24 @@ const Frame& PairSearch::shape_frame(int shape, const BodyStates& bodies) {
   return frame;
 }
 
-void PairSearch::find_shape_pair(int index, const BodyStates& bodies, ContactMemory& memory,
-                                 NarrowPhase& narrow_phase) {
+void PairSearch::find_shape_pair(int index, double travel, const BodyStates& bodies,
+                                 ContactMemory& memory, NarrowPhase& narrow_phase) {
   const ShapePair& shapes = scene_.shape_pairs()[at(index)];
   const CollisionShape& a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& b = scene_.shapes()[at(shapes.b)];
-  const Travel travel = travel_of(a.body, b.body);
-  double& clear = clear_[at(index)];
-  if (travel.after() < clear) return;
-  clear = kNever;
   const Frame& frame_a = shape_frame(shapes.a, bodies);
   const Frame& frame_b = shape_frame(shapes.b, bodies);
   const double near_gap = near_gap_[at(index)];
   const int known = record_of(index, memory);
   const bool of_robot =
       scene_.bodies()[at(a.body)].of_robot && scene_.bodies()[at(b.body)].of_robot;
-  const double reach = kActiveGap + travel.substep;
+  const double reach = kActiveGap + travel;
   const double active = of_robot ? std::min(reach, kMaxSelfGap) : reach;
   // Most new pairs have no point that can act: their separation costs less than points. The broad
   // phase tests that of boxes.
   const bool separable = known < 0 && !(a.is_box() && b.is_box());
-  const double apart = separable ? narrow_phase.separation(index, frame_a, frame_b) : kNever;
-  if (apart >= active) {
-    clear = travel.before - near_gap + apart;
-    return;
-  }
+  const double apart = separable ? narrow_phase.separation(index, frame_a, frame_b) : kUnknown;
+  if (apart >= active) return;
   if (known < 0) {
     added_pair_.shape_pair = index;
     added_pair_.manifold = Manifold{};
@@ -167,18 +142,14 @@ void PairSearch::find_shape_pair(int index, const BodyStates& bodies, ContactMem
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
   NearPair& near = near_.emplace_back(known, index, active + kLookAhead);
   // Fingers and balls out of reach need no points.
-  const double to_ball = near_gap > active ? gap_to_ball(a, frame_a, b, frame_b.pos) : kNever;
+  const double to_ball = near_gap > active ? gap_to_ball(a, frame_a, b, frame_b.pos) : kUnknown;
   if (to_ball >= active) {
     near.gap = to_ball;
   } else {
     near.points = narrow_phase.find(index, frame_a, frame_b, near.gap, pair);
   }
   for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
-  if (!(near.gap < std::max(active, near_gap))) {
-    clear = travel.before - near_gap + narrow_phase.min_distance(index, frame_a, frame_b, near.gap);
-    near_.pop_back();
-    return;
-  }
+  if (!(near.gap < std::max(active, near_gap))) return near_.pop_back();
   near.points.keep_below(active);
   if (known < 0) {
     if (memory.pairs.size() == memory.pairs.capacity()) return near_.pop_back();

@@ -48,8 +48,6 @@ class PairSearch {
   // Working memory of one lane.
   explicit PairSearch(const CollisionScene& scene);
 
-  // Begins a control step.
-  void begin();
   // Finds, among those that the broad phase found in a lane, the pairs with points that can act in
   // this substep, and those of fingers and balls that are to be remembered. Remembers them, forgets
   // others; keeps those of sleeping props. Call it within a MujocoScope.
@@ -62,18 +60,9 @@ class PairSearch {
   }
 
  private:
-  // What both bodies of a pair may have moved, m.
-  struct Travel {
-    double before = 0;   // in this control step, until this substep
-    double substep = 0;  // in this substep
-
-    double after() const { return before + substep; }
-  };
-
-  Travel travel_of(int body_a, int body_b) const;
   std::uint64_t known_until(int body) const;
   const Frame& shape_frame(int shape, const BodyStates& bodies);
-  void find_shape_pair(int pair, const BodyStates& bodies, ContactMemory& memory,
+  void find_shape_pair(int pair, double travel, const BodyStates& bodies, ContactMemory& memory,
                        NarrowPhase& narrow_phase);
   void sort_new(int known, ContactMemory& memory);
   void forget_distant(const BodyStates& bodies, ContactMemory& memory);
@@ -81,9 +70,6 @@ class PairSearch {
   const CollisionScene& scene_;
   std::vector<double> near_gap_;  // of each shape pair: what it is remembered from, m
   std::vector<NearPair> near_;
-  std::vector<Travel> travel_;  // of each body
-  // Travel of both bodies up to which a shape pair cannot come near.
-  std::vector<double> clear_;
   std::vector<Frame> shape_frames_;
   std::vector<std::uint8_t> turned_;  // shapes whose axes are not the body's
   std::vector<std::uint64_t> posed_;  // searches until which shapes' frames are known

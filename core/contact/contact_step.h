@@ -15,8 +15,6 @@ class ContactStep {
   // Working memory of one lane.
   explicit ContactStep(const CollisionScene& scene);
 
-  // Begins a control step.
-  void begin() { search_.begin(); }
   // Finds all contacts, after the broad phase, and adds them to the lane. Call it within a
   // MujocoScope.
   void find(const BodyStates& bodies, const BroadPhase& broad_phase, ContactMemory& memory,

@@ -72,12 +72,11 @@ void StateTransfer::load_contacts() {
   const int shape_pairs = static_cast<int>(step_.model.collision().shape_pairs().size());
   for (int i = 0; i < state_.num_contact_pairs; ++i) {
     if (StoredPair::is_empty(pair_ids(i))) break;
-    ContactPair pair;
-    if (load_pair(pair_ids(i), pair_values(i), shape_pairs, pair)) {
-      workspace_.memory.pairs.push_back(pair);
+    ContactPair& pair = workspace_.memory.pairs.emplace_back();
+    if (!load_pair(pair_ids(i), pair_values(i), shape_pairs, pair)) {
+      workspace_.memory.pairs.pop_back();
     }
   }
-  workspace_.contacts.begin();
 }
 
 void StateTransfer::move_kinematic_props(int substep, int substeps) {

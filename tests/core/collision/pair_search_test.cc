@@ -44,7 +44,6 @@ class World {
   void set_presence(int prop, BodyPresence presence) { bodies_.presence[index(prop)] = presence; }
   const Frame& frame(int prop) const { return bodies_.frames[index(prop)]; }
 
-  void begin() { search_.begin(); }
   void find() {
     const MujocoScope scope;
     search_.find(bodies_, lane_.find(bodies_), 0, memory_, narrow_phase_);
@@ -152,7 +151,6 @@ TEST_CASE("Where the robot is clear of itself, no speed brings its bodies near",
     if (*std::ranges::min_element(self) <= 0) continue;
     ++clear;
     world.place_robot(q.data(), qvel);
-    world.begin();
     world.find();
     for (const int pair : world.found()) {
       const ShapePair& shapes = World::scene().shape_pairs()[static_cast<std::size_t>(pair)];
@@ -181,7 +179,6 @@ TEST_CASE("No pair that comes near is missed", "[contact]") {
       world.place(prop, Vec3(0, 0.6, 0.08) + vec(0.07), fixed ? Vec3(Vec3::Zero()) : vec(1),
                   quat.normalized());
     }
-    world.begin();
     std::vector<int> before;
     for (int substep = 0; substep < kSubsteps; ++substep) {
       world.find();
@@ -204,7 +201,6 @@ TEST_CASE("Pairs are solved in the order in which they came near, then by their 
           "[contact]") {
   World world;
   world.place(test::kCube1, {0.2, 0.6, 0.020}, Vec3::Zero());
-  world.begin();
   world.find();
   const int ball = with_table(test::kBall);
   const int first = with_table(test::kCube0);
@@ -213,11 +209,9 @@ TEST_CASE("Pairs are solved in the order in which they came near, then by their 
   // Both come near in the same substep, the ball deeper.
   world.place(test::kCube0, {0, 0.6, 0.0215}, Vec3::Zero());
   world.place(test::kBall, {0.1, 0.6, 0.03}, Vec3::Zero());
-  world.begin();
   world.find();
   CHECK(world.found() == std::vector<int>{second, ball, first});
   world.place(test::kCube0, {0, 0.6, 0.0195}, Vec3::Zero());
-  world.begin();
   world.find();
   CHECK(world.found() == std::vector<int>{second, ball, first});
   CHECK(world.remembered() == world.found());
@@ -250,13 +244,11 @@ TEST_CASE("Of two fingers at a ball that is solved first which has been near it 
   const Mat3 axes = pad(left).axes;
   const Vec3 middle = (pad(left).pos + pad(right).pos) / 2;
   world.place(test::kBall, middle + axes * Vec3(0.06, -0.02, 0), Vec3::Zero());
-  world.begin();
   world.find();
   CHECK(world.num_points(right) == 0);
   CHECK(world.num_points(left) == -1);
   // Between them, at the left one.
   world.place(test::kBall, middle + axes * Vec3(0, 0.009, 0), Vec3::Zero());
-  world.begin();
   world.find();
   CHECK(world.num_points(right) == 0);
   CHECK(world.num_points(left) == 1);
@@ -264,7 +256,6 @@ TEST_CASE("Of two fingers at a ball that is solved first which has been near it 
   CHECK(std::ranges::find(order, right) < std::ranges::find(order, left));
   CHECK(world.remembered() == order);
   world.place(test::kBall, middle + axes * Vec3(0, 0, 0.2), Vec3::Zero());
-  world.begin();
   world.find();
   CHECK(world.remembered().empty());
 }
@@ -273,18 +264,15 @@ TEST_CASE("Pairs that part are forgotten, those of resting props are not", "[con
   World world;
   world.place(test::kCube0, {0, 0.6, 0.02}, Vec3::Zero());
   world.place(test::kCube1, {0.2, 0.6, 0.02}, Vec3::Zero());
-  world.begin();
   world.find();
   REQUIRE(world.remembered().size() == 2);
   world.set_presence(test::kCube0, BodyPresence::kResting);
   world.place(test::kCube1, {0.2, 0.6, 0.2}, Vec3::Zero());
-  world.begin();
   world.find();
   CHECK(world.found().empty());
   REQUIRE(world.remembered() == std::vector<int>{with_table(test::kCube0)});
   CHECK(world.memory().pairs[0].manifold.known);
   world.set_presence(test::kCube0, BodyPresence::kAbsent);
-  world.begin();
   world.find();
   CHECK(world.remembered().empty());
 }
@@ -292,7 +280,6 @@ TEST_CASE("Pairs that part are forgotten, those of resting props are not", "[con
 TEST_CASE("What a search found before leaves no trace in new pairs", "[contact]") {
   const auto stored = [](World& world) {
     world.place(test::kBall, {0.1, 0.6, 0.02}, Vec3::Zero());
-    world.begin();
     world.find();
     REQUIRE(world.remembered() == std::vector<int>{with_table(test::kBall)});
     std::vector<std::int32_t> ids(StoredPair::kInts);
@@ -303,7 +290,6 @@ TEST_CASE("What a search found before leaves no trace in new pairs", "[contact]"
   World fresh;
   World used;
   used.place(test::kCube0, {0, 0.6, 0.02}, Vec3::Zero());
-  used.begin();
   used.find();
   REQUIRE(used.memory().pairs[0].manifold.num_points == 4);
   used.place(test::kCube0, {0, 0.6, 1}, Vec3::Zero());
@@ -315,7 +301,6 @@ TEST_CASE("A body that gets faster or wakes within a control step is found", "[c
   world.place(test::kCube0, {0, 0.6, 0.5}, {0, 0, -0.01});
   world.place(test::kCube1, {0.2, 0.6, 0.02}, Vec3::Zero());
   world.set_presence(test::kCube1, BodyPresence::kResting);
-  world.begin();
   world.find();
   CHECK(world.found().empty());
   world.place(test::kCube0, {0, 0.6, 0.5}, {0, 0, -48});
@@ -332,7 +317,6 @@ TEST_CASE("A body that is absent touches nothing", "[contact]") {
   world.place(test::kCube0, {0, 0.6, 0.02}, Vec3::Zero());
   world.place(test::kCube1, {0.03, 0.6, 0.02}, Vec3::Zero());
   world.set_presence(test::kCube1, BodyPresence::kAbsent);
-  world.begin();
   world.find();
   CHECK(world.found() == std::vector<int>{with_table(test::kCube0)});
 }

@@ -61,7 +61,6 @@ class World {
     bodies_.frames[index(kCube0)] = {cube_.center, cube_.quat.toRotationMatrix()};
     bodies_.speeds[index(kCube0)] = cube_.linear.norm() + 0.04 * cube_.angular.norm();
     const MujocoScope scope;
-    contacts_.begin();
     contacts_.find(bodies_, lane_.find(bodies_), memory_, narrow_phase_, 0, block_);
     contact_kernel(1).substep(model().robot_model(), model().robot_params(), false,
                               lane_.robots().vectors(), block_.finish());
