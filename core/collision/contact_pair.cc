@@ -7,21 +7,34 @@
 namespace engram {
 namespace {
 
-// Visits all real numbers of a pair in the order of their layout.
+// Visits the real numbers that a pair uses, with their places in the layout.
 template <class Pair, class Visit>
 void for_each_number(Pair& pair, const Visit& visit) {
-  const auto all = [&](auto& vector) {
-    for (int i = 0; i < vector.size(); ++i) visit(vector[i]);
+  int place = 0;
+  const auto all = [&](auto& vector, bool used) {
+    for (int i = 0; used && i < vector.size(); ++i) visit(place + i, vector[i]);
+    place += static_cast<int>(vector.size());
   };
-  all(pair.manifold.normal);
-  all(pair.manifold.position);
-  all(pair.manifold.quat_a);
-  all(pair.manifold.quat_b);
-  for (auto& point : pair.manifold.points) all(point.a), all(point.b);
-  for (auto& patch : pair.patches) {
-    all(patch.normal_a);
-    all(patch.normal_b);
-    for (auto& anchor : patch.anchors) all(anchor.a), all(anchor.b);
+  auto& manifold = pair.manifold;
+  all(manifold.normal, manifold.known);
+  all(manifold.position, manifold.known);
+  all(manifold.quat_a, manifold.known);
+  all(manifold.quat_b, manifold.known);
+  for (int i = 0; i < Manifold::kMaxPoints; ++i) {
+    auto& point = manifold.points[at(i)];
+    const bool used = manifold.known && i < manifold.num_points;
+    all(point.a, used);
+    all(point.b, used);
+  }
+  for (int i = 0; i < ContactPair::kMaxPatches; ++i) {
+    auto& patch = pair.patches[at(i)];
+    const bool used = i < pair.num_patches;
+    all(patch.normal_a, used);
+    all(patch.normal_b, used);
+    for (int k = 0; k < FrictionPatch::kMaxAnchors; ++k) {
+      all(patch.anchors[at(k)].a, used && k < patch.num_anchors);
+      all(patch.anchors[at(k)].b, used && k < patch.num_anchors);
+    }
   }
 }
 
@@ -36,7 +49,8 @@ void store_pair(const ContactPair& pair, int prop_a, int prop_b, std::int32_t* i
   for (int i = 0; i < ContactPair::kMaxPatches; ++i) {
     ids[StoredPair::kAnchors + i] = i < pair.num_patches ? pair.patches[at(i)].num_anchors : 0;
   }
-  for_each_number(pair, [&](double value) { *values++ = static_cast<float>(value); });
+  std::fill_n(values, StoredPair::kFloats, 0.0F);
+  for_each_number(pair, [=](int i, double value) { values[i] = static_cast<float>(value); });
 }
 
 bool load_pair(const std::int32_t* ids, const float* values, int num_shape_pairs,
@@ -57,7 +71,7 @@ bool load_pair(const std::int32_t* ids, const float* values, int num_shape_pairs
     if (!within(StoredPair::kAnchors + i, 0, FrictionPatch::kMaxAnchors)) return false;
     pair.patches[at(i)].num_anchors = ids[StoredPair::kAnchors + i];
   }
-  for_each_number(pair, [&](double& value) { value = *values++; });
+  for_each_number(pair, [=](int i, double& value) { value = values[i]; });
   return true;
 }
 

@@ -91,8 +91,7 @@ ContactBlock::ContactBlock(int lanes, int max_bodies, int max_shapes, const Vec3
   patches_ = vectors(total, patch_stride_);
   members_.resize(at(total));
   first_bodies_.resize(at(total));
-  used_.bodies.resize(at(lanes));
-  used_.lists.resize(at(lanes));
+  used_.resize(at(lanes));
   view_.bodies = bodies_.data();
   view_.patches = patches_.data();
   view_.members = members_.data();
@@ -105,12 +104,12 @@ void ContactBlock::clear() {
     view_.lists.size[list] = 0;
   }
   view_.num_bodies = 0;
-  std::fill(used_.bodies.begin(), used_.bodies.end(), 0);
-  std::fill(used_.lists.begin(), used_.lists.end(), std::array<int, PatchLists::kCount>{});
+  std::fill(used_.begin(), used_.end(), std::array<int, PatchLists::kCount>{});
 }
 
 void ContactBlock::put_body(int lane, int body_index, const FreeBody& body,
                             const FreeBodyState& state) {
+  for (; view_.num_bodies <= body_index; ++view_.num_bodies) empty_body(view_.num_bodies);
   MutableLane vectors(body_vectors(body_index), lanes_, lane);
   const Mat3 inverse = body.inv_inertia(state.quat);
   const double tensor[6] = {inverse(0, 0), inverse(1, 1), inverse(2, 2),
@@ -121,36 +120,32 @@ void ContactBlock::put_body(int lane, int body_index, const FreeBody& body,
   vectors.put(ENGRAM_VECTOR(Body, linear), state.linear);
   vectors.put(ENGRAM_VECTOR(Body, angular), state.angular);
   vectors.put(ENGRAM_VECTOR(Body, begin_linear), state.linear);
-  vectors.put(ENGRAM_VECTOR(Body, delta_position), Vec3::Zero());
-  vectors.put(ENGRAM_VECTOR(Body, delta_rotation), Vec3::Zero());
-  const double identity[4] = {1, 0, 0, 0};
-  for (int k = 0; k < 4; ++k) vectors.put(ENGRAM_VECTOR(Body, rotation) + k, identity[k]);
-  used_.bodies[at(lane)] = std::max(used_.bodies[at(lane)], body_index + 1);
-  view_.num_bodies = std::max(view_.num_bodies, body_index + 1);
 }
 
-void ContactBlock::empty_body(int lane, int body_index) {
-  MutableLane vectors(body_vectors(body_index), lanes_, lane);
-  for (std::size_t index = 0; index < sizeof(Body) / sizeof(float); ++index) {
-    vectors.put(static_cast<int>(index), 0);
-  }
-  vectors.put(ENGRAM_VECTOR(Body, rotation), 1);
+// Zeros are what a lane without this body or patch has, and a body that has not moved.
+void ContactBlock::empty_body(int body_index) {
+  float* const vectors = body_vectors(body_index);
+  std::fill_n(vectors, body_stride_, 0.0F);
+  std::fill_n(vectors + ENGRAM_VECTOR(Body, rotation) * lanes_, lanes_, 1.0F);
 }
 
-void ContactBlock::empty_patch(int lane, int patch) {
-  MutableLane vectors(patch_vectors(patch), lanes_, lane);
-  for (int index = 0; index < kSetVectors; ++index) vectors.put(index, 0);
+void ContactBlock::empty_patch(int patch) {
+  float* const vectors = patch_vectors(patch);
+  std::fill_n(vectors, kSetVectors * lanes_, 0.0F);
   for (const int index : {ENGRAM_VECTOR(Patch, link_a), ENGRAM_VECTOR(Patch, link_b),
                           ENGRAM_VECTOR(Patch, prop_a), ENGRAM_VECTOR(Patch, prop_b)}) {
-    vectors.put(index, -1);
+    std::fill_n(vectors + index * lanes_, lanes_, -1.0F);
   }
 }
 
 int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
-  int& size = used_.lists[at(lane)][at(spec.list)];
+  int& size = used_[at(lane)][at(spec.list)];
   if (size == capacity_[at(spec.list)]) return -1;
   const int patch = view_.lists.begin[spec.list] + size++;
-  view_.lists.size[spec.list] = std::max(view_.lists.size[spec.list], size);
+  if (view_.lists.size[spec.list] < size) {
+    view_.lists.size[spec.list] = size;
+    empty_patch(patch);
+  }
   MutableLane vectors(patch_vectors(patch), lanes_, lane);
   vectors.put(ENGRAM_VECTOR(Patch, link_a), spec.link_a);
   vectors.put(ENGRAM_VECTOR(Patch, link_b), spec.link_b);
@@ -172,20 +167,16 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
   vectors.put(ENGRAM_VECTOR(Patch, torsion_radius), spec.torsion_radius);
   vectors.put(ENGRAM_VECTOR(Patch, normal), spec.normal);
   vectors.put(ENGRAM_VECTOR(Patch, kinematic_velocity), spec.kinematic_velocity);
-  for (int i = 0; i < kPatchPoints; ++i) {
-    const bool present = i < spec.num_points;
-    const double gap = present ? spec.gaps[at(i)] : 0;
-    vectors.put(ENGRAM_VECTOR(Patch, point) + 3 * i,
-                present ? Vec3(spec.points[at(i)] - base_) : Vec3::Zero());
+  for (int i = 0; i < spec.num_points; ++i) {
+    const double gap = spec.gaps[at(i)];
+    vectors.put(ENGRAM_VECTOR(Patch, point) + 3 * i, Vec3(spec.points[at(i)] - base_));
     vectors.put(ENGRAM_VECTOR(Patch, gap) + i,
                 spec.link_b >= 0 ? std::max(gap, -kMaxSelfOverlap) : gap);
   }
-  for (int i = 0; i < kPatchAnchors; ++i) {
-    const bool present = i < spec.num_anchors;
-    vectors.put(ENGRAM_VECTOR(Patch, anchor_a) + 3 * i,
-                present ? Vec3(spec.anchors_a[at(i)] - base_) : Vec3::Zero());
+  for (int i = 0; i < spec.num_anchors; ++i) {
+    vectors.put(ENGRAM_VECTOR(Patch, anchor_a) + 3 * i, Vec3(spec.anchors_a[at(i)] - base_));
     vectors.put(ENGRAM_VECTOR(Patch, apart) + 3 * i,
-                present ? Vec3(spec.anchors_a[at(i)] - spec.anchors_b[at(i)]) : Vec3::Zero());
+                Vec3(spec.anchors_a[at(i)] - spec.anchors_b[at(i)]));
   }
   add_member(lane, patch, spec);
   return patch;
@@ -208,20 +199,6 @@ void ContactBlock::add_member(int /*lane*/, int patch, const PatchSpec& spec) {
   members.num_points = std::max(members.num_points, spec.num_points);
   members.num_anchors = std::max(members.num_anchors, spec.num_anchors);
   members.torsion = members.torsion || (spec.torsion_radius > 0 && spec.num_anchors == 1);
-}
-
-const ContactLanes& ContactBlock::finish() {
-  for (int lane = 0; lane < lanes_; ++lane) {
-    for (int body_index = used_.bodies[at(lane)]; body_index < view_.num_bodies; ++body_index) {
-      empty_body(lane, body_index);
-    }
-    for (int list = 0; list < PatchLists::kCount; ++list) {
-      for (int i = used_.lists[at(lane)][at(list)]; i < view_.lists.size[list]; ++i) {
-        empty_patch(lane, view_.lists.begin[list] + i);
-      }
-    }
-  }
-  return view_;
 }
 
 void ContactBlock::get_body(int lane, int body_index, FreeBodyState& state) const {

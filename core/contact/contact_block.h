@@ -44,8 +44,7 @@ class ContactBlock {
   void put_body(int lane, int body_index, const FreeBody& body, const FreeBodyState& state);
   // Appends a patch to its list. Returns its index, or -1 if the lane's list is full.
   int add_patch(int lane, const PatchSpec& spec);
-  // Fills what lanes lack, after the last body and patch.
-  const ContactLanes& finish();
+  const ContactLanes& view() const { return view_; }
 
   // After the substep: the body's motion; what a patch has become.
   void get_body(int lane, int body_index, FreeBodyState& state) const;
@@ -54,19 +53,14 @@ class ContactBlock {
   Vec3 impulse(int lane, int patch) const;
 
  private:
-  struct Used {
-    std::vector<int> bodies;                                 // of each lane
-    std::vector<std::array<int, PatchLists::kCount>> lists;  // sizes of each lane
-  };
-
   float* body_vectors(int body_index) { return bodies_.data() + body_index * body_stride_; }
   const float* body_vectors(int body_index) const {
     return bodies_.data() + body_index * body_stride_;
   }
   float* patch_vectors(int patch) { return patches_.data() + patch * patch_stride_; }
   const float* patch_vectors(int patch) const { return patches_.data() + patch * patch_stride_; }
-  void empty_patch(int lane, int patch);
-  void empty_body(int lane, int body_index);
+  void empty_patch(int patch);
+  void empty_body(int body_index);
   void add_member(int lane, int patch, const PatchSpec& spec);
 
   int lanes_;
@@ -79,7 +73,7 @@ class ContactBlock {
   std::vector<PatchMembers> members_;
   // Slots of the lanes that a patch's members were collected from.
   std::vector<std::array<int, 2>> first_bodies_;
-  Used used_;
+  std::vector<std::array<int, PatchLists::kCount>> used_;  // sizes of each lane's lists
   ContactLanes view_;
 };
 

@@ -349,7 +349,7 @@ const ContactLanes& Simulator::find_contacts(WorkerWorkspace& workspace, int cou
     }
     mark(lane.step.clock, StepPart::kDynamics);
   }
-  return workspace.contact_block.finish();
+  return workspace.contact_block.view();
 }
 
 // Stores an environment in its columns, if its state is plausible.

@@ -75,7 +75,7 @@ def differences(id: str, props: list[str], episode: Episode) -> np.ndarray:
     tcp = offsets["tcp_pose"]
     fields = [(i, prop_field(prop, offsets)) for i, prop in enumerate(props)]
     places = [(i, field) for i, field in fields if field is not None]
-    # Of props that the state does not have, those that are seen, each by the nearest.
+    # Props that the state does not have are compared by the nearest object that is seen.
     others = [] if id in FALLING else [i for i, field in fields if field is None]
     seeing = engram.make_vec(id, 1, obs_mode="objects_dict", **options) if others else None
     if seeing is not None:

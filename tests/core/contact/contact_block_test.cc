@@ -37,7 +37,7 @@ class Block {
   ContactBlock* operator->() { return &block_; }
   void step() {
     contact_kernel(kLanes).substep(model().robot_model(), model().robot_params(), false,
-                                   robots_.vectors(), block_.finish());
+                                   robots_.vectors(), block_.view());
   }
 
  private:
@@ -185,7 +185,7 @@ TEST_CASE("Nothing of the last substep is left after a new one begins", "[contac
   block->clear();
   FreeBodyState state = cube_at(center, {0, 0, -1});
   block->put_body(0, 0, cube(), state);
-  const ContactLanes& lanes = block->finish();
+  const ContactLanes& lanes = block->view();
   CHECK(lanes.num_bodies == 1);
   for (const int size : lanes.lists.size) CHECK(size == 0);
   block.step();

@@ -154,7 +154,7 @@ class Lanes {
       }
     }
     kernel_.substep(model().robot_model(), model().robot_params(), false, robots_.vectors(),
-                    contacts_.finish());
+                    contacts_.view());
     std::vector<Result> results;
     for (int lane = 0; lane < width(); ++lane) {
       const auto i = static_cast<std::size_t>(lane);
@@ -315,7 +315,7 @@ TEST_CASE("A robot that touches nothing moves as without contacts, to the bit", 
     kernel.substep(model().robot_model(), model().robot_params(), false, free.vectors());
     contact_kernel(kernel.lanes)
         .substep(model().robot_model(), model().robot_params(), false, busy.vectors(),
-                 contacts.finish());
+                 contacts.view());
     REQUIRE(same_bits(free.vectors() + LaneVectors::kEndQ * kernel.lanes,
                       busy.vectors() + LaneVectors::kEndQ * kernel.lanes,
                       2 * kRobotJoints * kernel.lanes));

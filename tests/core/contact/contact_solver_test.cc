@@ -50,7 +50,7 @@ class Law {
     put_bodies(from);
     add_patches(from);
     contact_kernel(1).substep(model_.robot_model(), model_.robot_params(), false, lanes_.vectors(),
-                              block_.finish());
+                              block_.view());
     read_back();
     return compare(to);
   }

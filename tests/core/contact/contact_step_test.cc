@@ -63,7 +63,7 @@ class World {
     const MujocoScope scope;
     contacts_.find(bodies_, lane_.find(bodies_), memory_, narrow_phase_, 0, block_);
     contact_kernel(1).substep(model().robot_model(), model().robot_params(), false,
-                              lane_.robots().vectors(), block_.finish());
+                              lane_.robots().vectors(), block_.view());
     contacts_.finish(memory_, 0, block_);
     block_.get_body(0, 0, cube_);
   }
