@@ -146,7 +146,7 @@ TEST_CASE("MuJoCo's step: a peg that spins in the air gains no energy", "[mujoco
   std::copy(velocity.begin(), velocity.end(), state.prop_qvel_of(0, 0));
   const mjModel& model = BatchAccess::data(*batch).mujoco->model();
   const FreeBody peg(model, mj_name2id(&model, mjOBJ_BODY, "peg"));
-  const auto momentum = [&] {
+  const auto momentum = [&]() -> Vec3 {
     const FreeBodyState now =
         peg.load(state.prop_pos_of(0, 0), state.prop_quat_of(0, 0), state.prop_qvel_of(0, 0));
     return peg.inv_inertia(now.quat).inverse() * now.angular;
