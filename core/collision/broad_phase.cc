@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/base/index.h"
 #include "core/collision/narrow_phase.h"
-#include "core/scene/speculative_margin.h"
 
 namespace engram {
 namespace {
@@ -82,7 +80,7 @@ BroadPhase::BroadPhase(const CollisionScene& scene, double timestep, int lanes)
   bodies_ = rows(body_models_.size(), BroadPhaseLanes::kBodyRows);
   shapes_ = rows(shape_models_.size(), BroadPhaseLanes::kFrameRows);
   is_posed_ = AlignedArray<bool>(shape_models_.size());
-  put_static(scene);
+  put_static();
   view_ = {body_models_.data(),
            static_cast<int>(body_models_.size()),
            shape_models_.data(),
@@ -100,7 +98,7 @@ BroadPhase::BroadPhase(const CollisionScene& scene, double timestep, int lanes)
            0};
 }
 
-void BroadPhase::put_static(const CollisionScene& scene) {
+void BroadPhase::put_static() {
   for (std::size_t i = 0; i < shape_models_.size(); ++i) {
     const BroadPhaseLanes::Shape& shape = shape_models_[i];
     if (shape.frame >= 0) continue;
@@ -109,7 +107,7 @@ void BroadPhase::put_static(const CollisionScene& scene) {
       put_frame(shapes_, static_cast<int>(i), lane, frame);
     }
   }
-  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+  for (std::size_t i = 0; i < body_models_.size(); ++i) {
     if (body_models_[i].frame >= 0) continue;
     const int first = BroadPhaseLanes::kBodyRows * static_cast<int>(i) + BroadPhaseLanes::kCenter;
     for (int lane = 0; lane < lanes_; ++lane) {

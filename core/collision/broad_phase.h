@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/base/aligned_array.h"
+#include "core/base/index.h"
 #include "core/collision/broad_phase_lanes.h"
 #include "core/scene/collision_scene.h"
 
@@ -44,6 +44,11 @@ class BroadPhase {
   double fastest_link(int lane) const;
   double travel(int lane, int body) const { return value(lane, body, BroadPhaseLanes::kTravel); }
 
+  // From which gap on a pair of shapes is near.
+  const BroadPhaseLanes::ShapePair& limits(int shape_pair) const {
+    return shape_pairs_[at(shape_pair)];
+  }
+
   // For ContactKernel::pose_robot and find_near.
   BroadPhaseLanes& view() { return view_; }
   // The result: ascending pairs.
@@ -53,7 +58,7 @@ class BroadPhase {
   double value(int lane, int body, int row) const {
     return bodies_[at((BroadPhaseLanes::kBodyRows * body + row) * lanes_ + lane)];
   }
-  void put_static(const CollisionScene& scene);
+  void put_static();
   void put_rows(AlignedArray<double>& rows, int first, int lane, const double* values, int count);
   void put_frame(AlignedArray<double>& rows, int index, int lane, const Frame& frame);
 

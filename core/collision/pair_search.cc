@@ -73,7 +73,6 @@ PairSearch::PairSearch(const CollisionScene& scene)
   for (const CollisionShape& shape : scene.shapes()) {
     turned_.push_back(shape.frame.axes.isIdentity(0) ? 0 : 1);
   }
-  for (const ShapePair& pair : scene.shape_pairs()) near_gap_.push_back(near_gap_of(scene, pair));
   const auto most = at(max_near_pairs(scene));
   near_.reserve(most + 1);  // one that may be left out
   kept_.reserve(most);
@@ -93,7 +92,8 @@ void PairSearch::find(const BodyStates& bodies, const BroadPhase& broad_phase, i
     const ShapePair& shapes = scene_.shape_pairs()[at(candidate.shape_pair)];
     const double travel = broad_phase.travel(lane, scene_.shapes()[at(shapes.a)].body) +
                           broad_phase.travel(lane, scene_.shapes()[at(shapes.b)].body);
-    find_shape_pair(candidate.shape_pair, travel, bodies, memory, narrow_phase);
+    find_shape_pair(candidate.shape_pair, broad_phase.limits(candidate.shape_pair), travel, bodies,
+                    memory, narrow_phase);
   }
   sort_new(known, memory);
   forget_distant(bodies, memory);
@@ -117,19 +117,16 @@ const Frame& PairSearch::shape_frame(int shape, const BodyStates& bodies) {
   return frame;
 }
 
-void PairSearch::find_shape_pair(int index, double travel, const BodyStates& bodies,
-                                 ContactMemory& memory, NarrowPhase& narrow_phase) {
+void PairSearch::find_shape_pair(int index, const BroadPhaseLanes::ShapePair& limits, double travel,
+                                 const BodyStates& bodies, ContactMemory& memory,
+                                 NarrowPhase& narrow_phase) {
   const ShapePair& shapes = scene_.shape_pairs()[at(index)];
   const CollisionShape& a = scene_.shapes()[at(shapes.a)];
   const CollisionShape& b = scene_.shapes()[at(shapes.b)];
   const Frame& frame_a = shape_frame(shapes.a, bodies);
   const Frame& frame_b = shape_frame(shapes.b, bodies);
-  const double near_gap = near_gap_[at(index)];
   const int known = record_of(index, memory);
-  const bool of_robot =
-      scene_.bodies()[at(a.body)].of_robot && scene_.bodies()[at(b.body)].of_robot;
-  const double reach = kActiveGap + travel;
-  const double active = of_robot ? std::min(reach, kMaxSelfGap) : reach;
+  const double active = std::min(kActiveGap + travel, limits.max_reach);
   // Most new pairs have no point that can act: their separation costs less than points. The broad
   // phase tests that of boxes.
   const bool separable = known < 0 && !(a.is_box() && b.is_box());
@@ -142,14 +139,15 @@ void PairSearch::find_shape_pair(int index, double travel, const BodyStates& bod
   ContactPair& pair = known < 0 ? added_pair_ : memory.pairs[at(known)];
   NearPair& near = near_.emplace_back(known, index, active + kLookAhead);
   // Fingers and balls out of reach need no points.
-  const double to_ball = near_gap > active ? gap_to_ball(a, frame_a, b, frame_b.pos) : kUnknown;
+  const double to_ball =
+      limits.near_gap > active ? gap_to_ball(a, frame_a, b, frame_b.pos) : kUnknown;
   if (to_ball >= active) {
     near.gap = to_ball;
   } else {
     near.points = narrow_phase.find(index, frame_a, frame_b, near.gap, pair);
   }
   for (const ContactPoint& point : near.points) near.gap = std::min(near.gap, point.gap);
-  if (!(near.gap < std::max(active, near_gap))) return near_.pop_back();
+  if (!(near.gap < std::max(active, limits.near_gap))) return near_.pop_back();
   near.points.keep_below(active);
   if (known < 0) {
     if (memory.pairs.size() == memory.pairs.capacity()) return near_.pop_back();

@@ -62,13 +62,12 @@ class PairSearch {
  private:
   std::uint64_t known_until(int body) const;
   const Frame& shape_frame(int shape, const BodyStates& bodies);
-  void find_shape_pair(int pair, double travel, const BodyStates& bodies, ContactMemory& memory,
-                       NarrowPhase& narrow_phase);
+  void find_shape_pair(int pair, const BroadPhaseLanes::ShapePair& limits, double travel,
+                       const BodyStates& bodies, ContactMemory& memory, NarrowPhase& narrow_phase);
   void sort_new(int known, ContactMemory& memory);
   void forget_distant(const BodyStates& bodies, ContactMemory& memory);
 
   const CollisionScene& scene_;
-  std::vector<double> near_gap_;  // of each shape pair: what it is remembered from, m
   std::vector<NearPair> near_;
   std::vector<Frame> shape_frames_;
   std::vector<std::uint8_t> turned_;  // shapes whose axes are not the body's

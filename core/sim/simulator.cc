@@ -310,6 +310,7 @@ bool Simulator::pose_busy(WorkerWorkspace& workspace, int count) {
     if (!lane.reaches(model_.robot_bounds().max_displacement(JointArray{}, qvel))) {
       stale &= ~(1U << lane_index);
     }
+    mark(lane.step.clock, StepPart::kWake);
   }
   if (!busy && stale == 0) return false;
   contact_kernel_.pose_robot(robot, block.vectors(), workspace.broad_phase.view());

@@ -106,6 +106,8 @@ def differences(id: str, props: list[str], episode: Episode) -> np.ndarray:
         )
         worst[4] += info["success"][0] != episode.success[t]
     env.close()
+    if seeing is not None:
+        seeing.close()
     return worst
 
 
