@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "core/base/index.h"
+
 namespace engram {
 namespace {
 
@@ -12,11 +14,11 @@ void copy_rows(const RowCopy& copy, Range envs) noexcept {
   std::byte* to = copy.to + first * copy.to_row;
   if (copy.int_to_float) {
     for (std::size_t row = 0; row < count; ++row) {
-      for (std::size_t at = 0; at < copy.bytes; at += sizeof(float)) {
+      for (std::size_t byte = 0; byte < copy.bytes; byte += sizeof(float)) {
         std::int32_t whole = 0;
-        std::memcpy(&whole, from + row * copy.from_row + at, sizeof whole);
+        std::memcpy(&whole, from + row * copy.from_row + byte, sizeof whole);
         const auto real = static_cast<float>(whole);
-        std::memcpy(to + row * copy.to_row + at, &real, sizeof real);
+        std::memcpy(to + row * copy.to_row + byte, &real, sizeof real);
       }
     }
   } else if (copy.from_row == copy.bytes && copy.to_row == copy.bytes) {
