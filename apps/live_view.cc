@@ -7,11 +7,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "apps/progress.h"
+
 namespace engram::apps {
 namespace {
 
-constexpr std::chrono::seconds kPatience{2};
-constexpr std::chrono::milliseconds kRedraw{250};
+constexpr std::chrono::milliseconds kRefresh{250};
 constexpr std::size_t kMaxRows = 12;
 
 std::string bar_text(double fraction, int cells) {
@@ -20,15 +21,12 @@ std::string bar_text(double fraction, int cells) {
                      100 * std::clamp(fraction, 0.0, 1.0));
 }
 
-std::string clock_text(double seconds) {
-  const long total = std::lround(seconds);
-  return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
-}
-
 }  // namespace
 
 LiveView::LiveView()
-    : terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()), next_(start_ + kPatience) {}
+    : terminal_(::isatty(STDERR_FILENO) == 1),
+      start_(Clock::now()),
+      next_(start_ + kProgressPatience) {}
 
 LiveView::~LiveView() { erase(); }
 
@@ -36,7 +34,7 @@ bool LiveView::due() const { return terminal_ && Clock::now() >= next_; }
 
 void LiveView::draw(const std::vector<ProgressBar>& bars, const std::vector<TaskProgress>& tasks) {
   const Clock::time_point now = Clock::now();
-  next_ = now + kRedraw;
+  next_ = now + kRefresh;
   const double seconds = std::chrono::duration<double>(now - start_).count();
   std::vector<std::string> lines;
   lines.reserve(bars.size() + tasks.size());

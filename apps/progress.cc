@@ -10,15 +10,7 @@
 namespace engram::apps {
 namespace {
 
-constexpr std::chrono::seconds kPatience{2};
 constexpr std::chrono::milliseconds kRedraw{100};
-
-std::string clock_text(double seconds) {
-  const long total = std::lround(seconds);
-  if (total >= 3600)
-    return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
-  return fmt::format("{}:{:02}", total / 60, total % 60);
-}
 
 std::string rate_text(double rate) {
   if (rate >= 1e6) return fmt::format("{:.2f}M", rate / 1e6);
@@ -28,12 +20,19 @@ std::string rate_text(double rate) {
 
 }  // namespace
 
+std::string clock_text(double seconds) {
+  const long total = std::lround(seconds);
+  if (total >= 3600)
+    return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
+  return fmt::format("{}:{:02}", total / 60, total % 60);
+}
+
 Progress::Progress(std::string label, std::string unit)
     : label_(std::move(label)),
       unit_(std::move(unit)),
       terminal_(::isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
-      next_(start_ + kPatience) {}
+      next_(start_ + kProgressPatience) {}
 
 Progress::~Progress() {
   if (shown_) std::fputs("\r\033[K", stderr);

@@ -6,6 +6,11 @@
 
 namespace engram::apps {
 
+inline constexpr std::chrono::seconds kProgressPatience{2};  // before anything is shown
+
+// A duration as "1:23:45", or "23:45" below an hour.
+std::string clock_text(double seconds);
+
 // Appears after two seconds, if standard error is a terminal; the destructor erases it.
 class Progress {
  public:

@@ -5,7 +5,6 @@
 namespace engram::mjcf {
 
 Prop ball(const std::string& name, double radius, const Rgba& rgba) {
-  constexpr double kDensity = 1000;         // kg/m^3
   constexpr double kAngularDamping = 0.05;  // 1/s
   Prop prop;
   prop.name = name;

@@ -6,8 +6,6 @@
 namespace engram::mjcf {
 namespace {
 
-constexpr double kDensity = 1000;  // kg/m^3
-
 Geom disc_on_top(const Vec3& half_size, double radius, double half_height, const Rgba& rgba) {
   return {.type = GeomType::kCylinder,
           .size = {radius, half_height, 0},

@@ -5,8 +5,6 @@
 
 namespace engram::mjcf {
 
-inline constexpr double kDensity = 1000;  // kg/m^3
-
 // Gives a prop the mass, centre of mass and inertia of its geoms (boxes, spheres,
 // cylinders and meshes), all of them solid. Where two overlap, both count, as in PhysX.
 void set_solid_inertia(Prop& prop, double density = kDensity);

@@ -4,7 +4,6 @@ namespace engram::mjcf {
 
 Prop peg(const std::string& name, double half_length, double half_width, const Rgba& negative_half,
          const Rgba& positive_half) {
-  constexpr double kDensity = 1000;  // kg/m^3
   Prop prop;
   prop.name = name;
   prop.geoms.push_back(

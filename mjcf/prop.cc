@@ -3,7 +3,6 @@
 namespace engram::mjcf {
 
 Prop cube(const std::string& name, double half_size, const Rgba& rgba) {
-  constexpr double kDensity = 1000;  // kg/m^3
   const double edge = 2 * half_size;
   const double mass = edge * edge * edge * kDensity;
   const double moment = mass * edge * edge / 6;

@@ -35,6 +35,8 @@ enum class BodyType {
   kKinematic,  // moved by the task only (a mocap body); pushes, is never pushed
 };
 
+inline constexpr double kDensity = 1000;  // kg/m^3, where a prop's mass is not its own
+
 struct Prop {
   std::string name;
   BodyType body_type = BodyType::kDynamic;
