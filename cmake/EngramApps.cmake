@@ -3,8 +3,8 @@
 engram_sources(bench_sources bench)
 if(bench_sources)
   add_library(engram_bench STATIC ${bench_sources})
-  engram_configure_target(engram_bench)
-  engram_share_precompiled(engram_bench engram_objects)
+  engram_configure_cold_target(engram_bench)
+  engram_share_precompiled(engram_bench engram_cold_objects)
   engram_unity(engram_bench)
   target_link_libraries(engram_bench PUBLIC engram::engram)
 endif()
@@ -17,9 +17,8 @@ if(command_sources)
   find_package(fmt REQUIRED)
 
   add_library(engram_commands STATIC ${command_sources})
-  engram_configure_target(engram_commands)
-  target_compile_options(engram_commands PRIVATE $<$<CONFIG:Release>:-O1>)  # compiled sooner
-  engram_precompile(engram_commands ${ENGRAM_COMMON_HEADERS} <fmt/format.h>)
+  engram_configure_cold_target(engram_commands)
+  engram_share_precompiled(engram_commands engram_cold_objects)
   engram_unity(engram_commands)
   target_link_libraries(engram_commands
     PUBLIC engram::engram engram_media fmt::fmt PRIVATE CLI11::CLI11)

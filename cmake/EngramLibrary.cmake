@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 
 set(ENGRAM_SOVERSION 0)  # grows when engram_c.h changes what old programs rely on
 add_library(engram_shared SHARED)
-target_link_libraries(engram_shared PRIVATE engram_objects)
+target_link_libraries(engram_shared PRIVATE engram_objects engram_cold_objects)
 target_include_directories(engram_shared INTERFACE
   "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/api>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
 target_compile_features(engram_shared INTERFACE cxx_std_20)

@@ -55,8 +55,9 @@ list(FILTER task_sources INCLUDE REGEX "[.]cc$")
 list(JOIN task_sources "|" task_objects)
 string(REPLACE "." "[.]" task_objects "${task_objects}")
 engram_unity(engram_objects ${task_sources})
+engram_unity(engram_cold_objects ${task_sources})
 add_library(engram_tasks STATIC
-  "$<FILTER:$<TARGET_OBJECTS:engram_objects>,INCLUDE,/(${task_objects}|unity_member_.*)[.]o$>")
+  "$<FILTER:$<TARGET_OBJECTS:engram_objects>;$<TARGET_OBJECTS:engram_cold_objects>,INCLUDE,/(${task_objects}|unity_member_.*)[.]o$>")
 add_library(engram::tasks ALIAS engram_tasks)
 set_target_properties(engram_tasks PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME tasks)
 target_include_directories(engram_tasks INTERFACE
