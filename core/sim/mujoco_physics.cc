@@ -25,6 +25,14 @@ bool all_below_limit(const mjtNum* values, std::int64_t count) {
   return std::all_of(values, values + count, [](mjtNum x) { return std::abs(x) < mjMAXVAL; });
 }
 
+// Copies numbers in single precision, as the original has them. MuJoCo solves for all bodies at
+// once: what is hidden would show in the last bits of the others.
+void copy_rounded(const mjtNum* from, int count, double* to) {
+  constexpr double kNoise = 1e-12;  // m, rad, and per second: rounding of larger numbers
+  std::transform(from, from + count, to,
+                 [](mjtNum x) { return std::abs(x) < kNoise ? 0.0 : static_cast<float>(x); });
+}
+
 // Warnings that MuJoCo has counted: bad numbers, after which it resets the data without a word, and
 // full buffers.
 int count_warnings(const mjData& data) {
@@ -225,17 +233,17 @@ void MujocoPhysics::apply_drive(const DriveTarget& drive, mjData& data) const {
 // --- into the columns ---
 
 void MujocoPhysics::store(const State& state, int env, const mjData& data) const {
-  std::copy_n(data.qpos, kRobotJoints, state.qpos.row(env));
-  std::copy_n(data.qvel, kRobotJoints, state.qvel.row(env));
+  copy_rounded(data.qpos, kRobotJoints, state.qpos.row(env));
+  copy_rounded(data.qvel, kRobotJoints, state.qvel.row(env));
   std::copy_n(data.qacc_warmstart, mujoco_->nv, warm_start_.row(env));
   for (int prop = 0; prop < state.num_props; ++prop) {
     const PropPlace& place = props_[at(prop)];
     std::uint8_t& status = state.prop_status.row(env)[prop];
     if (status == static_cast<std::uint8_t>(PropStatus::kHidden)) continue;
     if (place.mocap < 0) {
-      std::copy_n(data.qpos + place.qpos, 3, state.prop_pos_of(env, prop));
-      std::copy_n(data.qpos + place.qpos + 3, 4, state.prop_quat_of(env, prop));
-      std::copy_n(data.qvel + place.dof, 6, state.prop_qvel_of(env, prop));
+      copy_rounded(data.qpos + place.qpos, 3, state.prop_pos_of(env, prop));
+      copy_rounded(data.qpos + place.qpos + 3, 4, state.prop_quat_of(env, prop));
+      copy_rounded(data.qvel + place.dof, 6, state.prop_qvel_of(env, prop));
       status = static_cast<std::uint8_t>(PropStatus::kAwake);
     } else if (status == static_cast<std::uint8_t>(PropStatus::kAwake)) {
       double* const displacement = state.prop_qvel_of(env, prop);
