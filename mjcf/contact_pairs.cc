@@ -45,16 +45,9 @@ constexpr std::array<double, 3> kStandingImpedance = {0.99, 0.999, 0.0007};
 // apart. With the default, 0.25, props jump away from a fast hand and tremble before a slow one.
 constexpr std::array<double, 2> kTouchReference = {-1000, -100};  // negative: direct values
 
-// Onset of a contact, m above the surface: the height at which it pushes, and the distance above
-// that at which it is found and does not push yet.
-struct Onset {
-  double push = 0;
-  double speculative = 0;
-};
-constexpr double kTableSpeculativeDistance = 0.02;  // as in the original: a substep at 2 m/s
-
-// Kinematic props push from a millimetre on, so that contacts last and pushed props do not rattle.
-constexpr Onset kPushing{.push = 0.001, .speculative = 0.005};
+// Height above the surface at which kinematic props push already, so that contacts last and pushed
+// props do not rattle, m.
+constexpr double kPushingMargin = 0.001;
 
 // Geoms of one material that collide alike.
 struct GeomGroup {
@@ -88,8 +81,8 @@ GeomGroup group_of(const Prop& prop) {
 
 // Pairs every geom of one group with every geom of the other. The friction is the average of both,
 // as in PhysX; MuJoCo by itself would take the larger one.
-void add_pairs(Element& contact, const GeomGroup& first, const GeomGroup& second,
-               const Onset& onset = {}, bool robot_and_prop = false) {
+void add_pairs(Element& contact, const GeomGroup& first, const GeomGroup& second, double margin = 0,
+               bool robot_and_prop = false) {
   const double friction = (first.material.friction + second.material.friction) / 2;
   const double patch = std::max(first.material.patch, second.material.patch);
   const bool gripping = patch == kRubber.patch;
@@ -102,9 +95,8 @@ void add_pairs(Element& contact, const GeomGroup& first, const GeomGroup& second
       if (!usual) set(pair, "friction", pair_friction(friction, patch));
       if (robot_and_prop) set(pair, "solref", kTouchReference);
       if (gripping) set(pair, "solimp", kGripImpedance);
-      if (!gripping && onset.push > 0) set(pair, "solimp", kStandingImpedance);
-      if (onset.push + onset.speculative > 0) set(pair, "margin", onset.push + onset.speculative);
-      if (onset.speculative > 0) set(pair, "gap", onset.speculative);
+      if (!gripping && margin > 0) set(pair, "solimp", kStandingImpedance);
+      if (margin > 0) set(pair, "margin", margin);
     }
   }
 }
@@ -139,12 +131,11 @@ void add_prop_pairs(Element& contact, const LinkGroups& robot, const Prop& prop,
                     const GeomGroup& support) {
   const GeomGroup own = group_of(prop);
   for (auto i = static_cast<std::size_t>(Link::kLink5); i < robot.size(); ++i) {
-    add_pairs(contact, robot[i], own, {}, true);
+    add_pairs(contact, robot[i], own, 0, true);
   }
   if (prop.body_type == BodyType::kDynamic) {
     const double penetration = kPenetrationOnFour * 4 / table_contact_count(prop);
-    add_pairs(contact, support, own,
-              {.push = penetration, .speculative = kTableSpeculativeDistance});
+    add_pairs(contact, support, own, penetration);
   }
 }
 
@@ -171,8 +162,8 @@ void add_contact_pairs(Element& root, const std::vector<Prop>& props, bool table
       const bool either_dynamic =
           props[i].body_type == BodyType::kDynamic || props[j].body_type == BodyType::kDynamic;
       const bool either_pushes = props[i].pushes_props || props[j].pushes_props;
-      const Onset onset = either_pushes ? kPushing : Onset{};
-      if (either_dynamic) add_pairs(contact, group_of(props[j]), group_of(props[i]), onset);
+      const double margin = either_pushes ? kPushingMargin : 0;
+      if (either_dynamic) add_pairs(contact, group_of(props[j]), group_of(props[i]), margin);
     }
   }
 }
