@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/scene/mujoco_handle.h"
 #include "mjcf/scene.h"
 
 namespace engram::mjcf::test {
@@ -24,24 +25,12 @@ inline constexpr Arm kBuilder = {0, kPi / 8, 0, -5 * kPi / 8, 0, 3 * kPi / 4, -k
 inline constexpr Arm kMikasa = {0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
 inline constexpr Arm kMenagerie = {0, 0, 0, -1.57079, 0, 1.57079, -0.7853, 0.04, 0.04};
 
-using Model = std::unique_ptr<mjModel, decltype(&mj_deleteModel)>;
+using Model = ModelPtr;
 using Data = std::unique_ptr<mjData, decltype(&mj_deleteData)>;
 
-inline Model compile(const std::string& xml) {
-  mjVFS vfs;
-  mj_defaultVFS(&vfs);
-  const int size = static_cast<int>(xml.size());
-  mj_makeEmptyFileVFS(&vfs, "scene.xml", size);
-  std::copy(xml.begin(), xml.end(), static_cast<char*>(vfs.filedata[0]));
-  std::array<char, 1000> error{};
-  Model model(mj_loadXML("scene.xml", &vfs, error.data(), static_cast<int>(error.size())),
-              mj_deleteModel);
-  mj_deleteVFS(&vfs);
-  if (!model) throw std::runtime_error(error.data());
-  return model;
+inline Model compile(const Scene& scene, Detail detail) {
+  return compile_model(compose(scene, detail));
 }
-
-inline Model compile(const Scene& scene, Detail detail) { return compile(compose(scene, detail)); }
 
 // A scene that MuJoCo itself moves, without gravity in the model.
 inline Model compile_driven(const Scene& scene, Detail detail) {

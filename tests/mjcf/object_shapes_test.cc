@@ -283,7 +283,7 @@ struct Alone {
   const double* pos() const { return data->qpos + 9; }
   double tilt() const { return 2 * std::asin(std::hypot(data->qpos[13], data->qpos[14])); }
 
-  Model model{nullptr, mj_deleteModel};
+  Model model;
   Data data{nullptr, mj_deleteData};
 };
 

@@ -60,7 +60,7 @@ struct Grasp {
     return local;
   }
 
-  Model model{nullptr, mj_deleteModel};
+  Model model;
   Data data{nullptr, mj_deleteData};
 };
 

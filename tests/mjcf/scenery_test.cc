@@ -77,14 +77,14 @@ struct Colors {
 
 TEST_CASE("A scene's colours do not depend on who else draws from rand()", "[mjcf][scenery]") {
   const std::string text = compose(Scene{}, Detail::kFull);
-  const Colors expected(compile(text));
+  const Colors expected(compile_model(text));
   std::atomic<bool> done = false;
   std::thread other([&done] {
     while (!done) std::rand();
   });
   bool same = true;
   for (int i = 0; i < 20; ++i) {
-    const Colors colors(compile(text));
+    const Colors colors(compile_model(text));
     same = same && colors.texels == expected.texels && colors.materials == expected.materials;
   }
   done = true;

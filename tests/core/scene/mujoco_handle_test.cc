@@ -14,6 +14,13 @@
 namespace engram {
 namespace {
 
+// Takes numbers from the stack of the data.
+#if mjVERSION_HEADER >= 300
+constexpr auto* allocate = &mj_stackAllocNum;
+#else
+constexpr auto* allocate = &mj_stackAlloc;
+#endif
+
 constexpr const char* kBall =
     "<mujoco><size nstack='1000'/><worldbody><body><freejoint/><geom size='1' mass='1'/></body>"
     "</worldbody></mujoco>";
@@ -60,7 +67,7 @@ TEST_CASE("An error of MuJoCo inside a scope is an Error and nothing is lost", "
   const DataPtr data = make_data(*model);
   const MujocoScope scope;
   try {
-    mj_stackAlloc(data.get(), 100'000);
+    allocate(data.get(), 100'000);
     FAIL("no error");
   } catch (const Error& error) {
     CHECK(error.kind() == Error::kInternal);
@@ -113,7 +120,7 @@ TEST_CASE("Scopes nest", "[mujoco]") {
   const DataPtr data = make_data(*model);
   const MujocoScope outer;
   { const MujocoScope inner; }
-  CHECK_THROWS_AS(mj_stackAlloc(data.get(), 100'000), Error);
+  CHECK_THROWS_AS(allocate(data.get(), 100'000), Error);
 }
 
 std::atomic<int> foreign_warnings = 0;
@@ -133,7 +140,7 @@ TEST_CASE("Another thread keeps the handlers of its program while a scope is ope
   std::thread([&] {
     mj_warning(data.get(), mjWARN_BADQPOS, 3);
     try {
-      mj_stackAlloc(data.get(), 100'000);
+      allocate(data.get(), 100'000);
     } catch (int) {
     }
   }).join();
