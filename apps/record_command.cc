@@ -29,8 +29,8 @@ constexpr int kSize = 512;
 constexpr int kSheetSize = 320;  // of an image in a sheet, as in the published previews
 constexpr int kMaxSize = 4096;   // of Batch::render
 constexpr int kMaxSheet = 60;
-constexpr int kFramesPerSecond = 20;  // as many as control steps: real time
-constexpr int kMaxHold = 60;          // seconds
+constexpr int kStepsPerSecond = 20;  // of control
+constexpr int kMaxHold = 60;         // seconds
 
 struct RecordOptions {
   std::string out;
@@ -66,15 +66,21 @@ struct RecordReport {
 
 // --- videos ---
 
+// Multiples of the steps' rate repeat images, so that the video stays in real time.
+int frames_per_step(int frames_per_second) {
+  return frames_per_second % kStepsPerSecond == 0 ? frames_per_second / kStepsPerSecond : 1;
+}
+
 RecordReport record_video(const RecordOptions& options, RecordedEpisode& episode) {
   RecordView view(episode.batch(), options.view);
   VideoWriter video(options.out, view.width(), view.height(), options.frames_per_second);
   Progress progress("record", "frames");
   RecordReport report{.width = view.width(), .height = view.height()};
   const auto [first, last] = *options.hold;
+  const int repeat = frames_per_step(options.frames_per_second);
   const auto add = [&](int seconds) {
     const std::vector<std::uint8_t> frame = view.draw();
-    const int count = std::max(1, seconds * options.frames_per_second);
+    const int count = std::max(repeat, seconds * options.frames_per_second);
     for (int i = 0; i < count; ++i) video.add(frame);
     report.frames += count;
     progress.update((episode.steps() + 1.0) / (episode.max_steps() + 1.0), report.frames);
@@ -186,7 +192,7 @@ RecordOptions completed(RecordOptions options) {
     refuse(fmt::format("--overlays: human views only; --camera: '{}' given, render|all allowed",
                        options.view.camera));
   }
-  if (options.frames_per_second == 0) options.frames_per_second = kFramesPerSecond;
+  if (options.frames_per_second == 0) options.frames_per_second = kStepsPerSecond;
   if (!options.hold) options.hold = {1, 2};
   if (options.at.empty()) options.at = {0};
   std::sort(options.at.begin(), options.at.end());
@@ -292,9 +298,11 @@ void add_moments(const Command& command, RecordOptions& options) {
 }
 
 void add_time(const Command& command, RecordOptions& options) {
-  add_int(command, "--fps", options.frames_per_second, 1, 240,
-          "Videos: frames per second, one for each step; 20 is real time (.gif: at most 50)")
-      .default_str(std::to_string(kFramesPerSecond));
+  add_int(
+      command, "--fps", options.frames_per_second, 1, 240,
+      "Videos: frames per second, one for each step; 20 is real time, and so are its multiples, "
+      "which repeat frames (.gif: at most 50)")
+      .default_str(std::to_string(kStepsPerSecond));
   const auto assign = [&options](const std::string& text) {
     const std::size_t comma = text.find(',');
     if (comma == std::string::npos) {
@@ -305,7 +313,7 @@ void add_time(const Command& command, RecordOptions& options) {
   };
   command
       .add_option("--hold", assign,
-                  "Videos: seconds for which the first and the last frame stay; 0: one frame")
+                  "Videos: seconds for which the first and the last frame stay; 0: one step")
       .type_name("FIRST,LAST")
       .default_str("1,2");
 }

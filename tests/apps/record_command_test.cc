@@ -100,6 +100,30 @@ TEST_CASE("record: films last as long as their episode, ends held", "[apps]") {
   }
 }
 
+TEST_CASE("record: multiples of the steps' rate repeat frames, other rates do not", "[apps]") {
+  const TemporaryFolder folder;
+  const auto films = [&](const char* name, const std::string& options) {
+    return record(folder.path() / name, "--size 64 --steps 4 " + options);
+  };
+  const ReadVideo smooth = films("a.mp4", "--fps 60 --hold 0,0");
+  REQUIRE(smooth.frames.size() == 5 * 3);
+  CHECK(smooth.rate == 60);
+  CHECK(smooth.seconds == Approx(5 * 0.05).margin(0.001));
+  CHECK(films("b.mp4", "--fps 60").frames.size() == 60 + 3 * 3 + 120);
+  CHECK(films("c.gif", "--fps 40 --hold 0,0").seconds == Approx(5 * 0.05).margin(0.02));
+  // A frame for each step: half as fast, and 1.5 times.
+  CHECK(films("d.mp4", "--fps 10 --hold 0,0").seconds == Approx(0.5).margin(0.001));
+  CHECK(films("e.mp4", "--fps 30 --hold 0,0").frames.size() == 5);
+
+  // Every image stays for two frames.
+  const ReadVideo plain = films("f.gif", "--hold 0,0");
+  const ReadVideo twice = films("g.gif", "--fps 40 --hold 0,0");
+  REQUIRE(twice.frames.size() == 2 * plain.frames.size());
+  for (std::size_t i = 0; i < twice.frames.size(); ++i) {
+    CHECK(twice.frames[i].rgb == plain.frames[i / 2].rgb);
+  }
+}
+
 TEST_CASE("record: every camera, at every size", "[apps]") {
   const TemporaryFolder folder;
   for (const char* camera : {"base", "hand", "render"}) {
