@@ -22,6 +22,7 @@
 struct engram_policy_reply {
   engram::PolicyReply* reply;
   std::string failure;
+  engram::Json identity;
 };
 
 struct engram_choice_answer {
@@ -61,6 +62,10 @@ class CallbackPolicy final : public engram::ExternalPolicy {
   CallbackPolicy(engram_policy_callback callback, void* user, std::mutex& mutex, int worker)
       : callback_(callback), user_(user), mutex_(mutex), worker_(worker) {}
 
+  void set_identity(std::shared_ptr<engram::PolicyIdentity> identity) {
+    identity_ = std::move(identity);
+  }
+
   void act(const engram::PolicyRequest& request, engram::PolicyReply& reply) override {
     const std::string id(request.env_id);
     const std::vector<const char*> instructions = c_texts(request.instructions);
@@ -85,17 +90,19 @@ class CallbackPolicy final : public engram::ExternalPolicy {
     plain.seeds = request.seeds.empty() ? nullptr : request.seeds.data();
     plain.policy_seed = request.policy_seed;
     plain.proprio_dim = request.proprio_dim;
-    engram_policy_reply answer{&reply, {}};
+    engram_policy_reply answer{&reply, {}, {}};
     int status = 0;
     {
       const std::lock_guard lock(mutex_);
       status = call_host(callback_, user_, &plain, &answer);
     }
     require_success(status, answer.failure);
+    if (identity_) identity_->take(answer.identity);
   }
 
  private:
   engram_policy_callback callback_;
+  std::shared_ptr<engram::PolicyIdentity> identity_;
   void* user_;
   std::mutex& mutex_;
   int worker_;
@@ -281,14 +288,17 @@ engram::EvaluationRun begin(const engram_evaluation_options& options, bool choic
 }
 
 // With a callback as its policy. Policy, Callback: a class above and its callback. mutex: outlives
-// the protocol.
+// the protocol. identity: takes what the policy tells of itself, or null.
 template <class Policy, class Callback>
 engram::Protocol protocol_of(const engram::EvaluationSettings& settings,
                              const engram_evaluation_options& options, Callback callback,
-                             void* user, std::mutex& mutex) {
+                             void* user, std::mutex& mutex,
+                             const std::shared_ptr<engram::PolicyIdentity>& identity = nullptr) {
   engram::Protocol protocol = engram::protocol_of(settings);
   protocol.external = [=, &mutex](const engram::WorkContext& context) {
-    return std::make_unique<Policy>(callback, user, mutex, context.worker());
+    auto policy = std::make_unique<Policy>(callback, user, mutex, context.worker());
+    if constexpr (std::is_same_v<Policy, CallbackPolicy>) policy->set_identity(identity);
+    return policy;
   };
   protocol.num_envs = options.num_envs;
   protocol.threads = options.threads;
@@ -326,7 +336,8 @@ template <class Policy, class Callback>
 std::string evaluate(const engram_evaluation_options& options, Callback callback, void* user) {
   engram::EvaluationRun run = begin(options, std::is_same_v<Policy, ChoiceCallback>);
   std::mutex mutex;
-  engram::Protocol protocol = protocol_of<Policy>(run.settings(), options, callback, user, mutex);
+  engram::Protocol protocol =
+      protocol_of<Policy>(run.settings(), options, callback, user, mutex, run.identity());
   protocol.samples = run.folder().has_value();
   const std::vector<const engram::RegistryEntry*> tasks = run.open_tasks();
   const auto tick = [&](const engram::EvaluationStatus& status) {
@@ -401,6 +412,17 @@ engram_status engram_policy_fail(engram_policy_reply* reply, const char* message
     if (reply == nullptr || message == nullptr)
       refuse_settings("engram_policy_fail: a null pointer given");
     reply->failure = message;
+  });
+}
+
+engram_status engram_policy_identify(engram_policy_reply* reply, const char* identity) {
+  return guarded([&] {
+    if (reply == nullptr || identity == nullptr)
+      refuse_settings("engram_policy_identify: a null pointer given");
+    std::optional<engram::Json> told = engram::parse_json(identity);
+    if (!told || !engram::is_table(*told))
+      refuse_settings("engram_policy_identify: a JSON object needed");
+    reply->identity = *std::move(told);
   });
 }
 

@@ -148,7 +148,7 @@ EvaluationRun run_coordinator(Ranks& ranks, const EvalOptions& options) {
   EvaluationRun run = begin(options);
   broadcast(ranks, run.settings().document());
   const std::vector<const RegistryEntry*> tasks = run.open_tasks();
-  Protocol protocol = protocol_of(options, run.settings());
+  Protocol protocol = protocol_of(options, run.settings(), run.identity());
   warn_of_constants(tasks, protocol.environment);
   {
     LiveView view;

@@ -149,7 +149,8 @@ void require_policy_of(const std::string& run, const EvaluationSettings& setting
                           settings.choices ? "--policy-choices" : "--policy-command"));
 }
 
-Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings) {
+Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings,
+                     const std::shared_ptr<PolicyIdentity>& identity) {
   Protocol protocol = engram::protocol_of(settings);
   protocol.num_envs = options.protocol.num_envs;
   protocol.threads = options.protocol.threads;
@@ -170,8 +171,9 @@ Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& setti
                               "began the run can go on with it",
                               settings.policy));
     }
-    const PolicyProcessOptions process = process_options(
-        options.policy, protocol.environment, std::min(protocol.num_envs, protocol.episodes));
+    PolicyProcessOptions process = process_options(options.policy, protocol.environment,
+                                                   std::min(protocol.num_envs, protocol.episodes));
+    if (identity) process.identified = [identity](const Json& told) { identity->take(told); };
     protocol.external = [process](const WorkContext& context) {
       return std::make_unique<PolicyProcess>(process, context);
     };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,6 +12,7 @@
 #include "apps/options.h"
 #include "apps/policy_command.h"
 #include "apps/run_control.h"
+#include "protocol/eval/results/policy_identity.h"
 #include "protocol/eval/results/result_files.h"
 #include "protocol/eval/run/evaluate.h"
 
@@ -56,7 +58,9 @@ EvaluationSettings resumed_settings(const EvalOptions& options,
 void require_policy_of(const std::string& run, const EvaluationSettings& settings,
                        const PolicyCommand& policy);
 
-// The protocol with those settings.
-Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings);
+// The protocol with those settings. identity: takes what the policy tells of itself, if it is
+// given.
+Protocol protocol_of(const EvalOptions& options, const EvaluationSettings& settings,
+                     const std::shared_ptr<PolicyIdentity>& identity = nullptr);
 
 }  // namespace engram::apps

@@ -120,15 +120,20 @@ EvaluationSettings settings_of_run(const ReproduceOptions& options, EvalOptions&
   return settings;
 }
 
-ResultSet played(const EvaluationSettings& settings, const EvalOptions& play) {
+struct Replay {
+  ResultSet results;
+  Json identity;  // what the policy tells of itself
+};
+
+Replay played(const EvaluationSettings& settings, const EvalOptions& play) {
   EvaluationRun run(settings, std::nullopt);
   const Interruption interruption;
   Ranks alone;
-  evaluate(alone, run.open_tasks(), protocol_of(play, settings),
+  evaluate(alone, run.open_tasks(), protocol_of(play, settings, run.identity()),
            {.finished = [&run](const TaskResult& result) { run.add(result); },
             .tick = [&](const EvaluationStatus&) { interruption.check("nothing is written"); }},
            run.store());
-  return {.source = "episodes played again", .tasks = run.tasks()};
+  return {{.source = "episodes played again", .tasks = run.tasks()}, run.identity()->document()};
 }
 
 void reproduce(const ReproduceOptions& options) {
@@ -137,21 +142,33 @@ void reproduce(const ReproduceOptions& options) {
   ResultSet run = read_results(options.run);
   std::erase_if(run.tasks,
                 [&](const Json& task) { return !has(settings.tasks, text(part(task, "env_id"))); });
-  const ResultSet again = played(settings, play);
+  const Replay again = played(settings, play);
+  const Json told = PolicyIdentity::in(OpenFolder(options.run));
+  const bool other = has_other_checkpoint(told, again.identity);
   const std::set<AllowedDifference> fewer = {AllowedDifference::kSeeds};
-  Json comparison = compare_results(run, again, fewer);
-  const Cause cause = cause_of(part(comparison, "total"), settings.physics);
+  Json comparison = compare_results(run, again.results, fewer);
+  Cause cause = cause_of(part(comparison, "total"), settings.physics);
   std::optional<bool> repeatable;
   if (cause == Cause::kPolicy) {
-    const Json twice = compare_results(again, played(settings, play), fewer);
+    const Json twice = compare_results(again.results, played(settings, play).results, fewer);
     repeatable = cause_of(part(twice, "total"), settings.physics) == Cause::kNothing;
   }
+  if (other && cause != Cause::kEnvironment) cause = Cause::kPolicy;
   if (options.json) {
+    const JsonTable checkpoints = {{"run", checkpoint_of(told)},
+                                   {"again", checkpoint_of(again.identity)}};
     print(to_text(JsonTable{{"verdict", name_of(cause)},
                             {"policy_repeats", repeatable ? Json(*repeatable) : Json()},
+                            {"checkpoints", checkpoints},
                             {"comparison", std::move(comparison)}}));
   } else {
-    print(to_plain_text(comparison) + sentence_of(cause, repeatable) + "\n");
+    std::string sentence = other && cause == Cause::kPolicy ? std::string("the policy differs")
+                                                            : sentence_of(cause, repeatable);
+    if (other) {
+      sentence += fmt::format("; it tells checkpoint {} here, and told {} in the run",
+                              checkpoint_text(again.identity), checkpoint_text(told));
+    }
+    print(to_plain_text(comparison) + sentence + "\n");
   }
   if (cause != Cause::kNothing) throw Error(Error::kUnavailable, "the run was not reproduced");
 }

@@ -54,6 +54,9 @@ ENGRAM_API engram_status engram_policy_set(engram_policy_reply* reply, int32_t r
 /** Sets the reason why the policy cannot answer; the callback then returns something else than
  * 0. */
 ENGRAM_API engram_status engram_policy_fail(engram_policy_reply* reply, const char* message);
+/** Tells what the policy is, as a JSON object such as {"checkpoint": "sha256:..."}, which an
+ * evaluation with output keeps in policy.json. Another checkpoint than before ends it. */
+ENGRAM_API engram_status engram_policy_identify(engram_policy_reply* reply, const char* identity);
 
 /** Answers a request by setting every row; returns 0, or anything else to end the evaluation.
  * Called from several threads, by one at a time. */

@@ -6,7 +6,10 @@ namespace engram {
 
 EvaluationRun::EvaluationRun(EvaluationSettings settings, std::optional<ResultFolder> folder,
                              EpisodePart part)
-    : settings_(std::move(settings)), folder_(std::move(folder)), part_(std::move(part)) {
+    : settings_(std::move(settings)),
+      folder_(std::move(folder)),
+      part_(std::move(part)),
+      identity_(std::make_shared<PolicyIdentity>(folder_)) {
   if (!folder_) return;
   finished_ = folder_->finished(settings_);
   // A run that is killed while it opens its results is the same run.

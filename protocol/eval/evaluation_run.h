@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/eval/results/policy_identity.h"
 #include "protocol/eval/results/result_files.h"
 #include "protocol/eval/run/evaluate.h"
 #include "protocol/parallel/run_header.h"
@@ -31,6 +32,8 @@ class EvaluationRun {
   // Where finished episodes go.
   EpisodeStore store() const { return {journal_.get(), part_.shard.value_or(Shard())}; }
   const std::optional<Shard>& shard() const { return part_.shard; }
+  // Where what the policy tells of itself goes.
+  const std::shared_ptr<PolicyIdentity>& identity() const { return identity_; }
   // Episodes in the journal.
   std::size_t journaled() const { return journal_ ? journal_->size() : 0; }
   // Writes the task's files and the summary. Of a shard, the episodes are all there is.
@@ -52,6 +55,7 @@ class EvaluationRun {
   EvaluationSettings settings_;
   std::optional<ResultFolder> folder_;
   EpisodePart part_;
+  std::shared_ptr<PolicyIdentity> identity_;
   std::unique_ptr<Journal> journal_;  // of runs with a folder
   std::map<std::string, Json> finished_;
   std::uint64_t unstable_ = 0;

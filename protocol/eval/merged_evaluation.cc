@@ -10,7 +10,10 @@ EvaluationRun merge_evaluation(const ShardSet& shards, const std::filesystem::pa
       EvaluationSettings::of(shards.header().run, shards.parts().front().folder / kJournalFile);
   ResultFolder folder = ResultFolder::create(out, settings);
   EvaluationRun run(std::move(settings), std::move(folder), {.command = std::move(command)});
-  for (const ShardSet::Part& part : shards.parts()) run.store().journal->add(part.records);
+  for (const ShardSet::Part& part : shards.parts()) {
+    run.store().journal->add(part.records);
+    run.identity()->take(PolicyIdentity::in(OpenFolder(part.folder)));
+  }
   Protocol protocol;
   static_cast<RunOptions&>(protocol) = run.settings();
   protocol.threads = 1;

@@ -124,7 +124,8 @@ def evaluate(
     and episodes of a list in :func:`engram.suites`, such as "mikasa5".
     ``rules``: "reference" or "original"; like ``task_options`` and ``constants``, those of the
     environments.
-    ``output``: results go to ``<output>/<split>/<date_time>/``.
+    ``output``: results go to ``<output>/<split>/<date_time>/``, and so does ``policy.identity``, if
+    there is such a dict: what the policy is, such as ``{"checkpoint": "sha256:..."}``.
     ``resume``: folder of an interrupted run with the same arguments.
     ``seed_file``: a sealed evaluation, whose seeds follow from the secret line in that file instead
     of ``seed``; see docs/evaluation.md.
@@ -179,6 +180,7 @@ def evaluate(
         options=make_evaluation_options(tasks, {**arguments, "episodes": episodes}),
         progress=progress,
         choices=choices is not None,
+        identity=lambda: _identity_of(policy),
     )
     return json.loads(document)
 
@@ -235,6 +237,16 @@ def probe(
         other=None if other is None else text("other", other),
     )
     return json.loads(document)
+
+
+def _identity_of(policy: Any) -> str:
+    """What the policy tells of itself so far, as JSON; nothing if it tells nothing."""
+    identity = getattr(policy, "identity", None)
+    if not isinstance(identity, Mapping) or not identity:
+        return ""
+    from engram.servers.identity import identity_in, packed_identity
+
+    return packed_identity(identity_in(identity)).decode()
 
 
 def _checked_policy(policy: Any, obs: Any, progress: Any) -> Act:

@@ -31,9 +31,12 @@ nb::object array(const T* data, std::initializer_list<std::size_t> shape) {
 // Both callbacks of one evaluation, and the first exception that came out of either.
 class Session {
  public:
-  // policy: sends actions, or names answers.
-  Session(nb::callable policy, nb::object progress)
-      : policy_(std::move(policy)), progress_(std::move(progress)) {}
+  // policy: sends actions, or names answers. identity: returns what it is as JSON, or an empty text
+  // as long as that is not known; or none.
+  Session(nb::callable policy, nb::object progress, nb::object identity = nb::none())
+      : policy_(std::move(policy)),
+        progress_(std::move(progress)),
+        identity_(std::move(identity)) {}
 
   static int act(void* self, const engram_policy_request* request, engram_policy_reply* reply) {
     if (calls_have_ended()) return 1;
@@ -96,7 +99,17 @@ class Session {
                               static_cast<int32_t>(chunk.ndim()));
         if (status != ENGRAM_OK) raise(status, engram_last_error());
       }
+      identify(reply);
     });
+  }
+
+  void identify(engram_policy_reply* reply) {
+    if (identity_.is_none()) return;
+    const auto told = nb::cast<std::string>(unless_ended([&] { return identity_(); }));
+    if (told.empty()) return;
+    const engram_status status = engram_policy_identify(reply, c_text(told));
+    if (status != ENGRAM_OK) raise(status, engram_last_error());
+    identity_ = nb::none();
   }
 
   int name_answer(const engram_choice_question& question, engram_choice_answer* answer) {
@@ -157,6 +170,7 @@ class Session {
 
   nb::callable policy_;
   nb::object progress_;
+  nb::object identity_;
   std::unique_ptr<nb::python_error> error_;
 };
 
@@ -216,8 +230,8 @@ std::string document_of(Session& session, Call&& call) {
 
 // choices: the policy names answers.
 std::string evaluate(nb::callable policy, const EvaluationOptions& given, nb::object progress,
-                     bool choices) {
-  Session session(std::move(policy), std::move(progress));
+                     bool choices, nb::object identity) {
+  Session session(std::move(policy), std::move(progress), std::move(identity));
   return with_options(given, [&](const engram_evaluation_options& options) {
     return document_of(session, [&](char** document) {
       return choices ? engram_evaluate_choices(&options, &Session::choose, &session, document)
@@ -299,7 +313,8 @@ void bind_evaluate(nb::module_& module) {
   options.def_rw("ids", &EvaluationOptions::ids)
       .def_rw("task_options", &EvaluationOptions::task_options)
       .def_rw("perturbations", &EvaluationOptions::perturbations);
-  module.def("evaluate", &evaluate, "policy"_a, "options"_a, "progress"_a.none(), "choices"_a);
+  module.def("evaluate", &evaluate, "policy"_a, "options"_a, "progress"_a.none(), "choices"_a,
+             "identity"_a);
   module.def("probe", &probe, "policy"_a, "options"_a, "progress"_a.none(), "probes"_a,
              "other"_a.none());
   module.def("suites_json", [] {

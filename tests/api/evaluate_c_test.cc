@@ -1,6 +1,8 @@
 // The C API to the evaluation protocol.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -85,6 +87,45 @@ TEST_CASE("C API: an evaluation has a control mode and a proprio", "[evaluation]
   options.joint_proprio = 2;
   CHECK(engram_evaluate(&options, dims, &seen, &text) == ENGRAM_INVALID_ARGUMENT);
   CHECK_THAT(engram_last_error(), Catch::Contains("joint_proprio: 2 given, 0 or 1 allowed"));
+}
+
+TEST_CASE("C API: a policy tells what it is", "[evaluation]") {
+  struct Policy {
+    std::vector<std::string> told;
+    engram_status status = ENGRAM_OK;
+    Call call;
+  };
+  const auto act = [](void* user, const engram_policy_request* request,
+                      engram_policy_reply* reply) {
+    auto& policy = *static_cast<Policy*>(user);
+    if (!policy.told.empty()) {
+      policy.status = engram_policy_identify(reply, policy.told.front().c_str());
+      policy.told.erase(policy.told.begin());
+    }
+    return still(&policy.call, request, reply);
+  };
+  const engram::test::TemporaryFolder folder;
+  engram_evaluation_options options = engram::test::evaluation_options(1);
+  const std::string output = folder.path().string();
+  options.output = output.c_str();
+  Policy policy;
+  policy.told = {R"({"checkpoint": "a"})", R"({"checkpoint": "a", "more": 1})"};
+  evaluated(options, act, &policy);
+  CHECK(policy.status == ENGRAM_OK);
+  const auto run = std::filesystem::directory_iterator(
+                       std::filesystem::directory_iterator(folder.path())->path())
+                       ->path();
+  CHECK(ParsedJson::parse(std::ifstream(run / "policy.json")) == ParsedJson{{"checkpoint", "a"}});
+
+  options.output = nullptr;
+  policy.told = {R"({"checkpoint": "a"})", R"({"checkpoint": "b"})"};
+  char* text = nullptr;
+  CHECK(engram_evaluate(&options, act, &policy, &text) == ENGRAM_UNAVAILABLE);
+  CHECK_THAT(engram_last_error(), Catch::Contains(R"(tells checkpoint "b", and told "a" before)"));
+  policy.told = {"[]"};
+  evaluated(options, act, &policy);
+  CHECK(policy.status == ENGRAM_INVALID_ARGUMENT);
+  CHECK(engram_policy_identify(nullptr, "{}") == ENGRAM_INVALID_ARGUMENT);
 }
 
 TEST_CASE("C API: an evaluation has a physics", "[evaluation][mujoco_physics]") {

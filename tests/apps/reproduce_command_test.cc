@@ -68,6 +68,59 @@ TEST_CASE("reproduce: another policy is not another environment", "[apps]") {
   CHECK(with("answers", 0) == "policy");
 }
 
+// A policy that tells its checkpoint before its first answer.
+std::string told_by(const TemporaryFolder& folder, const std::string& checkpoint) {
+  const fs::path file = folder.path() / "telling.py";
+  std::ofstream(file) << "import sys\n"
+                         "sys.path.insert(0, '" +
+                             (fs::path(test::kRoot) / "python" / "examples").string() +
+                             "')\n"
+                             "import pipe_policy\n"
+                             "pipe_policy.send(9, b'{\"checkpoint\": \"' + sys.argv[1].encode() + "
+                             "b'\"}')\n"
+                             "pipe_policy.main()\n";
+  return " --policy-command 'python3 -B " + file.string() + " " + checkpoint + "'";
+}
+
+TEST_CASE("reproduce: a policy that tells another checkpoint is another one", "[apps]") {
+  const TemporaryFolder folder;
+  const TemporaryFolder scripts;
+  const std::string first = told_by(scripts, "first");
+  const fs::path run = finished_run(folder, kTask + first);
+  CHECK(ParsedJson::parse(read_file(run / "policy.json")) == ParsedJson{{"checkpoint", "first"}});
+
+  const ParsedJson same = reproduced(run, first);
+  CHECK(same["verdict"] == "same");
+  CHECK(same["checkpoints"] == ParsedJson{{"run", "first"}, {"again", "first"}});
+  // The answers are the same, as far as they are known.
+  const ParsedJson other = reproduced(run, told_by(scripts, "second"));
+  CHECK(other["verdict"] == "policy");
+  CHECK(other["policy_repeats"].is_null());
+  CHECK(other["checkpoints"] == ParsedJson{{"run", "first"}, {"again", "second"}});
+  CHECK(engram_command("reproduce " + run.string() + told_by(scripts, "second"))
+            .out.find("the policy differs; it tells checkpoint \"second\" here, and told "
+                      "\"first\" in the run") != std::string::npos);
+  const ParsedJson silent = reproduced(run, " --policy-command '" + pipe_policy() + "'");
+  CHECK(silent["verdict"] == "same");
+  CHECK(silent["checkpoints"]["again"].is_null());
+}
+
+TEST_CASE("eval: a run goes on with its checkpoint alone", "[apps]") {
+  const TemporaryFolder folder;
+  const TemporaryFolder scripts;
+  const fs::path checkpoint = scripts.path() / "name";
+  // Its command stays equal while the checkpoint changes.
+  const std::string command = told_by(scripts, "\"$(cat " + checkpoint.string() + ")\"");
+  std::ofstream(checkpoint) << "first";
+  const fs::path run = finished_run(folder, kTask + command);
+  fs::remove(run / (std::string(kTask) + ".json"));
+  std::ofstream(checkpoint) << "second";
+  const std::string resume = "eval --resume " + run.string() + command;
+  require_refusal(resume, 1, "tells checkpoint \"second\", and told \"first\" before");
+  std::ofstream(checkpoint) << "first";
+  CHECK(engram_command(resume).code == 0);
+}
+
 TEST_CASE("reproduce: refusals", "[apps]") {
   const TemporaryFolder folder;
   const fs::path run = finished_run(folder, kTask);

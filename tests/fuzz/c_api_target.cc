@@ -364,6 +364,7 @@ int answer(void* user, const engram_policy_request* request, engram_policy_reply
                             form == 1 ? nullptr : actions.data(), shape.data() + 1, 2));
   checked(engram_policy_set(reply, request->count - 1, actions.data(), shape.data() + 2, 1));
   checked(engram_policy_fail(reply, form == 2 ? nullptr : "enough"));
+  checked(engram_policy_identify(reply, form == 3 ? nullptr : form == 4 ? "[]" : "{}"));
   return 1;  // an evaluation to its end takes long
 }
 

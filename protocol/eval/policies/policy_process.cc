@@ -21,6 +21,7 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kMagic = 0x4d474e45;  // "ENGM" as it lies in memory
 constexpr std::uint32_t kMaxReply = std::uint32_t{1} << 28;
 constexpr std::uint32_t kMaxFailure = 2000;  // bytes of a reported failure that are read
+constexpr std::uint32_t kMaxIdentity = 65'536;
 constexpr std::uint32_t kObservesRgb = 1;
 constexpr std::uint32_t kObservesState = 2;
 constexpr std::uint32_t kObservesObjects = 3;
@@ -254,11 +255,20 @@ void PolicyProcess::send_message(Message message, std::span<const std::byte> bod
 }
 
 Bytes PolicyProcess::receive_message(Message expected) {
-  Bytes head(2 * sizeof(std::uint32_t));
-  read(head);
-  ByteReader in(head);
-  const auto message = in.get<std::uint32_t>();
-  const auto size = in.get<std::uint32_t>();
+  std::uint32_t message = 0;
+  std::uint32_t size = 0;
+  const auto read_head = [&] {
+    Bytes head(2 * sizeof(std::uint32_t));
+    read(head);
+    ByteReader in(head);
+    message = in.get<std::uint32_t>();
+    size = in.get<std::uint32_t>();
+  };
+  read_head();
+  while (message == static_cast<std::uint32_t>(Message::kIdentity) && size <= kMaxIdentity) {
+    take_identity(size);
+    read_head();
+  }
   const bool known = message == static_cast<std::uint32_t>(expected) ||
                      message == static_cast<std::uint32_t>(Message::kFailed);
   if (!known || size > kMaxReply) {
@@ -267,7 +277,11 @@ Bytes PolicyProcess::receive_message(Message expected) {
          " expected; does it print to standard output?");
   }
   if (message == static_cast<std::uint32_t>(Message::kFailed)) fail_reported(size);
-  // Memory grows as bytes arrive, not by the announced size.
+  return read_body(size);
+}
+
+// Memory grows as bytes arrive, not by the announced size.
+Bytes PolicyProcess::read_body(std::uint32_t size) {
   constexpr std::size_t kSlice = std::size_t{1} << 20;
   Bytes body;
   while (body.size() < size) {
@@ -276,6 +290,14 @@ Bytes PolicyProcess::receive_message(Message expected) {
     read(std::span(body).subspan(start));
   }
   return body;
+}
+
+void PolicyProcess::take_identity(std::uint32_t size) {
+  const Bytes body = read_body(size);
+  const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
+  const std::optional<Json> told = parse_json(text);
+  if (!told || !is_table(*told)) fail("told of itself something else than a JSON object");
+  if (options_.identified) options_.identified(*told);
 }
 
 // --- pipes ---

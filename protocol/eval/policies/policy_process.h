@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,6 +12,7 @@
 #include "protocol/eval/policies/external_policy.h"
 #include "protocol/eval/policies/guarded_process.h"
 #include "protocol/io/bytes.h"
+#include "protocol/io/json.h"
 
 namespace engram {
 
@@ -21,6 +23,8 @@ struct PolicyProcessOptions {
   BatchOptions environment;                    // observations and control mode count
   int max_slots = 1;                           // episodes under way at the same time, at most
   bool choices = false;                        // it names answers instead of sending actions
+  // Called with the JSON object of each message in which the policy tells what it is.
+  std::function<void(const Json&)> identified = {};
 };
 
 // Writing to a process that has ended raises SIGPIPE: programs that use this class ignore that
@@ -50,7 +54,8 @@ class PolicyProcess final : public ExternalPolicy {
     kChunks,
     kFailed,
     kQuestion,
-    kChoice
+    kChoice,
+    kIdentity = 9
   };
   using Clock = std::chrono::steady_clock;
 
@@ -63,6 +68,8 @@ class PolicyProcess final : public ExternalPolicy {
   void read_chunks(std::span<const std::byte> answer, int rows, PolicyReply& reply) const;
   void send_message(Message message, std::span<const std::byte> body);
   Bytes receive_message(Message expected);
+  Bytes read_body(std::uint32_t size);
+  void take_identity(std::uint32_t size);
   void write(std::span<const std::byte> bytes);
   void read(std::span<std::byte> bytes);
   void wait_for(int descriptor, short events) const;

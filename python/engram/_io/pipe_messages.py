@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 HELLO, TASK, REQUEST, CHUNKS, FAILED = 1, 2, 3, 4, 5
-FRAMES = 8
+FRAMES, IDENTITY = 8, 9
 SIGNATURE = struct.pack("<2I", 0x4D474E45, 1)  # magic number and version, in both greetings
 OBSERVES = {"rgb": 1, "state": 2, "objects": 3}
 

@@ -172,6 +172,9 @@ class PolicyProcess:
 
     def _receive(self, expected: int) -> bytes:
         kind, size = struct.unpack("<2I", self._read(8))
+        while kind == pipes.IDENTITY and size <= _LARGEST:
+            self._read(size)
+            kind, size = struct.unpack("<2I", self._read(8))
         if kind == pipes.FAILED:  # the beginning is enough
             words = self._read(min(size, _LONGEST_FAILURE)).decode(errors="backslashreplace")
             raise PolicyError(f"the policy reported a failure: {printable(words)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import struct
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from engram._io import pipe_messages as pipes
 from engram.errors import Error
+from engram.servers.identity import packed_identity
 
 Policy = Callable[[dict[str, Any]], "list[npt.NDArray[np.float32]]"]
 
@@ -22,10 +23,15 @@ class Bridge:
 
     Args:
         make_policy: Makes the policy for actions of that many numbers.
+        identity: What the policy is, as JSON has it; by default what it has under that name.
     """
 
-    def __init__(self, make_policy: Callable[[int], Policy]) -> None:
+    def __init__(
+        self, make_policy: Callable[[int], Policy], identity: Mapping[str, Any] | None = None
+    ) -> None:
         self._make_policy = make_policy
+        self._identity = identity
+        self._identified = False
         self._policy: Policy | None = None
         self._hello = dict.fromkeys(_HELLO_FIELDS, 0)
         self._task = ""
@@ -47,6 +53,10 @@ class Bridge:
                 send(pipes.FAILED, str(error).encode())
                 return 1
             if answer is not None:
+                identity = self._identity or getattr(self._policy, "identity", None)
+                if identity and not self._identified:
+                    send(pipes.IDENTITY, packed_identity(identity))
+                    self._identified = True
                 send(*answer)
         return 0
 
@@ -96,11 +106,13 @@ _HELLO_FIELDS = (
 )  # fmt: skip
 
 
-def serve_pipes(make_policy: Callable[[int], Policy]) -> int:
+def serve_pipes(
+    make_policy: Callable[[int], Policy], identity: Mapping[str, Any] | None = None
+) -> int:
     """Answers over standard input and output; whatever prints writes to standard error."""
     sink = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    return run_bridge(Bridge(make_policy), sink)
+    return run_bridge(Bridge(make_policy, identity), sink)
 
 
 def run_bridge(bridge: Bridge, sink: BinaryIO) -> int:

@@ -22,6 +22,8 @@ TEXT = 1 << 20  # bytes of a text in msgpack; of JSON with other characters than
 ACTIONS = 1000  # of a chunk
 FRAMES = 1000  # of a request
 WORDS = 2000  # characters of a failure's text
+IDENTITY = 64 << 10  # bytes of what a policy tells of itself, as JSON
+IDENTITY_DEPTH = 8  # of its maps and lists
 
 SIDE = 1024  # pixels of an image that a server asks for
 QUESTION = 64 << 20  # bytes of a question's images of such a size

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import struct
 import subprocess
 from typing import Any, NoReturn
@@ -13,6 +15,7 @@ from engram._io import pipe_messages as pipes
 from engram.errors import UnavailableError
 from engram.servers.bridge import Bridge
 from engram.servers.chunked import ChunkedPolicy
+from engram.servers.limits import IDENTITY
 from engram.servers.options import replan_of
 
 _LARGEST = 1 << 28  # bytes of an answer
@@ -70,12 +73,23 @@ class PipedBridge(Bridge):
 
     def _receive(self, expected: int) -> bytes:
         kind, size = struct.unpack("<2I", self._read(8))
+        while kind == pipes.IDENTITY and size <= IDENTITY:
+            self._identity = self._identity_in(self._read(size))
+            kind, size = struct.unpack("<2I", self._read(8))
         if kind not in (expected, pipes.FAILED) or size > _LARGEST:
             self._fail(f"it answered with message {kind} of {size} bytes, {expected} needed")
         body = self._read(size)
         if kind == pipes.FAILED:
             self._fail(f"it reported: {body[:2000].decode(errors='replace')}")
         return body
+
+    def _identity_in(self, body: bytes) -> dict[str, Any]:
+        told: Any = None
+        with contextlib.suppress(ValueError):
+            told = json.loads(body)
+        if not isinstance(told, dict):
+            self._fail("it told of itself something else than a JSON object")
+        return told
 
     def _read(self, size: int) -> bytes:
         assert self._process.stdout is not None

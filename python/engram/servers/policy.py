@@ -25,6 +25,7 @@ from engram.servers.clients.connection import (
 )
 from engram.servers.conventions import ACTIONS, LAYOUTS, known, state_of, to_engram
 from engram.servers.frames import Frame, FrameHistory, resize
+from engram.servers.identity import CHECKPOINT, identity_in
 from engram.servers.keys import Keys, keys_of
 from engram.servers.options import ServerOptions
 
@@ -91,6 +92,7 @@ class ServerPolicy:
         self._lock = threading.Lock()
         self._loop: asyncio.AbstractEventLoop | None = None
         self.config = {"server": self.options.url, **self.options.given}
+        self.identity: dict[str, Any] = {}  # what the server has told of itself
 
     def __call__(self, observation: dict[str, Any]) -> list[Array]:
         """Chunks of actions, (K, action_dim) each. Observations are those of engram.evaluate."""
@@ -186,12 +188,21 @@ class ServerPolicy:
                 raise LostError(f"policy server {self.options.url} was left in this episode")
             slot.connection = self._class(self.options, self.keys, slot.session)
             await slot.connection.open()
+            self._identify(slot.connection)
         connection = slot.connection
         if begins:
             await connection.begin(question.env_id)
         answer = await connection.ask(question.finished(self._size(connection, question.frames)))
         actions = connection.chunk(answer, self._dim)
         return to_engram(self.keys.convention, actions).astype(np.float32)
+
+    def _identify(self, connection: Connection) -> None:
+        """Keeps what the server tells of itself, and refuses another checkpoint than before."""
+        told = identity_in(connection.metadata)
+        before, now = self.identity.get(CHECKPOINT), told.get(CHECKPOINT)
+        if before is not None and now is not None and before != now:
+            raise connection.fail(f"tells checkpoint {now!r:.100}, and told {before!r:.100} before")
+        self.identity = self.identity or told
 
     async def _within(self, exchange: Coroutine[Any, Any, Array]) -> Array:
         try:

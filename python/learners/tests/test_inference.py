@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import struct
 import subprocess
@@ -15,7 +16,7 @@ from programs import SOURCE, TASK, find_objects, learners, run, torch
 
 import engram
 
-HELLO, CHUNKS, FAILED = 1, 4, 5
+HELLO, CHUNKS, FAILED, IDENTITY = 1, 4, 5, 9
 SEEDS = 4242424242
 EPISODES = 4
 
@@ -162,6 +163,7 @@ class Pipe:
     """engram's end of the pipes to serve.py (docs/evaluation.md)."""
 
     def __init__(self, agent: Path) -> None:
+        self.agent = agent
         command = [sys.executable, "-m", "engram_learners.serve", str(agent)]
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -179,6 +181,12 @@ class Pipe:
 
     def greet(self, observes: int, width: int) -> None:
         self.send(1, struct.pack("<9I", 0x4D474E45, 1, observes, 0, 0, 0, 7, 7, EPISODES))
+        kind, identity = self.receive()
+        assert kind == IDENTITY
+        checkpoint = f"sha256:{hashlib.sha256(self.agent.read_bytes()).hexdigest()}"
+        assert json.loads(identity) == {
+            "policy": self.agent.name, "checkpoint": checkpoint, "wiped": False
+        }  # fmt: skip
         assert self.receive() == (HELLO, struct.pack("<II", 0x4D474E45, 1))
         self.send(2, struct.pack("<I", len(TASK)) + TASK.encode() + struct.pack("<I", width))
 

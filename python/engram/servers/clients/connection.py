@@ -67,6 +67,7 @@ class Connection(abc.ABC):
         self.keys = keys
         self.session = session
         self.size: tuple[int, int] | None = None  # of images, if the server asks for one
+        self.metadata: Any = None  # what the server has told of itself when it was connected to
 
     async def open(self) -> None:
         """Connects. A server that does not listen yet is waited for."""

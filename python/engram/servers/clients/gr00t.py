@@ -31,7 +31,7 @@ class Gr00tConnection(Connection):
             raise ConnectionResetError("closed during the handshake") from None
         except asyncio.TimeoutError:
             raise TimeoutError(errno.ETIMEDOUT, "no handshake") from None
-        await self._call("ping", None)
+        self.metadata = await self._call("ping", None)
 
     async def begin(self, env_id: str) -> None:
         if self.options.reset != "none" and not self.keys.flat:

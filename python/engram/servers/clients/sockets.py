@@ -116,6 +116,7 @@ class OpenpiConnection(_Socket):
         metadata = await self._receive()
         if not isinstance(metadata, dict):
             raise self.fail("does not begin with its metadata, a map")
+        self.metadata = metadata
         self._arena = "needs_session_id" in metadata
         size = metadata.get("image_resolution")
         if self.options.image is None and isinstance(size, (list, tuple)) and len(size) == 2:
@@ -170,7 +171,7 @@ class VlaEvalConnection(_Socket):
         await self._open_socket()
         self._in_episode = False
         hello = {"harness_version": "engram", "protocol_version": 1}
-        await self._ask("hello", hello, "hello")
+        self.metadata = await self._ask("hello", hello, "hello")
 
     async def begin(self, env_id: str) -> None:
         if self._in_episode:

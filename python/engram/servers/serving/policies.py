@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from engram.errors import Error, InvalidArgumentError
 from engram.factory import make
+from engram.servers.identity import identity_of_file
 from engram.servers.limits import FRAMES
 
 Array = npt.NDArray[Any]
@@ -48,6 +49,8 @@ class Request:
 
 
 class ServedPolicy(abc.ABC):
+    identity: Mapping[str, Any] = {}  # what the server tells of it
+
     @abc.abstractmethod
     def answer(self, request: Request) -> Array:
         """Actions (K, dim). Raises Error with a sentence for the client."""
@@ -123,6 +126,7 @@ class ScriptedPolicy(ServedPolicy):
     """
 
     def __init__(self, name: str, chunk: int, options: Mapping[str, Any]) -> None:
+        self.identity = {"policy": name}
         self._name = name
         self._chunk = chunk
         self._options = options
@@ -235,4 +239,7 @@ def load_policy(loader: str, file: str) -> CallablePolicy:
     policy = made(file)
     if not callable(policy):
         raise InvalidArgumentError(f"--loader: {name} made {policy!r:.60}, a policy needed")
-    return CallablePolicy(policy)
+    served = CallablePolicy(policy)
+    if Path(file).is_file():
+        served.identity = identity_of_file(file)
+    return served

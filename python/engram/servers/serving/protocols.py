@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+import engram
 from engram.errors import Error
 from engram.servers import limits
 from engram.servers.codecs import (
@@ -35,6 +36,10 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, (Error, CodecError)):
         return str(error)
     return f"{type(error).__name__}: {error}"[: limits.WORDS]
+
+
+def _identity(reader: Reader) -> dict[str, Any]:
+    return {"server": "engram", "version": engram.__version__, **reader.policy.identity}
 
 
 def _refusal(headers: Mapping[str, str], names: OwnNames) -> str | None:
@@ -83,7 +88,8 @@ async def serve_openpi(reader: Reader, host: str, port: int, ready: Any) -> None
         return {"actions": await reader.answer(session, request, request, prompt, episode)}
 
     async def talk(socket: ServerConnection, session: int) -> None:
-        await socket.send(pack_openpi({"server": "engram", "image_resolution": reader.keys.size}))
+        told = {**_identity(reader), "image_resolution": reader.keys.size}
+        await socket.send(pack_openpi(told))
         async for message in socket:
             try:
                 answer = await answered(session, message)
@@ -175,7 +181,7 @@ async def _answer_gr00t(reader: Reader, message: bytes) -> Any:
     options = options if isinstance(options, dict) else {}
     session = reader.sessions.of(options.get("session_id"))
     if endpoint == "ping":
-        return {"status": "ok", "message": "Server is running"}
+        return {"status": "ok", "message": "Server is running", **_identity(reader)}
     if endpoint == "reset":
         reader.sessions.begin(session)
         return {}

@@ -22,6 +22,7 @@ from pathlib import Path
 
 from engram.errors import InvalidArgumentError
 from engram.servers.bridge import serve_pipes
+from engram.servers.identity import identity_of_file
 from engram_learners.env_options import switches
 from engram_learners.inference import load_runner
 
@@ -48,7 +49,8 @@ def main():
     if args.switches:
         print(switches(runner.options))
         return 0
-    return serve_pipes(lambda _: lambda observation: act(runner, observation))
+    identity = {**identity_of_file(args.agent), "wiped": args.wiped}
+    return serve_pipes(lambda _: lambda observation: act(runner, observation), identity)
 
 
 if __name__ == "__main__":

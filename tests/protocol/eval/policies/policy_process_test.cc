@@ -133,11 +133,12 @@ class Pipes {
   int to() const { return to_[1]; }
   int from() const { return from_[0]; }
   void say(const std::vector<std::uint32_t>& words) const {
-    const std::size_t size = words.size() * sizeof(std::uint32_t);
-    // Catch's assertions are for the main thread.
-    if (::write(from_[1], words.data(), size) != static_cast<ssize_t>(size)) {
-      throw std::runtime_error("the pipe takes no answer");
-    }
+    write(words.data(), words.size() * sizeof(std::uint32_t));
+  }
+  // A message in which the policy tells of itself.
+  void tell(const std::string& text) const {
+    say({9, static_cast<std::uint32_t>(text.size())});
+    write(text.data(), text.size());
   }
   // An action of zeros for one episode.
   void answer() const { say({4, 4 * 10, 1, 1, 7, 0, 0, 0, 0, 0, 0, 0}); }
@@ -180,6 +181,13 @@ class Pipes {
     std::array<char, 1024> bytes{};
     pollfd one{to_[0], POLLIN, 0};
     return ::poll(&one, 1, 0) > 0 && ::read(to_[0], bytes.data(), bytes.size()) > 0;
+  }
+
+  void write(const void* bytes, std::size_t size) const {
+    // Catch's assertions are for the main thread.
+    if (::write(from_[1], bytes, size) != static_cast<ssize_t>(size)) {
+      throw std::runtime_error("the pipe takes no answer");
+    }
   }
 
   std::array<int, 2> to_{};
@@ -314,6 +322,34 @@ TEST_CASE("Every question has one answer, one that has two is named", "[policy]"
   CHECK_THROWS_WITH(question.ask(policy, work.context),
                     Catch::Contains("48 bytes too many after its answer to step 2 of episode 7 of "
                                     "RememberColor3-VLA-v0"));
+}
+
+TEST_CASE("What a policy tells of itself may come before any answer", "[policy]") {
+  const Pipes pipes;
+  const Work work;
+  std::vector<Json> told;
+  PolicyProcessOptions options = options_of("x");
+  options.identified = [&told](const Json& one) { told.push_back(one); };
+  PolicyProcess policy(pipes.to(), pipes.from(), options, work.context);
+  Question question;
+  for (const char* text : {R"({"checkpoint": "a"})", "{}"}) {
+    std::future<void> other = pipes.when_asked([&] {
+      pipes.tell(text);
+      pipes.answer();
+    });
+    question.ask(policy, work.context);
+    other.get();
+  }
+  CHECK(told == std::vector<Json>{JsonTable{{"checkpoint", "a"}}, JsonTable{}});
+
+  for (const char* text : {"", "[1]", "{\"checkpoint\": NaN}"}) {
+    std::future<void> other = pipes.when_asked([&] { pipes.tell(text); });
+    CHECK_THROWS_WITH(question.ask(policy, work.context), Catch::Contains("than a JSON object"));
+    other.get();
+  }
+  std::future<void> other = pipes.when_asked([&] { pipes.say({9, 65'537}); });
+  CHECK_THROWS_WITH(question.ask(policy, work.context), Catch::Contains("message type 9"));
+  other.get();
 }
 
 TEST_CASE("A second answer to the last question is found, too", "[policy]") {
