@@ -46,11 +46,11 @@ class Levels:
     def add(self, images: np.ndarray) -> Stats:
         """Statistics of an episode, (T, H, W, C) or (T, H, W)."""
         chosen = np.unique(np.linspace(0, len(images) - 1, _MAX_IMAGES).round().astype(int))
-        pixels = images[chosen].reshape(len(chosen), *images.shape[1:3], -1)
+        channels = np.moveaxis(images.reshape(*images.shape[:3], -1), -1, 0)
         known = self._counts.shape[-1]
-        levels = max(known, int(pixels.max()) + 1)
-        channels = range(pixels.shape[-1])
-        counts = np.stack([np.bincount(pixels[..., c].ravel(), minlength=levels) for c in channels])
+        rows = [_counts(channel, chosen, known) for channel in channels]
+        levels = max(map(len, rows))
+        counts = np.stack([np.pad(row, (0, levels - len(row))) for row in rows])
         self._counts = counts + np.pad(self._counts, ((0, 0), (0, levels - known)))
         self._images += len(chosen)
         return self._of(counts, len(chosen))
@@ -73,6 +73,19 @@ class Levels:
         stats |= {"mean": mean, "std": np.sqrt(squares)}
         shaped = {name: values.reshape(-1, 1, 1) for name, values in stats.items()}
         return shaped | {"count": np.array([images])}
+
+
+def _counts(images: np.ndarray, chosen: np.ndarray, levels: int) -> np.ndarray:
+    """How often each level is in some of the images, (T, H, W), for that many levels or more.
+
+    Image by image, which stays in the cache.
+    """
+    counts = np.zeros(levels, np.int64)
+    for i in chosen:
+        found = np.bincount(images[i].ravel(), minlength=len(counts))
+        found[: len(counts)] += counts
+        counts = found
+    return counts
 
 
 def of_values(values: np.ndarray) -> Stats:
