@@ -117,9 +117,9 @@ struct Gloss {
 // An image of the wood's brightness, 0..255, in ever coarser levels.
 struct WoodTexture {
   static constexpr int kLevels = 8;
-  static constexpr int kAlongBits = 9;
+  static constexpr int kAlongBits = 10;
   static constexpr int kAlong = 1 << kAlongBits;  // texels of level 0; powers of two
-  static constexpr int kAcross = 1024;
+  static constexpr int kAcross = 512;
   static constexpr float kAlongLength = 2.418F;  // m, then it repeats: the table's size
   static constexpr float kAcrossLength = 1.209F;
   static constexpr int kMean = 128;  // of all levels: the colour as it is

@@ -53,16 +53,16 @@ class Noise {
   std::vector<float> values_;
 };
 
-// Streaks along the board, some 0.1 m long and 6 mm thick, that bend a little, and specks of 10 mm.
+// Streaks along the board, some 0.3 m long and 5 mm thick, that bend a little, and specks of 5 mm.
 struct Grain {
   Noise bend{4, 6, 5};
-  Noise streaks[3] = {{9, 200, 1}, {28, 256, 2}, {96, 400, 3}};
-  Noise specks{256, 400, 4};
+  Noise streaks[3] = {{7, 400, 1}, {24, 400, 2}, {96, 400, 3}};
+  Noise specks{400, 400, 4};
 
   float operator()(float x, float y) const {
     const float bent = y + 0.003F * (1 + bend(x, y));
-    return 0.80F * streaks[0](x, bent) + 0.60F * streaks[1](x, bent) + 0.40F * streaks[2](x, bent) +
-           0.60F * specks(x, bent);
+    return 1.20F * streaks[0](x, bent) + 0.85F * streaks[1](x, bent) + 0.45F * streaks[2](x, bent) +
+           0.50F * specks(x, bent);
   }
 };
 
@@ -85,13 +85,13 @@ Waves waves(float place) {
 // Brightness of the board at large, in waves across (rows) and along: the original's table,
 // smoothed over some 0.2 m.
 constexpr std::array<Waves, kWaves> kFigure = {{
-    {1.000F, 0.048F, 0.013F, 0.003F, 0.001F, -0.008F, -0.012F},
-    {0.030F, 0.035F, -0.004F, -0.001F, -0.006F, -0.001F, 0.007F},
-    {0.012F, 0.000F, -0.015F, 0.006F, -0.001F, 0.008F, 0.008F},
-    {0.010F, -0.013F, -0.006F, 0.010F, 0.000F, 0.003F, -0.013F},
-    {0.005F, -0.004F, -0.009F, 0.003F, 0.002F, -0.005F, 0.004F},
-    {0.008F, -0.005F, -0.011F, 0.008F, 0.007F, -0.003F, 0.000F},
-    {0.002F, -0.006F, -0.005F, 0.007F, 0.004F, 0.001F, 0.005F},
+    {1.001F, 0.067F, 0.018F, 0.002F, -0.005F, -0.017F, -0.020F},
+    {0.028F, 0.048F, 0.000F, 0.000F, -0.013F, -0.004F, 0.015F},
+    {0.009F, 0.001F, -0.021F, 0.017F, 0.007F, 0.017F, 0.002F},
+    {0.005F, -0.007F, -0.009F, 0.017F, -0.001F, 0.004F, -0.009F},
+    {0.007F, 0.010F, -0.019F, 0.002F, 0.013F, -0.016F, -0.001F},
+    {0.007F, 0.008F, -0.015F, 0.000F, 0.012F, -0.013F, 0.010F},
+    {0.001F, -0.010F, -0.009F, -0.001F, 0.018F, -0.005F, 0.007F},
 }};
 
 // The texture's origin is the table's middle; its second half is what comes before the first.
@@ -118,10 +118,10 @@ Board finest() {
   return board;
 }
 
-// Takes the mean over 11 mm across off each texel: dark lines get bright ones beside them, and
+// Takes the mean over 40 mm across off each texel: dark lines get bright ones beside them, and
 // brightness at large is the figure's.
 void level_out(Board& board) {
-  constexpr int kHalf = 4;
+  constexpr int kHalf = 8;
   const auto along = static_cast<std::size_t>(board.along);
   const std::vector<float> before = board.grain;
   const auto row = [&](int y) {
@@ -143,23 +143,20 @@ void level_out(Board& board) {
   }
 }
 
-// Means of four texels.
+// Every second texel of every second row: the original reads its photograph unfiltered, so that the
+// grain stays crisp far away.
 Board coarser(const Board& finer) {
   Board board = {finer.along / 2, finer.across / 2, {}};
   for (int y = 0; y < board.across; ++y) {
-    for (int x = 0; x < board.along; ++x) {
-      const float* from = &finer.grain[static_cast<std::size_t>(2 * y * finer.along + 2 * x)];
-      board.grain.push_back(0.25F *
-                            (from[0] + from[1] + from[finer.along] + from[finer.along + 1]));
-    }
+    const float* row = &finer.grain[static_cast<std::size_t>(2 * y * finer.along)];
+    for (int x = 0; x < board.along; ++x) board.grain.push_back(row[2 * x]);
   }
   return board;
 }
 
-// Paints every level with one contrast: the original reads its photograph unfiltered, so that it
-// stays crisp far away. A difference of 1 is a brightness of kScale.
+// Paints every level with one contrast. A difference of 1 is a brightness of kScale.
 void paint(const Board& board, std::uint8_t* out) {
-  constexpr float kContrast = 0.095F;  // standard deviation
+  constexpr float kContrast = 0.107F;  // standard deviation
   constexpr float kScale = 300;
   double sum = 0;
   double squares = 0;
