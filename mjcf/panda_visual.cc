@@ -21,7 +21,7 @@ constexpr std::array<FinishEntry, 4> kFinishes = {{
     {"shell", {0.954, 0.964, 0.967, 1}, 0.3},
     {"trim", {1, 1, 1, 1}, 0.3},
     {"black", {0.2565, 0.2565, 0.2565, 1}, 0.2},
-    {"silver", {0.75, 0.76, 0.77, 1}, 0.5},
+    {"silver", {0.71, 0.71, 0.71, 1}, 0.5},
 }};
 
 // A capsule or cylinder from one point to another, in the link's frame.
@@ -41,39 +41,40 @@ constexpr Finish kBlack = Finish::kBlack;
 constexpr Finish kSilver = Finish::kSilver;
 
 constexpr std::array kFromToGeoms = {
-    // Foot and base column.
-    FromToGeom{kLink0, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.012}, 0.077},
-    FromToGeom{kLink0, kShell, kCylinder, {0, 0, 0.012}, {0, 0, 0.1405}, 0.056},
-    // Column of the first joint, then half of the shoulder barrel.
+    // Base column.
+    FromToGeom{kLink0, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.1405}, 0.056},
+    // Column of the first joint with a round top, neck, half of the shoulder barrel.
     FromToGeom{kLink1, kTrim, kCylinder, {0, 0, -0.192}, {0, 0, -0.189}, 0.0555},
-    FromToGeom{kLink1, kShell, kCylinder, {0, 0, -0.189}, {0, 0, -0.13}, 0.055},
-    FromToGeom{kLink1, kShell, kCapsule, {0, 0.004, -0.125}, {0, -0.03, -0.03}, 0.055},
-    FromToGeom{kLink1, kShell, kCapsule, {0, 0, 0}, {0, -0.066, 0}, 0.057},
-    // The other half, and the upper arm's lower part.
-    FromToGeom{kLink2, kShell, kCapsule, {0, 0, 0}, {0, 0, 0.066}, 0.057},
-    FromToGeom{kLink2, kShell, kCapsule, {0, -0.02, 0.05}, {0, -0.13, 0.004}, 0.053},
-    FromToGeom{kLink2, kShell, kCylinder, {0, -0.12, 0}, {0, -0.194, 0}, 0.052},
-    // Upper arm, elbow.
+    FromToGeom{kLink1, kShell, kCapsule, {0, 0, -0.19}, {0, 0, -0.125}, 0.0535},
+    FromToGeom{kLink1, kShell, kCapsule, {0, -0.0205, -0.101}, {0, -0.052, -0.03}, 0.048},
+    FromToGeom{kLink1, kShell, kCapsule, {0, -0.021, 0}, {0, -0.073, 0}, 0.0505},
+    FromToGeom{kLink1, kShell, kCylinder, {0, 0, 0}, {0, -0.057, 0}, 0.055},
+    // The other half, neck, and the upper arm's lower part.
+    FromToGeom{kLink2, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.058}, 0.0545},
+    FromToGeom{kLink2, kShell, kCapsule, {0, 0, 0.02}, {0, 0, 0.0713}, 0.056},
+    FromToGeom{kLink2, kShell, kCapsule, {0, -0.036, 0.06}, {0, -0.1, 0.023}, 0.0465},
+    FromToGeom{kLink2, kShell, kCapsule, {0, -0.129, 0.01}, {0, -0.16, 0}, 0.052},
+    FromToGeom{kLink2, kShell, kCylinder, {0, -0.126, 0}, {0, -0.194, 0}, 0.053},
+    // Upper arm, elbow; its caps are among the blocks.
     FromToGeom{kLink3, kTrim, kCylinder, {0, 0, -0.122}, {0, 0, -0.119}, 0.0525},
     FromToGeom{kLink3, kShell, kCylinder, {0, 0, -0.119}, {0, 0, -0.06}, 0.052},
     FromToGeom{kLink3, kShell, kCapsule, {0.004, 0, -0.06}, {0.06, 0.02, -0.005}, 0.052},
-    FromToGeom{kLink3, kShell, kCylinder, {0.0825, 0, 0}, {0.0825, 0.045, 0}, 0.053},
-    FromToGeom{kLink3, kBlack, kCylinder, {0.0825, 0.045, 0}, {0.0825, 0.072, 0}, 0.0535},
-    FromToGeom{kLink3, kShell, kCylinder, {0.0825, 0.072, 0}, {0.0825, 0.076, 0}, 0.036},
-    FromToGeom{kLink4, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.045}, 0.053},
-    FromToGeom{kLink4, kBlack, kCylinder, {0, 0, 0.045}, {0, 0, 0.072}, 0.0535},
-    FromToGeom{kLink4, kShell, kCylinder, {0, 0, 0.072}, {0, 0, 0.076}, 0.036},
-    FromToGeom{kLink4, kShell, kCapsule, {-0.015, 0.008, 0.012}, {-0.08, 0.07, 0}, 0.055},
-    FromToGeom{kLink4, kShell, kCylinder, {-0.0825, 0.07, 0}, {-0.0825, 0.122, 0}, 0.0555},
+    FromToGeom{kLink3, kShell, kCylinder, {0.0825, 0, 0}, {0.0825, 0.05, 0}, 0.053},
+    FromToGeom{kLink3, kShell, kCylinder, {0.0825, 0.08, 0}, {0.0825, 0.1085, 0}, 0.022},
+    FromToGeom{kLink4, kShell, kCylinder, {0, 0, 0}, {0, 0, 0.05}, 0.053},
+    FromToGeom{kLink4, kShell, kCylinder, {0, 0, 0.08}, {0, 0, 0.1045}, 0.022},
+    FromToGeom{kLink4, kShell, kCapsule, {-0.028, 0.005, 0.0115}, {-0.0785, 0.071, 0}, 0.0505},
+    FromToGeom{kLink4, kShell, kCylinder, {-0.0825, 0.069, 0}, {-0.0825, 0.122, 0}, 0.0555},
     // Forearm: its upper end, the slim arm to the wrist with its dark panel, the wrist's barrel.
-    FromToGeom{kLink5, kTrim, kCylinder, {0, 0, -0.262}, {0, 0, -0.259}, 0.056},
-    FromToGeom{kLink5, kShell, kCapsule, {0, 0, -0.255}, {0, 0.012, -0.195}, 0.055},
-    FromToGeom{kLink5, kShell, kCapsule, {0, 0.03, -0.2}, {0, 0.055, -0.04}, 0.033},
-    FromToGeom{kLink5, kBlack, kCapsule, {0, 0.05, -0.225}, {0, 0.07, -0.03}, 0.029},
-    FromToGeom{kLink5, kShell, kCapsule, {0, 0.066, -0.19}, {0, 0.082, -0.02}, 0.018},
-    FromToGeom{kLink5, kShell, kCylinder, {0, 0.030, 0}, {0, 0.068, 0}, 0.052},
-    FromToGeom{kLink5, kBlack, kCylinder, {0, 0.068, 0}, {0, 0.117, 0}, 0.052},
-    FromToGeom{kLink5, kShell, kCylinder, {0, 0.117, 0}, {0, 0.121, 0}, 0.038},
+    FromToGeom{kLink5, kTrim, kCylinder, {0, 0, -0.262}, {0, 0, -0.259}, 0.0555},
+    FromToGeom{kLink5, kShell, kCapsule, {0, 0.006, -0.259}, {0, 0.0025, -0.228}, 0.0505},
+    FromToGeom{kLink5, kShell, kCapsule, {0, 0.02, -0.209}, {0, 0.057, -0.158}, 0.0365},
+    FromToGeom{kLink5, kShell, kCapsule, {0, 0.074, -0.155}, {0, 0.07, -0.02}, 0.024},
+    FromToGeom{kLink5, kBlack, kCapsule, {0, 0.078, -0.175}, {0, 0.096, -0.015}, 0.02},
+    FromToGeom{kLink5, kShell, kCapsule, {0, 0.088, -0.165}, {0, 0.1045, -0.03}, 0.0125},
+    FromToGeom{kLink5, kShell, kCylinder, {0, 0.043, 0}, {0, 0.066, 0}, 0.05},
+    FromToGeom{kLink5, kBlack, kCylinder, {0, 0.066, 0}, {0, 0.105, 0}, 0.051},
+    FromToGeom{kLink5, kShell, kCylinder, {0, 0.115, 0}, {0, 0.1295, 0}, 0.022},
     // Wrist: the barrel of joint 6, the upright body, its black lid.
     FromToGeom{kLink6, kShell, kCylinder, {0, 0, 0.03}, {0, 0, -0.045}, 0.047},
     FromToGeom{kLink6, kBlack, kCylinder, {0, 0, 0.044}, {0, 0, 0.053}, 0.045},
@@ -108,9 +109,14 @@ constexpr double kTilt = std::numbers::pi / 6;
 constexpr double kEighth = std::numbers::pi / 4;  // from the flange to the hand
 
 constexpr std::array kBlocks = {
-    Block{kLink0, kShell, kEllipsoid, {-0.005, 0, 0.02}, {0.08, 0.08, 0.1}},
-    Block{kLink0, kShell, kBox, {-0.09, 0, 0.04}, {0.04, 0.045, 0.038}},
+    // Foot.
+    Block{kLink0, kShell, kEllipsoid, {0.002, 0.002, 0}, {0.076, 0.08, 0.19}},
+    Block{kLink0, kShell, kBox, {-0.085, 0, 0.045}, {0.045, 0.05, 0.045}},
     Block{kLink0, kTrim, kBox, {-0.125, 0, 0.006}, {0.025, 0.07, 0.006}},
+    // Black caps of the elbow and of the wrist.
+    Block{kLink3, kBlack, kEllipsoid, {0.0825, 0.066, 0}, {0.0575, 0.042, 0.0575}},
+    Block{kLink4, kBlack, kEllipsoid, {0, 0, 0.066}, {0.056, 0.056, 0.038}},
+    Block{kLink5, kBlack, kEllipsoid, {0, 0.105, 0}, {0.05, 0.024, 0.05}},
     // The flange's grip, with a black front, in the hand's axes.
     Block{kLink7, kShell, kBox, {0.0385, 0.0442, 0.085}, {0.028, 0.0275, 0.014}, 0, -kEighth},
     Block{kLink7, kBlack, kBox, {0.0573, 0.0226, 0.083}, {0.001, 0.0175, 0.011}, 0, -kEighth},
