@@ -17,6 +17,7 @@ SUITES = {
     "determinism": "equal bits in 19 configurations: determinism.csv (25 minutes)",
     "evaluation": "equal results of `engram eval` for threads, ranks and shards; writes nothing",
     "standing_still": "returns of success and of waiting before it: standing_still.csv",
+    "pictures": "pictures beside the original's; writes nothing",
     "build": "what a build costs, cold and warm; writes nothing",
     "bench": "speed: speed.csv, speed_budget.csv",
     "summary": "the figures in docs/data/README.md, from the CSV files",
