@@ -156,7 +156,7 @@ Board coarser(const Board& finer) {
 
 // Paints every level with one contrast. A difference of 1 is a brightness of kScale.
 void paint(const Board& board, std::uint8_t* out) {
-  constexpr float kContrast = 0.107F;  // standard deviation
+  constexpr float kContrast = 0.094F;  // standard deviation
   constexpr float kScale = 300;
   double sum = 0;
   double squares = 0;
