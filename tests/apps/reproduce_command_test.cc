@@ -71,14 +71,17 @@ TEST_CASE("reproduce: another policy is not another environment", "[apps]") {
 // A policy that tells its checkpoint before its first answer.
 std::string told_by(const TemporaryFolder& folder, const std::string& checkpoint) {
   const fs::path file = folder.path() / "telling.py";
-  std::ofstream(file) << "import sys\n"
+  std::ofstream(file) << "import os, sys\n"
                          "sys.path.insert(0, '" +
                              (fs::path(test::kRoot) / "python" / "examples").string() +
                              "')\n"
                              "import pipe_policy\n"
                              "pipe_policy.send(9, b'{\"checkpoint\": \"' + sys.argv[1].encode() + "
                              "b'\"}')\n"
-                             "pipe_policy.main()\n";
+                             "try:\n"
+                             "    pipe_policy.main()\n"
+                             "except BrokenPipeError:  # the command has ended\n"
+                             "    os._exit(1)\n";
   return " --policy-command 'python3 -B " + file.string() + " " + checkpoint + "'";
 }
 
