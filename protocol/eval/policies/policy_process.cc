@@ -265,7 +265,7 @@ Bytes PolicyProcess::receive_message(Message expected) {
     size = in.get<std::uint32_t>();
   };
   read_head();
-  while (message == static_cast<std::uint32_t>(Message::kIdentity) && size <= kMaxIdentity) {
+  if (message == static_cast<std::uint32_t>(Message::kIdentity) && size <= kMaxIdentity) {
     take_identity(size);
     read_head();
   }

@@ -73,7 +73,7 @@ class PipedBridge(Bridge):
 
     def _receive(self, expected: int) -> bytes:
         kind, size = struct.unpack("<2I", self._read(8))
-        while kind == pipes.IDENTITY and size <= IDENTITY:
+        if kind == pipes.IDENTITY and size <= IDENTITY:
             self._identity = self._identity_in(self._read(size))
             kind, size = struct.unpack("<2I", self._read(8))
         if kind not in (expected, pipes.FAILED) or size > _LARGEST:

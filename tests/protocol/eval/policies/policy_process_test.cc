@@ -352,6 +352,19 @@ TEST_CASE("What a policy tells of itself may come before any answer", "[policy]"
   other.get();
 }
 
+TEST_CASE("A policy that tells of itself twice before an answer is refused", "[policy]") {
+  const Pipes pipes;
+  const Work work;
+  PolicyProcess policy(pipes.to(), pipes.from(), options_of("x"), work.context);
+  Question question;
+  std::future<void> other = pipes.when_asked([&] {
+    pipes.tell("{}");
+    pipes.tell("{}");
+  });
+  CHECK_THROWS_WITH(question.ask(policy, work.context), Catch::Contains("message type 9"));
+  other.get();
+}
+
 TEST_CASE("A second answer to the last question is found, too", "[policy]") {
   const Pipes pipes;
   const Work work;
