@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from engram._io import pipe_messages as pipes
 from engram.datasets.checks import printable
+from engram.servers.limits import IDENTITY
 
 _LARGEST = 64 << 20  # bytes of an answer
 _LONGEST_FAILURE = 2000  # bytes of a reported failure that are read
@@ -172,7 +173,7 @@ class PolicyProcess:
 
     def _receive(self, expected: int) -> bytes:
         kind, size = struct.unpack("<2I", self._read(8))
-        while kind == pipes.IDENTITY and size <= _LARGEST:
+        if kind == pipes.IDENTITY and size <= IDENTITY:
             self._read(size)
             kind, size = struct.unpack("<2I", self._read(8))
         if kind == pipes.FAILED:  # the beginning is enough

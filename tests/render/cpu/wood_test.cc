@@ -36,7 +36,7 @@ TEST_CASE("All levels of the wood have the same contrast, nearly the original's"
   const WoodTexture wood = wood_texture();
   for (int level = 0; level < WoodTexture::kLevels; ++level) {
     CHECK(deviation_of(wood, level) > 0.11 * 300);
-    CHECK(deviation_of(wood, level) < 0.14 * 300);
+    CHECK(deviation_of(wood, level) < 0.12 * 300);
   }
 }
 
