@@ -1,5 +1,6 @@
 #include "core/scene/mujoco_memory.h"
 
+#include <mujoco/mjxmacro.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -40,31 +41,36 @@ std::size_t stack_bytes(const mjData& data) {
 
 MujocoWorkspace::MujocoWorkspace(const mjModel& /*model*/) {}
 WorkspaceLoan::WorkspaceLoan(mjData& data, MujocoWorkspace& /*workspace*/)
-    : data_(data), stack_(nullptr), jacobian_(nullptr), columns_(nullptr) {}
+    : data_(data), workspace_(nullptr) {}
 void WorkspaceLoan::exchange() {}
 void release_stack(mjData& /*data*/) {}
 
 #else
 
-MujocoWorkspace::MujocoWorkspace(const mjModel& model) {
-  const auto entries = static_cast<std::size_t>(model.nv) * static_cast<std::size_t>(model.njmax);
-  stack_ = std::make_unique_for_overwrite<mjtNum[]>(static_cast<std::size_t>(model.nstack));
-  jacobian_ = std::make_unique_for_overwrite<mjtNum[]>(entries);
-  columns_ = std::make_unique_for_overwrite<int[]>(entries);
-}
+MujocoWorkspace::MujocoWorkspace(const mjModel& model) : data_(make_data_lazy_contacts(model)) {}
 
 WorkspaceLoan::WorkspaceLoan(mjData& data, MujocoWorkspace& workspace)
-    : data_(data),
-      stack_(workspace.stack_.get()),
-      jacobian_(workspace.jacobian_.get()),
-      columns_(workspace.columns_.get()) {
+    : data_(data), workspace_(workspace.data_.get()) {
   exchange();
 }
 
 void WorkspaceLoan::exchange() {
-  std::swap(data_.stack, stack_);
-  std::swap(data_.efc_JT, jacobian_);
-  std::swap(data_.efc_JT_colind, columns_);
+  const auto swap_inputs = [this] {
+    std::swap(data_.qpos, workspace_->qpos);
+    std::swap(data_.qvel, workspace_->qvel);
+    std::swap(data_.act, workspace_->act);
+    std::swap(data_.qacc_warmstart, workspace_->qacc_warmstart);
+    std::swap(data_.ctrl, workspace_->ctrl);
+    std::swap(data_.qfrc_applied, workspace_->qfrc_applied);
+    std::swap(data_.xfrc_applied, workspace_->xfrc_applied);
+    std::swap(data_.mocap_pos, workspace_->mocap_pos);
+    std::swap(data_.mocap_quat, workspace_->mocap_quat);
+  };
+  std::swap(data_.stack, workspace_->stack);
+#define X(type, name, rows, columns) std::swap(data_.name, workspace_->name);
+  MJDATA_POINTERS
+#undef X
+  swap_inputs();  // once more: they are back
 }
 
 void release_stack(mjData& data) {

@@ -8,22 +8,20 @@
 
 namespace engram {
 
-// Working memory of MuJoCo's step, most of what an mjData takes up, which many mjData of a model
-// use by turns: the stack, from which nothing is kept after a call, and the transposed Jacobian of
-// the constraints, which a step makes anew. Newer versions of MuJoCo have both in an arena: nothing
-// is shared there.
+// Working memory of MuJoCo's step, nearly all of what an mjData takes up: the stack, and the arrays
+// that a step makes anew. Many mjData of a model use it by turns, and it stays in the cache. Newer
+// versions of MuJoCo have an arena: nothing is shared there.
 class MujocoWorkspace {
  public:
   explicit MujocoWorkspace(const mjModel& model);
 
  private:
   friend class WorkspaceLoan;
-  std::unique_ptr<mjtNum[]> stack_;
-  std::unique_ptr<mjtNum[]> jacobian_;
-  std::unique_ptr<int[]> columns_;
+  DataPtr data_;
 };
 
-// RAII guard: while it lives, the mjData uses the workspace's memory instead of its own.
+// RAII guard: while it lives, the mjData uses the workspace's memory instead of its own for all but
+// what a step begins with: positions, velocities, controls, forces, mocap poses and warm start.
 class WorkspaceLoan {
  public:
   WorkspaceLoan(mjData& data, MujocoWorkspace& workspace);
@@ -35,9 +33,7 @@ class WorkspaceLoan {
   void exchange();
 
   mjData& data_;
-  mjtNum* stack_;
-  mjtNum* jacobian_;
-  int* columns_;
+  mjData* workspace_;  // null where nothing is shared
 };
 
 // Returns the pages of a stack to the system until they are written again.

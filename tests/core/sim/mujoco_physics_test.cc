@@ -69,7 +69,7 @@ TEST_CASE("MuJoCo's step: oracles succeed in all tasks", "[mujoco_physics][long]
   }
 }
 
-TEST_CASE("MuJoCo's step: mjData take up half a megabyte at most", "[mujoco_physics]") {
+TEST_CASE("MuJoCo's step: mjData share the memory of a step", "[mujoco_physics]") {
   for (const char* id : {"RememberColor9-VLA-v0", "RememberShapeAndColor5x3-VLA-v0"}) {
     INFO(id);
     const auto own = make_running(id, {.num_envs = 8});
@@ -77,7 +77,7 @@ TEST_CASE("MuJoCo's step: mjData take up half a megabyte at most", "[mujoco_phys
     for (int i = 0; i < 20; ++i) step(*batch, Policy::kOracle);
     const std::size_t bytes = Queries(*batch).bytes_per_env() - Queries(*own).bytes_per_env();
     CHECK(bytes > sizeof(mjData));
-    CHECK(bytes < 500'000);
+    CHECK(bytes < (mjVERSION_HEADER < 300 ? 100'000 : 500'000));
   }
 }
 
