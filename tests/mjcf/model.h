@@ -64,6 +64,27 @@ inline void step(const Model& model, const Data& data) {
   mj_step(model.get(), data.get());
 }
 
+inline constexpr int kVisual = 2;  // group of geoms that are drawn
+
+struct RayHit {
+  double distance = -1;  // in lengths of the ray
+  int geom = -1;
+};
+
+// The first geom of a group that a ray meets.
+inline RayHit cast_ray(const Model& model, const Data& data, const mjtNum* from,
+                       const mjtNum* along, int group) {
+  mjtByte groups[mjNGROUP] = {};
+  groups[group] = 1;
+  RayHit hit;
+#if mjVERSION_HEADER >= 300
+  hit.distance = mj_ray(model.get(), data.get(), from, along, groups, 1, -1, &hit.geom, nullptr);
+#else
+  hit.distance = mj_ray(model.get(), data.get(), from, along, groups, 1, -1, &hit.geom);
+#endif
+  return hit;
+}
+
 // A row of cubes of 4 cm on the table, out of the arm's way.
 inline Scene cubes(int count) {
   Scene scene;

@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kVisual = 2;  // group
 constexpr int kSize = 128;  // pixels
 
 // Pixels of each body in a sensor camera's image of the robot at a pose.
@@ -23,8 +22,6 @@ std::map<std::string, int> count_pixels(const Model& model, const Data& data,
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data->cam_xmat +
                                                                             9 * id);
   const double half = std::tan(model->cam_fovy[id] * kPi / 360);
-  mjtByte groups[mjNGROUP] = {};
-  groups[kVisual] = 1;
   std::map<std::string, int> pixels;
   for (int y = 0; y < kSize; ++y) {
     for (int x = 0; x < kSize; ++x) {
@@ -32,8 +29,7 @@ std::map<std::string, int> count_pixels(const Model& model, const Data& data,
                          -1);
       const Vector3d along = axes * ray;
       const Vector3d near = eye + 0.01 * along;  // the near plane
-      int geom = -1;
-      mj_ray(model.get(), data.get(), near.data(), along.data(), groups, 1, -1, &geom);
+      const int geom = test::cast_ray(model, data, near.data(), along.data(), kVisual).geom;
       if (geom >= 0) ++pixels[mj_id2name(model.get(), mjOBJ_BODY, model->geom_bodyid[geom])];
     }
   }

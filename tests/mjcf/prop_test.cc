@@ -56,7 +56,7 @@ struct Grasp {
     mjtNum difference[3];
     std::array<double, 3> local{};
     mju_sub3(difference, data->qpos + 9, data->site_xpos + 3 * tcp);
-    mju_rotVecMatT(local.data(), difference, data->site_xmat + 9 * tcp);
+    mju_mulMatTVec(local.data(), data->site_xmat + 9 * tcp, difference, 3, 3);
     return local;
   }
 
@@ -120,7 +120,7 @@ class Servo {
     std::vector<mjtNum> jacobian(3 * nv);
     mj_jacSite(model_.get(), data_.get(), jacobian.data(), nullptr, tcp_);
     mjtNum product[9], error[3], weights[3];
-    mju_mulMatMatT(product, jacobian.data(), jacobian.data(), 3, model_->nv, 3);
+    mju_mulMatMatT(product, jacobian.data(), jacobian.data(), 3, static_cast<int>(nv), 3);
     mju_cholFactor(product, 3, 1e-9);
     mju_sub3(error, goal.data(), data_->site_xpos + 3 * tcp_);
     if (mju_norm3(error) > 0.1) mju_scl3(error, error, 0.1 / mju_norm3(error));

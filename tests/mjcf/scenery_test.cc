@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "core/scene/mujoco_versions.h"
 #include "tests/mjcf/model.h"
 
 namespace engram::mjcf::test {
@@ -21,14 +22,9 @@ struct Sight {
 
 // MuJoCo's rays meet planes of every group: the plane of contacts is passed.
 Sight look(const Model& model, const Data& data, Vector3d eye, const Vector3d& target) {
-  constexpr int kVisual = 2;  // group
-  mjtByte groups[mjNGROUP] = {};
-  groups[kVisual] = 1;
   const Vector3d along = target - eye;
   for (;;) {
-    int geom = -1;
-    const double distance =
-        mj_ray(model.get(), data.get(), eye.data(), along.data(), groups, 1, -1, &geom);
+    const auto [distance, geom] = cast_ray(model, data, eye.data(), along.data(), kVisual);
     REQUIRE(geom >= 0);
     if (model->geom_group[geom] == kVisual) {
       const char* name = mj_id2name(model.get(), mjOBJ_GEOM, geom);
@@ -69,7 +65,7 @@ TEST_CASE("The visible table ends where the original's does, a hair below the co
 // Copies of all textures and of the materials' colours.
 struct Colors {
   explicit Colors(const Model& model)
-      : texels(model->tex_rgb, model->tex_rgb + model->ntexdata),
+      : texels(texture_pixels(*model, 0), texture_pixels(*model, 0) + model->ntexdata),
         materials(model->mat_rgba, model->mat_rgba + 4 * model->nmat) {}
   std::vector<mjtByte> texels;
   std::vector<float> materials;

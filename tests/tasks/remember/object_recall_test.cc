@@ -71,7 +71,7 @@ TEST_CASE("Objects keep 1 mm from each other in every layout", "[object_recall]"
 // The depth to which props are inside one another, according to MuJoCo, m.
 double overlap(const mjModel& model, mjData& data, const Batch& batch, int index) {
   const State& state = batch.state();
-  int first_prop = model.nbody;
+  auto first_prop = static_cast<int>(model.nbody);
   for (int prop = 0; prop < state.num_props; ++prop) {
     const std::string& name = batch.physics_model().props()[static_cast<std::size_t>(prop)].name;
     const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
