@@ -27,7 +27,9 @@ if(command_sources)
   endif()
 
   add_executable(engram_cli "${PROJECT_SOURCE_DIR}/apps/main.cc")
-  engram_configure_target(engram_cli)
+  engram_configure_cold_target(engram_cli)
+  engram_share_precompiled(engram_cli engram_cold_objects)
+  target_compile_options(engram_cli PRIVATE -fPIC)  # as the precompiled header is, not -fPIE
   set_target_properties(engram_cli PROPERTIES OUTPUT_NAME engram)
   target_link_libraries(engram_cli PRIVATE engram_commands)
 endif()
