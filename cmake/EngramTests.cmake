@@ -45,6 +45,8 @@ if(TARGET engram_cli)
   # Makes the command's results depend on the order of its work.
   add_library(engram_nondeterministic_contacts MODULE "${PROJECT_SOURCE_DIR}/tests/apps/nondeterministic_contacts.cc")
   engram_configure_target(engram_nondeterministic_contacts)
+  target_include_directories(engram_nondeterministic_contacts SYSTEM PRIVATE
+    $<TARGET_PROPERTY:MuJoCo::MuJoCo,INTERFACE_INCLUDE_DIRECTORIES>)
   add_dependencies(engram_tests engram_nondeterministic_contacts)
 endif()
 if(NOT ENGRAM_SANITIZE)

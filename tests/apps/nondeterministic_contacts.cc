@@ -1,14 +1,16 @@
 // A fault to preload: every tenth contact of a ball with a box is a nanometre off, so that
 // results depend on the order of the work.
-#include <mujoco/mujoco.h>
-
 #include <atomic>
+
+#include "core/scene/mujoco_versions.h"
 
 namespace {
 
 mjfCollision exact = nullptr;
 
-int collide(const mjModel* model, const mjData* data, mjContact* contacts, int geom1, int geom2,
+// The pointers' types are those of the version's mjfCollision.
+template <class Data>
+int collide(const mjModel* model, Data* data, engram::MujocoContact* contacts, int geom1, int geom2,
             mjtNum margin) {
   static std::atomic<int> calls = 0;
   const int count = exact(model, data, contacts, geom1, geom2, margin);

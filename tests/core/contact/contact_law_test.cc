@@ -78,11 +78,13 @@ TEST_CASE("A grip that closes, lifts and is shaken does not creep", "[physics][o
 // Runs of props that slide, fall, are pushed and are held, each with its bound.
 TEST_CASE("Props and robot in contact move in MuJoCo nearly as in the original",
           "[mujoco_physics][original]") {
+  // Boxes collide in another way in MuJoCo 3 and newer.
+  constexpr double kFastTurn = mjVERSION_HEADER < 300 ? 15 : 25;
   const std::map<std::string, Bound> bounds = {
       {"cube_slide_0.50", {1, 0.1}},      {"cube_slide_1.50", {11, 0.2}},
       {"cube_spin_20", {1, 1.5}},         {"cube_drop_0.02", {0.3, 0.1}},
       {"peg_slide_0.50", {1, 0.1}},       {"stack_off5mm", {1, 0.2}},
-      {"cube_push_0.15_z0.035", {8, 10}}, {"cube_push_0.30_z0.035", {15, 15}},
+      {"cube_push_0.15_z0.035", {8, 10}}, {"cube_push_0.30_z0.035", {15, kFastTurn}},
   };
   for (const auto& [name, bound] : bounds) {
     const auto& run = Recordings::runs().at(name);

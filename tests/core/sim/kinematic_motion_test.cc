@@ -66,11 +66,13 @@ TEST_CASE("In MuJoCo a moving kinematic prop pushes and carries at its own speed
   const double on_top[3] = {kStart, 0.2, 0.06};
   const double upright[4] = {1, 0, 0, 0};
   rig.state().place_prop(0, 2, on_top, upright);
-  move_red(rig, 20);
+  move_red(rig, 10);
+  const double way_begins = rig.pos(1).x();
+  move_red(rig, 10);
   const double goal = kStart + 20 * kPace;
   CHECK(rig.pos(0).x() == Approx(goal).margin(1e-9));
   CHECK(rig.pos(1).x() == Approx(goal + 0.04).margin(2e-3));
-  CHECK(rig.state().prop_qvel_of(0, 1)[0] == Approx(20 * kPace).margin(0.04));
+  CHECK(rig.pos(1).x() - way_begins == Approx(10 * kPace).margin(2e-3));
   CHECK(rig.pos(1).z() == Approx(0.02).margin(1e-3));
   // At first the lower one slides away beneath it: v^2 / (2 mu g), 6.8 mm.
   CHECK(rig.pos(2).x() == Approx(goal - 0.0068).margin(2e-3));
