@@ -8,12 +8,16 @@ EvaluationRun merge_evaluation(const ShardSet& shards, const std::filesystem::pa
                                std::vector<std::string> command) {
   EvaluationSettings settings =
       EvaluationSettings::of(shards.header().run, shards.parts().front().folder / kJournalFile);
+  PolicyIdentity policy(std::nullopt);  // refuses another one before there is a folder
+  for (const ShardSet::Part& part : shards.parts()) {
+    policy.take(PolicyIdentity::in(OpenFolder(part.folder)));
+  }
   ResultFolder folder = ResultFolder::create(out, settings);
   EvaluationRun run(std::move(settings), std::move(folder), {.command = std::move(command)});
   for (const ShardSet::Part& part : shards.parts()) {
     run.store().journal->add(part.records);
-    run.identity()->take(PolicyIdentity::in(OpenFolder(part.folder)));
   }
+  run.identity()->take(policy.document());
   Protocol protocol;
   static_cast<RunOptions&>(protocol) = run.settings();
   protocol.threads = 1;

@@ -159,6 +159,27 @@ TEST_CASE("merge: what does not belong together is refused", "[apps][shards]") {
   require_refusal(eval + "3/2 --out " + out, 2, "--shard: '3/2' given");
 }
 
+TEST_CASE("merge: shards of two checkpoints are refused, and make nothing", "[apps][shards]") {
+  const TemporaryFolder folder;
+  const std::string out = folder.path().string();
+  for (const char* number : {"1", "2"}) {
+    REQUIRE(engram_command("eval RememberColor3-VLA-v0 --policy oracle --episodes 2 --shard " +
+                           std::string(number) + "/2 --out " + out)
+                .code == 0);
+    std::ofstream(folder.path() / ("shard-" + std::string(number) + "-of-2") / "policy.json")
+        << R"({"checkpoint": )" << number << "}";
+  }
+  require_refusal("merge " + out, 1, "the policy tells checkpoint 2, and told 1 before");
+  CHECK_FALSE(fs::exists(folder.path() / "short"));
+
+  fs::copy_file(folder.path() / "shard-1-of-2" / "policy.json",
+                folder.path() / "shard-2-of-2" / "policy.json",
+                fs::copy_options::overwrite_existing);
+  REQUIRE(engram_command("merge " + out).code == 0);
+  const fs::path run = fs::directory_iterator(folder.path() / "short")->path();
+  CHECK(ParsedJson::parse(read_file(run / "policy.json")) == ParsedJson{{"checkpoint", 1}});
+}
+
 TEST_CASE("merge: sealed shards stay sealed until their secret is given", "[apps][shards]") {
   const TemporaryFolder folder;
   const std::string out = folder.path().string();
