@@ -1,6 +1,7 @@
 // Interface between a task and the engine.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,8 +42,9 @@ struct TaskInfo {
   int horizon = 0;     // control steps
   int candidates = 1;  // equally likely answers: a guess is right with probability 1 / candidates
   // Success rate of a guess, where answers are not equally likely, or where a wrong one may
-  // succeed; 0: 1 / candidates.
+  // succeed; 0: what `estimate_guess` returns, or 1 / candidates.
   double guess_rate = 0;
+  std::function<double()> estimate_guess;  // for rates that take milliseconds to compute
   // Definition of the robot's answer, and meaning of its number; empty: there is no such moment.
   std::string answer;
   // Rate of right first answers by guessing; 0: 1 / candidates.
@@ -69,7 +71,10 @@ struct TaskInfo {
   std::vector<Field> sampled_values;
 
   // The success rate of guessing.
-  double chance() const { return guess_rate > 0 ? guess_rate : 1.0 / candidates; }
+  double chance() const {
+    if (guess_rate > 0) return guess_rate;
+    return estimate_guess ? estimate_guess() : 1.0 / candidates;
+  }
   // The share of right first answers of guessing.
   double answer_chance() const { return answer_rate > 0 ? answer_rate : 1.0 / candidates; }
 };

@@ -134,10 +134,13 @@ int count_sequences(const TraceParams& params) {
   return static_cast<int>(count);
 }
 
-double guess_rate(const TraceParams& params) {
-  if (!is_benchmark(params)) return estimate(params, Guess::kAll);
-  const auto shapes = at(params.AVAILABLE_SHAPES.size());
-  return params.sequence ? kTraceSeqRates[shapes] : kTraceRates[shapes];
+void describe_guess(const TraceParams& params, TaskInfo& info) {
+  if (is_benchmark(params)) {
+    const auto shapes = at(params.AVAILABLE_SHAPES.size());
+    info.guess_rate = params.sequence ? kTraceSeqRates[shapes] : kTraceRates[shapes];
+  } else {
+    info.estimate_guess = [params] { return estimate(params, Guess::kAll); };
+  }
 }
 
 double choice_rate(const TraceParams& params) { return estimate(params, Guess::kShapes); }

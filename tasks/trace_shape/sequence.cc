@@ -44,7 +44,7 @@ class TraceShapeSeq final : public FamilyBase {
                     .closed = &closed_,
                     .button = &button_}) {
     info_.candidates = count_sequences(params);
-    info_.guess_rate = guess_rate(params);
+    describe_guess(params, info_);
     info_.termination = Termination::kSuccessOrFailed;
     info_.success_reward = kTraceShapeSeqSuccessReward;
     info_.oracle_dim = params.MAX_SEQUENCE_LENGTH;

@@ -28,7 +28,7 @@ class TraceShape final : public FamilyBase {
         expert_(engine_, demo_, visited_),
         annotator_({.engine = engine_, .demo = demo_, .visited = visited_}) {
     info_.candidates = params.AVAILABLE_SHAPES.size();
-    info_.guess_rate = guess_rate(params);
+    describe_guess(params, info_);
     info_.termination = Termination::kSuccess;
     info_.success_reward = kTraceShapeSuccessReward;
     info_.oracle_dim = 1;
