@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 
 import numpy as np
@@ -25,6 +26,9 @@ def unchanged():
     yield
     for cls in mikasa.classes.CLASSES.values():
         cls._set.clear()
+
+
+described_once = functools.cache(engram.describe)
 
 
 def made_with(id: str, *names: str):
@@ -170,7 +174,7 @@ def test_constants_have_the_originals_forms():
 
 @pytest.mark.parametrize("id", registered_ids())
 def test_constants_can_be_given_back(id):
-    described = engram.describe(id)
+    described = described_once(id)
     printed = engram.describe(id, constants=described["constants"])
     assert printed == described
     cls = mikasa.registration.REGISTERED[id]
@@ -183,8 +187,8 @@ def test_constants_can_be_given_back(id):
 
 @pytest.mark.parametrize("family", sorted(mikasa._families.LEAF_CONSTANTS))
 def test_ids_of_a_family_differ_in_the_constants_that_their_classes_set(family):
-    ids = [id for id in registered_ids() if engram.describe(id)["family"] == family]
-    constants = [engram.describe(id)["constants"] for id in ids]
+    described = [described_once(id) for id in registered_ids()]
+    constants = [one["constants"] for one in described if one["family"] == family]
     differing = {
         name for name in constants[0] if any(one[name] != constants[0][name] for one in constants)
     }
