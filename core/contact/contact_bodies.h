@@ -21,7 +21,7 @@ class ContactBodies {
         inv_mass_(joints.inv_mass),
         timestep_(timestep),
         dt_(timestep / kSolverIterations) {
-    prepare_links();
+    prepare_links(joints.begin_v);
   }
 
   void move_bodies() {
@@ -148,7 +148,7 @@ class ContactBodies {
 
   // --- links ---
 
-  void prepare_links() {
+  void prepare_links(const JointsOf<V>& velocity) {
     for (int list = 0; list < PatchLists::kCount; ++list) {
       for_each_patch(list, [&](const PatchLanes<V>& /*patch*/, const PatchMembers& members) {
         links_ |= members.links;
@@ -162,6 +162,10 @@ class ContactBodies {
       for (int i = 0; i < kRobotJoints; ++i)
         column_[link][i] = {rows[0][i], rows[1][i], rows[2][i]};
       second_order_displacement_[link] = {};
+      center_[link] = frames_.center(link);
+      frames_.bias_acceleration(link, velocity, added_linear_[link], added_angular_[link]);
+      added_linear_[link] = added_linear_[link] * simd::broadcast<V>(timestep_);
+      added_angular_[link] = added_angular_[link] * simd::broadcast<V>(timestep_);
     }
   }
 
@@ -221,6 +225,8 @@ class ContactBodies {
   V compliance_[kNumLinks];
   Vec column_[kNumLinks][kRobotJoints];
   Vec second_order_displacement_[kNumLinks];
+  // What the bias acceleration adds to a link's velocity in the substep.
+  Vec center_[kNumLinks], added_linear_[kNumLinks], added_angular_[kNumLinks];
   JointsOf<V> delta_q_;
 };
 

@@ -56,10 +56,12 @@ struct ConstraintLanes {
   Vec3Of<V> axis;  // along which free bodies are pushed; 0 for a torque
   Vec3Of<V> turn_a, turn_response_a;
   Vec3Of<V> turn_b, turn_response_b;
-  V separation;       // gap, or distance of anchors, at the substep's start, times mass, kg m
-  V bias_rate;        // share of the separation that is taken out, 1/s
-  V kinematic_speed;  // of B along the axis, times mass, N s
-  V impulse;          // sum in this substep, N s
+  V separation;  // gap, or distance of anchors, at the substep's start, times mass, kg m
+  V bias_rate;   // share of the separation that is taken out, 1/s
+  // Along the axis, times mass, N s: what velocities of B, if it is kinematic, and bias
+  // accelerations of links add to J v, and to the rate of the separation.
+  V added_speed, added_rate;
+  V impulse;  // sum in this substep, N s
 };
 
 // Contacts of one pair with one normal.

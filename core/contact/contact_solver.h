@@ -59,6 +59,9 @@ class ContactSolver : public ContactBodies<V> {
 
  private:
   using Bodies = ContactBodies<V>;
+  using Bodies::added_angular_;
+  using Bodies::added_linear_;
+  using Bodies::center_;
   using Bodies::column_;
   using Bodies::compliance_;
   using Bodies::delta_q_;
@@ -101,6 +104,7 @@ class ContactSolver : public ContactBodies<V> {
   ENGRAM_INLINE void set_constraint(ConstraintLanes<V>& constraint, const PatchLanes<V>& patch,
                                     const PatchMembers& members, const Vec& axis, const Vec& point,
                                     const Vec& point_b) const {
+    constraint.added_speed = constraint.added_rate = -dot(axis, patch.kinematic_velocity);
     if (members.links != 0) {
       for (int i = 0; i < kArmJoints; ++i) {
         const Vec column = cross(frames_.axis(i), point - frames_.origin(i));
@@ -110,8 +114,12 @@ class ContactSolver : public ContactBodies<V> {
         constraint.joint[kArmJoints + i] =
             patch.joint_sign[kArmJoints + i] * dot(axis, frames_.finger_axis(i));
       }
+      const Vec turn = link_difference(patch, members, [&](int link) {
+        return cross(added_angular_[link], point - center_[link]);
+      });
+      constraint.added_rate += dot(axis, turn);
+      constraint.added_speed += dot(axis, turn + added_linear(patch, members));
     }
-    constraint.kinematic_speed = dot(axis, patch.kinematic_velocity);
     constraint.turn_a = constraint.turn_b = {};
     if (members.props_a != 0) {
       const Vec center = gather(members.props_a, members.mixed_a, patch.prop_a,
@@ -123,6 +131,10 @@ class ContactSolver : public ContactBodies<V> {
                                 [](const FreeBodyLanes<V>& body) { return body.center; });
       constraint.turn_b = cross(axis, point_b - center);
     }
+  }
+
+  ENGRAM_INLINE Vec added_linear(const PatchLanes<V>& patch, const PatchMembers& members) const {
+    return link_difference(patch, members, [this](int link) { return added_linear_[link]; });
   }
 
   // Responses; J times the effective mass, of which a constraint takes this share. `axis`: of
@@ -150,7 +162,8 @@ class ContactSolver : public ContactBodies<V> {
     constraint.axis = axis * mass;
     constraint.turn_a = constraint.turn_a * mass;
     constraint.turn_b = constraint.turn_b * mass;
-    constraint.kinematic_speed *= mass;
+    constraint.added_speed *= mass;
+    constraint.added_rate *= mass;
     constraint.impulse = V{};
     return mass;
   }
@@ -231,7 +244,7 @@ class ContactSolver : public ContactBodies<V> {
       for (int i = 0; i < kRobotJoints; ++i) sum = sum + column_[link][i] * velocity[i];
       return sum;
     });
-    relative = relative - patch.kinematic_velocity;
+    relative = relative + added_linear(patch, members) - patch.kinematic_velocity;
     const auto add = [&](unsigned long long props, bool mixed, V body_index, float sign) {
       if (props == 0) return;
       const Vec linear = gather(props, mixed, body_index,
@@ -266,7 +279,10 @@ class ContactSolver : public ContactBodies<V> {
     for (int i = 0; i < kFingers; ++i) constraint.joint[kArmJoints + i] = V{};
     constraint.turn_a = patch.normal;
     constraint.turn_b = patch.normal * simd::broadcast<V>(-1);
-    constraint.kinematic_speed = constraint.separation = constraint.bias_rate = V{};
+    constraint.added_rate = constraint.separation = constraint.bias_rate = V{};
+    constraint.added_speed =
+        dot(patch.normal,
+            link_difference(patch, members, [&](int link) { return added_angular_[link]; }));
     finish_constraint(constraint, members, a, b, compliance, Vec{},
                       present ? simd::broadcast<V>(kBaumgarte) : V{});
     V depth = {};
@@ -292,7 +308,7 @@ class ContactSolver : public ContactBodies<V> {
   // J v at the substep's start, times the constraint's mass.
   ENGRAM_INLINE V constraint_speed(const ConstraintLanes<V>& constraint, const PatchLanes<V>& patch,
                                    const PatchMembers& members, const JointsOf<V>& velocity) const {
-    V speed = product(constraint.joint, velocity) - constraint.kinematic_speed;
+    V speed = product(constraint.joint, velocity) + constraint.added_speed;
     const auto add = [&](unsigned long long props, bool mixed, V body_index, const Vec& turn,
                          float sign) {
       if (props == 0) return;
@@ -324,7 +340,7 @@ class ContactSolver : public ContactBodies<V> {
   template <unsigned kBodies>
   ENGRAM_INLINE V constraint_separation(const Solving& now,
                                         const ConstraintLanes<V>& constraint) const {
-    V separation = constraint.separation - constraint.kinematic_speed * time_;
+    V separation = constraint.separation + constraint.added_rate * time_;
     if constexpr ((kBodies & kHasLink) != 0) separation += product(constraint.joint, delta_q_);
     if constexpr ((kBodies & kHasPropA) != 0) {
       separation +=
@@ -341,7 +357,7 @@ class ContactSolver : public ContactBodies<V> {
   // J v of a constraint, times its mass.
   template <unsigned kBodies>
   ENGRAM_INLINE V constraint_speed(const Solving& now, const ConstraintLanes<V>& constraint) const {
-    V speed = -constraint.kinematic_speed;
+    V speed = constraint.added_speed;
     if constexpr ((kBodies & kHasPropA) != 0) {
       speed += dot(constraint.axis, now.a.linear) + dot(constraint.turn_a, now.a.angular);
     }

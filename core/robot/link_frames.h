@@ -49,6 +49,28 @@ class LinkFrames {
     for (int k = 0; k < 3; ++k) rows[k][kArmJoints + finger] = finger_axis_[finger][k];
   }
 
+  // Acceleration of a link by joint velocities v alone: centripetal and Coriolis accelerations of
+  // its centre of mass, m/s^2, and its angular one, rad/s^2.
+  ENGRAM_INLINE void bias_acceleration(int link, const JointsOf<V>& v, Vec3Of<V>& linear,
+                                       Vec3Of<V>& angular) const {
+    Vec3Of<V> spin = {};  // angular velocity
+    linear = angular = {};
+    const auto go_to = [&](const Vec3Of<V>& lever) {
+      linear = linear + cross(angular, lever) + cross(spin, cross(spin, lever));
+    };
+    const int last = hinges_of(link) - 1;
+    for (int i = 0; i <= last; ++i) {
+      if (i > 0) go_to(origin(i) - origin(i - 1));
+      const Vec3Of<V> turn = axis(i) * v[i];
+      angular = angular + cross(spin, turn);
+      spin = spin + turn;
+    }
+    go_to(center(link) - origin(last));
+    const int finger = finger_of(link);
+    if (finger < 0) return;
+    linear = linear + cross(spin, finger_axis_[finger]) * (2.0F * v[kArmJoints + finger]);
+  }
+
   // Compliance of a link in contacts and joint limits: a share of the largest response of its
   // centre of mass to an impulse along x, y or z, 1/kg.
   ENGRAM_INLINE V compliance(int link, const JointMatrixOf<V>& inv_mass) const {

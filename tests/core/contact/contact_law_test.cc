@@ -27,13 +27,15 @@ const std::map<std::string, Bound>& bounds() {
       {"grasp_close_0.5", {0.37, 0.47}},  // in the other order of the fingers
       {"grasp_lift_0.5", {0.38, 0.49}},
       {"grasp_shake_0.5", {0.36, 0.49}},
+      {"grasp_shake_1.0", {0.01, 0.002}},
+      {"peg_push_0.50_z0.020", {0.006, 0.004}},
       // The hand's mesh touches the peg: ours is two boxes.
       {"peg_push_0.15_z0.012", {0.11, 0.05, 0.1}},
-      {"peg_push_0.50_z0.012", {0.91, 0.27, 0.2}},
+      {"peg_push_0.50_z0.012", {0.70, 0.25, 0.2}},
       {"peg_push_0.15_z0.028", {0.755, 0.175, 0.1}},
-      {"peg_push_0.15_z0.035", {0.813, 0.187, 0.1}},
-      {"peg_push_0.50_z0.028", {0.160, 0.085}},
-      {"peg_push_0.50_z0.035", {0.182, 0.029}},
+      {"peg_push_0.15_z0.035", {0.824, 0.187, 0.1}},
+      {"peg_push_0.50_z0.028", {0.110, 0.077}},
+      {"peg_push_0.50_z0.035", {0.116, 0.030}},
       {"peg_push_0.50_z0.042", {3.8, 1.4, 1.0}},
   };
   return all;

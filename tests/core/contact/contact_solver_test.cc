@@ -243,9 +243,9 @@ TEST_CASE("From the original's contacts follow its impulses and its motion",
     INFO(name << ": " << worst.pos << " um, impulses " << worst.impulse << " %, joints "
               << worst.joints << " urad, fingers " << worst.fingers << " um");
     CHECK(worst.impulse < 0.5);
-    CHECK(worst.pos < (name == "peg_push_0.50_z0.028" ? 7 : 1.5));  // 6 in the law itself
-    CHECK(worst.joints < (name.starts_with("press") ? 8 : 2));
-    CHECK(worst.fingers < (name.starts_with("press") ? 10 : 0.1));
+    CHECK(worst.pos < 1.5);
+    CHECK(worst.joints < 2);
+    CHECK(worst.fingers < (name.starts_with("press") ? 0.5 : 0.1));
   }
   CHECK(runs == 10);
 }

@@ -90,6 +90,48 @@ TEST_CASE("A link's Jacobian is the derivative of its centre of mass", "[robot]"
   }
 }
 
+// A robot's links a moment later, at the same joint velocities.
+Links moved(const Robot& robot, double time) {
+  JointArray q = robot.q;
+  for (std::size_t i = 0; i < kRobotJoints; ++i) q[i] += time * robot.v[i];
+  return Links(q);
+}
+Vec3 vec3(const Vec3Of<double>& v) { return {v.x(), v.y(), v.z()}; }
+
+Vec3 center_velocity(const Links& links, int link, const JointsOf<double>& v) {
+  JointsOf<double> rows[3];
+  links.frames().center_jacobian(link, rows);
+  Vec3 velocity = Vec3::Zero();
+  for (int i = 0; i < kRobotJoints; ++i)
+    velocity += Vec3(rows[0][i], rows[1][i], rows[2][i]) * v[i];
+  return velocity;
+}
+Vec3 angular_velocity(const Links& links, int link, const JointsOf<double>& v) {
+  Vec3 velocity = Vec3::Zero();
+  for (int i = 0; i < hinges_of(link); ++i) velocity += vec3(links.frames().axis(i)) * v[i];
+  return velocity;
+}
+
+TEST_CASE("A link's bias acceleration is that at constant joint velocities", "[robot]") {
+  constexpr double kStep = 1e-6;
+  for (const Robot& robot : random_robots(16)) {
+    const JointsOf<double> v = row_of(robot.v);
+    const Links before = moved(robot, -kStep);
+    const Links after = moved(robot, kStep);
+    const Links links(robot.q);
+    for (int link = 0; link < kNumLinks; ++link) {
+      const auto slope = [&](const auto& velocity) -> Vec3 {
+        return (velocity(after, link, v) - velocity(before, link, v)) / (2 * kStep);
+      };
+      Vec3Of<double> linear;
+      Vec3Of<double> angular;
+      links.frames().bias_acceleration(link, v, linear, angular);
+      REQUIRE((vec3(linear) - slope(center_velocity)).norm() < 1e-7);
+      REQUIRE((vec3(angular) - slope(angular_velocity)).norm() < 1e-7);
+    }
+  }
+}
+
 TEST_CASE("A link's compliance is a quarter of its largest response along an axis", "[robot]") {
   for (const Robot& robot : random_robots(16)) {
     const Links links(robot.q);
