@@ -24,8 +24,11 @@ class ContactStep {
   // Tests for contacts in this substep.
   bool empty() const { return refs_.empty(); }
   // Orders environments by this substep's patches, so that those with like ones move side by side:
-  // by the number in each list, in the order of solving, that between links and fixed bodies last.
-  int work() const { return (num_moving_ * kMaxOfList + num_fixed_) * kMaxOfList + num_links(); }
+  // by the time that all take, in which the robot counts twice, then by the number in each list.
+  int work() const {
+    const int time = 2 * num_moving_ + num_fixed_ + 2 * num_links();
+    return (time * kMaxOfList + num_moving_) * kMaxOfList + num_fixed_;
+  }
 
   // Calls `add(prop, finger, impulse)` for each patch between a prop and a finger: impulse on the
   // finger, N s, world.
@@ -42,7 +45,7 @@ class ContactStep {
   }
 
  private:
-  static constexpr int kMaxOfList = 1024;
+  static constexpr int kMaxOfList = 256;
 
   struct Ref {
     int patch = 0;
