@@ -23,15 +23,25 @@ constexpr int kMaxMoving = 32;
 constexpr int kMaxOfLink = 3;
 constexpr int kMaxOfHand = 8;
 constexpr int kMaxOfFinger = 6;
+constexpr int kHandJoint = kArmJoints - 1;  // the last that moves the hand
 
 // Two links of the robot count as no deeper in one another, m: the arm has no room to give way, and
 // larger corrections would throw it through itself.
 constexpr double kMaxSelfOverlap = 0.004;
 
-int max_fixed(int max_shapes) { return 8 + 2 * max_shapes; }
+// Joints that move a link of the robot (-1: none), as bits.
+int joints_of(int link) {
+  if (link < 0) return 0;
+  const int finger = finger_of(link);
+  return ((1 << hinges_of(link)) - 1) | (finger >= 0 ? 1 << (kArmJoints + finger) : 0);
+}
 
-// Joint after which contacts of a link with fixed bodies are solved.
-int joint_of_list(int list) { return list - PatchLists::kLinks; }
+int max_of_list(int list, int max_shapes) {
+  if (list == PatchLists::kMoving) return kMaxMoving;
+  if (list == PatchLists::kFixed) return 8 + 2 * max_shapes;
+  const int joint = list - PatchLists::kLinks;
+  return joint < kHandJoint ? kMaxOfLink : joint == kHandJoint ? kMaxOfHand : kMaxOfFinger;
+}
 
 class MutableLane {
  public:
@@ -71,18 +81,9 @@ ContactBlock::ContactBlock(int lanes, int max_bodies, int max_shapes, const Vec3
       patch_stride_(static_cast<std::ptrdiff_t>(sizeof(Patch) / sizeof(float)) * lanes) {
   int total = 0;
   for (int list = 0; list < PatchLists::kCount; ++list) {
-    int& capacity = capacity_[at(list)];
-    if (list == PatchLists::kMoving) {
-      capacity = kMaxMoving;
-    } else if (list == PatchLists::kFixed) {
-      capacity = max_fixed(max_shapes);
-    } else if (joint_of_list(list) < kArmJoints - 1) {
-      capacity = kMaxOfLink;
-    } else {
-      capacity = joint_of_list(list) == kArmJoints - 1 ? kMaxOfHand : kMaxOfFinger;
-    }
+    capacity_[at(list)] = max_of_list(list, max_shapes);
     view_.lists.begin[list] = total;
-    total += capacity;
+    total += capacity_[at(list)];
   }
   const auto vectors = [](int count, std::ptrdiff_t stride) {
     return AlignedArray<float>::uninitialized(at(count) * static_cast<std::size_t>(stride));
@@ -151,15 +152,10 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
   vectors.put(ENGRAM_VECTOR(Patch, link_b), spec.link_b);
   vectors.put(ENGRAM_VECTOR(Patch, prop_a), spec.body_a);
   vectors.put(ENGRAM_VECTOR(Patch, prop_b), spec.body_b);
-  std::array<double, kRobotJoints> sign_of{};
-  for (const auto& [link, sign] : {std::pair(spec.link_a, 1.0), std::pair(spec.link_b, -1.0)}) {
-    if (link < 0) continue;
-    for (int i = 0; i < hinges_of(link); ++i) sign_of[at(i)] += sign;
-    const int finger = finger_of(link);
-    if (finger >= 0) sign_of[at(kArmJoints + finger)] += sign;
-  }
+  const int moves_a = joints_of(spec.link_a);
+  const int moves_b = joints_of(spec.link_b);
   for (int i = 0; i < kRobotJoints; ++i) {
-    vectors.put(ENGRAM_VECTOR(Patch, joint_sign) + i, sign_of[at(i)]);
+    vectors.put(ENGRAM_VECTOR(Patch, joint_sign) + i, (moves_a >> i & 1) - (moves_b >> i & 1));
   }
   vectors.put(ENGRAM_VECTOR(Patch, num_points), spec.num_points);
   vectors.put(ENGRAM_VECTOR(Patch, num_anchors), spec.num_anchors);
@@ -178,11 +174,11 @@ int ContactBlock::add_patch(int lane, const PatchSpec& spec) {
     vectors.put(ENGRAM_VECTOR(Patch, apart) + 3 * i,
                 Vec3(spec.anchors_a[at(i)] - spec.anchors_b[at(i)]));
   }
-  add_member(lane, patch, spec);
+  add_member(patch, spec);
   return patch;
 }
 
-void ContactBlock::add_member(int /*lane*/, int patch, const PatchSpec& spec) {
+void ContactBlock::add_member(int patch, const PatchSpec& spec) {
   PatchMembers& members = members_[at(patch)];
   std::array<int, 2>& first = first_bodies_[at(patch)];
   const bool is_first = members.num_points == 0;

@@ -61,7 +61,7 @@ class ContactBlock {
   const float* patch_vectors(int patch) const { return patches_.data() + patch * patch_stride_; }
   void empty_patch(int patch);
   void empty_body(int body_index);
-  void add_member(int lane, int patch, const PatchSpec& spec);
+  void add_member(int patch, const PatchSpec& spec);
 
   int lanes_;
   Vec3 base_;
