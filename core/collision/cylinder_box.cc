@@ -67,6 +67,7 @@ struct CylinderAxis {
   Feature feature = Feature::kBoxFace;
   Vec3 normal = Vec3::Zero();  // from the box to the cylinder
   double overlap = std::numeric_limits<double>::infinity();
+  Vec3 nearest = Vec3::Zero();  // to the box, on the cylinder's axis; of the side
 };
 
 // Overlap along an axis of the box, with which the search for the least begins.
@@ -117,6 +118,7 @@ CylinderAxis find_cylinder_axis(const LocalCylinder& cylinder, const Vec3& half)
   const double length = radial.norm();
   if (length > 1e-9) {
     consider(Feature::kSide, radial / length, cylinder, half, best);
+    best.nearest = point;
   }
   return best;
 }
@@ -246,20 +248,17 @@ void add_on_cap(const LocalCylinder& cylinder, const Vec3& half, const Vec3& nor
 }
 
 // The round side against an edge or a corner.
-void add_on_side(const LocalCylinder& cylinder, const Vec3& half, const Vec3& normal,
+void add_on_side(const LocalCylinder& cylinder, const Vec3& half, const CylinderAxis& axis,
                  Collector& contacts) {
   const auto add = [&](const Vec3& on_axis) {
     const Vec3 on_box = on_axis.cwiseMin(half).cwiseMax(-half);
-    contacts.add(on_box, (on_axis - on_box).dot(normal) - cylinder.radius);
+    contacts.add(on_box, (on_axis - on_box).dot(axis.normal) - cylinder.radius);
   };
   int k = 0;
   for (int i = 1; i < 3; ++i) {
     k = std::abs(cylinder.axis[i]) > std::abs(cylinder.axis[k]) ? i : k;
   }
-  if (std::abs(cylinder.axis[k]) < kAlongEdge) {
-    add(nearest_on_axis(cylinder, half));
-    return;
-  }
+  if (std::abs(cylinder.axis[k]) < kAlongEdge) return add(axis.nearest);
   const double one = (-half[k] - cylinder.center[k]) / cylinder.axis[k];
   const double other = (half[k] - cylinder.center[k]) / cylinder.axis[k];
   const double begin = std::max(-cylinder.half, std::min(one, other));
@@ -313,7 +312,7 @@ ContactPoints cylinder_box(const CylinderPose& cylinder, const BoxPose& box, dou
       add_on_cap(local, box.half, axis.normal, contacts);
       break;
     case Feature::kSide:
-      add_on_side(local, box.half, axis.normal, contacts);
+      add_on_side(local, box.half, axis, contacts);
       break;
   }
   if (contacts.points().empty()) add_on_rim(local, box.half, axis, box.frame.axes, contacts);

@@ -98,16 +98,18 @@ double parts_clearance(double gap, std::span<const RoundedBox> a, const Frame& f
   for (const RoundedBox& first : a) {
     const Vec3 center = frame_a.pos + frame_a.axes * first.frame.pos;
     const Eigen::Matrix3d axes = frame_a.axes * first.frame.axes;
+    const Eigen::Matrix3d turn = axes.transpose() * frame_b.axes;
+    const double reach_of_first = first.bounding_radius();
     for (const RoundedBox& second : b) {
       const Vec3 apart = frame_b.pos + frame_b.axes * second.frame.pos - center;
-      const double reach = first.bounding_radius() + second.bounding_radius() + gap;
+      const double reach = reach_of_first + second.bounding_radius() + gap;
       const double squared = apart.squaredNorm();
       double clearance = 0;
       if (squared > reach * reach) {
         clearance = std::sqrt(squared) - reach;
       } else {
-        const Eigen::Matrix3d rotation = axes.transpose() * frame_b.axes * second.frame.axes;
-        clearance = box_clearance(gap, first, second, axes.transpose() * apart, rotation);
+        clearance =
+            box_clearance(gap, first, second, axes.transpose() * apart, turn * second.frame.axes);
       }
       if (clearance <= 0) return clearance;
       least = std::min(least, clearance);
