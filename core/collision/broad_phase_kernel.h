@@ -88,7 +88,7 @@ class BroadPhaseKernel {
     Vec w = {};
     for (int i = 0; i < kArmJoints; ++i) {
       FrameOf& link = links[i];
-      link = load_frame(vectors, LaneVectors::kLinkPoses + 12 * i);
+      link = load_frame(vectors, LaneVectors::kLinkPoses + BroadPhaseLanes::kFrameRows * i);
       link.pos = link.pos + broadcast_vec3<D>(robot.base_position);
       const Vec turn = link.axes.column(2) * load(vectors, LaneVectors::kV + i);
       w = w + turn;

@@ -60,21 +60,13 @@ void SleepManager::begin(int substeps) {
 
 // --- positions of props ---
 
-void SleepManager::locate(int prop, const double* pos, const double* quat) {
-  Frame& frame = workspace_.frames[at(prop)];
-  frame = make_frame(pos, quat);
-  workspace_.frame_known[at(prop)] = 1;
-  workspace_.centers[at(prop)] = frame.pos + frame.axes * prop_model(prop).bounding_center;
-}
-
 void SleepManager::locate_stored(int prop) {
-  const double* pos = state_.prop_pos_of(env_, prop);
-  if (!prop_model(prop).bounding_center.isZero(0)) {
-    locate(prop, pos, state_.prop_quat_of(env_, prop));
-    return;
-  }
+  const Vec3& center = prop_model(prop).bounding_center;
   workspace_.frame_known[at(prop)] = 0;
-  workspace_.centers[at(prop)] = Eigen::Map<const Eigen::Vector3d>(pos);
+  workspace_.centers[at(prop)] = Eigen::Map<const Vec3>(state_.prop_pos_of(env_, prop));
+  if (center.isZero(0)) return;
+  const Frame& frame = frame_of(prop);
+  workspace_.centers[at(prop)] = frame.pos + frame.axes * center;
 }
 
 void SleepManager::locate_moving() {

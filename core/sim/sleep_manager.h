@@ -55,7 +55,6 @@ class SleepManager {
 
   // --- positions of props ---
 
-  void locate(int prop, const double* pos, const double* quat);
   // Locates a prop by the columns.
   void locate_stored(int prop);
   // Locates moving kinematic props by spheres around their whole displacement.
