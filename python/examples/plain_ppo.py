@@ -1,6 +1,7 @@
 """PPO as most files have it, with CleanRL's default numbers: learns through the preset "train".
 
     python plain_ppo.py --id ShellGameTouch-VLA-v0 --seed 1
+    python plain_ppo.py --id RememberColor3-VLA-v0 RememberShape3-VLA-v0 --file runs.csv
 
 Nothing in this file is made for engram: two networks of 64 x 64, a learnt deviation that does not
 depend on the state, running normalisation of observations and rewards. What a plain learner needs
@@ -12,6 +13,7 @@ results.
 from __future__ import annotations
 
 import argparse
+import csv
 import functools
 import time
 from typing import Any
@@ -33,7 +35,7 @@ def parse_arguments() -> argparse.Namespace:
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     add = parser.add_argument
-    add("--id", default="ShellGameTouch-VLA-v0", help="task")
+    add("--id", nargs="+", default=["ShellGameTouch-VLA-v0"], help="tasks, one run after the other")
     add("--preset", default="train", choices=["train", "none"], help="of engram.make_vec")
     add("--without", nargs="*", default=[], help="parts of the preset to leave out, by keyword")
     add("--obs-mode", default="state", choices=["state", "objects"], help="observations")
@@ -50,6 +52,7 @@ def parse_arguments() -> argparse.Namespace:
     add("--vf-coef", type=float, default=0.5, help="weight of the value loss")
     add("--max-grad-norm", type=float, default=0.5, help="largest norm of a gradient")
     add("--eval-episodes", type=int, default=200, help="of the evaluation at the end")
+    add("--file", help="CSV file that gets a row for each run")
     return parser.parse_args()
 
 
@@ -280,16 +283,41 @@ def evaluate(args: argparse.Namespace, params: Params, normaliser: Normaliser) -
     return float(result["tasks"][0]["sr"])
 
 
-def main() -> None:
-    args = parse_arguments()
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Trains and evaluates in one task; returns a row of the results."""
+    begin = time.process_time()
     params, normaliser = train(args)
     success = evaluate(args, params, normaliser)
-    left_out = f" without {', '.join(args.without)}" if args.without else ""
-    print(
-        f"{args.id}, preset {args.preset}{left_out}, seed {args.seed}, "
-        f"{args.total_timesteps} steps: success_once {success:.3f} of {args.eval_episodes} "
-        f"episodes; {time.process_time():.1f} s of processor time"
-    )
+    per_iteration = args.num_steps * args.num_envs
+    return {
+        "learner": "plain_ppo.py",
+        "id": args.id,
+        "preset": args.preset,
+        "without": " ".join(args.without),
+        "seed": args.seed,
+        "env_steps": max(1, args.total_timesteps // per_iteration) * per_iteration,
+        "success_once": f"{success:.3f}",
+        "episodes": args.eval_episodes,
+        "cpu_s": f"{time.process_time() - begin:.1f}",
+    }
+
+
+def append(file: str, row: dict[str, Any]) -> None:
+    """Adds a row to a CSV file, below a header if the file is new."""
+    with open(file, "a", newline="", encoding="utf-8") as out:
+        writer = csv.DictWriter(out, row, lineterminator="\n")
+        if out.tell() == 0:
+            writer.writeheader()
+        writer.writerow(row)
+
+
+def main() -> None:
+    args = parse_arguments()
+    for task in args.id:
+        row = run(argparse.Namespace(**{**vars(args), "id": task}))
+        print("  ".join(f"{name} {value}" for name, value in row.items()), flush=True)
+        if args.file:
+            append(args.file, row)
 
 
 if __name__ == "__main__":
