@@ -155,6 +155,44 @@ def test_terms_of_the_reward_count_in_the_potential():
     assert potential.max() > 1
 
 
+def test_terms_count_by_stages():
+    inner = make("TakeItBack-VLA-v0", privileged=True, terminate_on_success=True)
+    names = inner.task_of(0)["reward_terms"]
+    flag, place, back = map(
+        names.index, ("goal_reached_status", "place_in_goal_reward", "tcp_pull_dist")
+    )
+    terms = {"place_in_goal_reward": 2, "tcp_pull_dist": 3}
+    env = wrappers.PotentialReward(
+        inner,
+        0.9,
+        weight=0,
+        terms=terms,
+        until={"place_in_goal_reward": "goal_reached_status"},
+        since={"tcp_pull_dist": "goal_reached_status"},
+    )
+    env.reset()
+    before, stages = np.zeros(N), set()
+    for _ in range(45):
+        _, reward, terminated, truncated, info = env.step(env.act("oracle"))
+        ended = terminated | truncated
+        told = values(info, "reward_dict", ended)
+        over = np.nan_to_num(told[:, flag]) == 1
+        stages |= set(over)
+        first = np.where(over, 1, np.clip(np.nan_to_num(told[:, place]), 0, 1))
+        second = np.where(over, np.clip(1 - told[:, back] / 0.5, 0, 1), 0)
+        potential = 2 * first + 3 * second
+        np.testing.assert_allclose(reward, 0.9 * potential - before, atol=1e-6)
+        before = np.where(ended, 0, potential)
+    assert stages == {False, True}
+
+
+@pytest.mark.parametrize("name", ["until", "since"])
+def test_stages_need_terms_of_the_task(name):
+    pair = {"tcp_to_obj_dist": "goal_reached_status"}
+    with pytest.raises(engram.InvalidArgumentError, match=f"^{name}: 'goal_reached_status' given"):
+        wrappers.PotentialReward(make(), **{name: pair})
+
+
 def test_standing_still_pays_nothing_and_success_most():
     """Where the task's own reward pays in every step for being still (TASK, while it lasts)."""
     returns = {}
@@ -351,6 +389,22 @@ def test_the_preset_is_its_wrappers(obs_mode, rows):
         ours, theirs = env.step(env.act("oracle")), by_hand.step(by_hand.act("oracle"))
         for one, other in zip(ours[:4], theirs[:4]):
             np.testing.assert_array_equal(one, other)
+
+
+def test_the_way_back_pays_in_the_preset():
+    """Where the cube has to leave the target again, that costs nothing of what it has gained."""
+    inner = make("TakeItBack-VLA-v0", terminate_on_success=True)
+    env = wrappers.train(inner, gamma=1, bonus=0)
+    env.reset(seed=1)
+    total, there, back = np.zeros(N), np.full(N, np.nan), np.full(N, np.nan)
+    for _ in range(60):
+        _, reward, terminated, _, info = env.step(env.act("oracle"))
+        total += np.where(np.isnan(back), reward, 0)
+        arrived = np.isnan(there) & values(info, "goal_reached_status", terminated).astype(bool)
+        there[arrived] = total[arrived]
+        returned = np.isnan(back) & terminated
+        back[returned] = total[returned]
+    assert (back > there + 2).all()
 
 
 def test_tasks_in_one_batch_are_wrapped_as_alone():

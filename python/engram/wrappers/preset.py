@@ -17,18 +17,35 @@ POSE_SCALE = (0.3, 0.3, 0.3, 0.1, 0.1, 0.1, 0.5)
 OTHER_SCALE = 0.3
 
 # Terms of the task's reward in the potential, with their weights: the distances and poses that lead
-# to success, one after the other. A task has those that its reward has.
+# to success, one after the other. A task has those that its reward has. What an object is to do
+# weighs more than the hand's way to it, because the hand leaves its best place to do it.
 TERMS = {
     "tcp_to_obj_dist": 1.0,
     "tcp_to_hit_pose_dist": 1.0,
     "tcp_to_cube_dist": 1.0,
     "tcp_to_button_dist": 1.0,
     "tcp_push_dist": 1.0,
+    "tcp_pull_dist": 1.0,
     "to_grip_dist": 1.0,
     "obj_to_goal_dist": 1.0,
     "place_in_goal_reward": 1.0,
-    "place_reward": 1.0,
-    "y_angle_reward": 1.0,
+    "place_back_reward": 3.0,
+    "place_reward": 5.0,
+    "keep_contact_reward": 1.0,
+    "y_angle_reward": 5.0,
+}
+# Terms of a first stage, which count as reached, and of a second one, which count nothing, by the
+# term that tells whether the first stage is over: the ball is within reach, or the cube has been on
+# the target.
+UNTIL = {
+    "tcp_to_hit_pose_dist": "reached_status",
+    "tcp_push_dist": "goal_reached_status",
+    "place_in_goal_reward": "goal_reached_status",
+}
+SINCE = {
+    "tcp_pull_dist": "goal_reached_status",
+    "place_back_reward": "goal_reached_status",
+    "keep_contact_reward": "goal_reached_status",
 }
 
 
@@ -55,7 +72,8 @@ def train(
         scale_observations: ``ScaleState`` or ``ObjectRows``, where observations are rows.
         time_left: ``TimeLeft``, where observations are rows.
         potential: Weight of the dense reward in ``PotentialReward``; 0: no potential.
-        terms: Of the potential; None: those of ``TERMS`` that the task's reward has.
+        terms: Of the potential; None: those of ``TERMS`` that the task's reward has. Stages are
+            those of ``UNTIL`` and ``SINCE``.
         bonus: Of ``HeldReward``; 0: none.
     """
     if scale_actions:
@@ -72,7 +90,12 @@ def train(
     if potential:
         theirs = {name for i in range(env.num_envs) for name in env.task_of(i)["reward_terms"]}
         known = {name: weight for name, weight in TERMS.items() if name in theirs}
-        env = PotentialReward(env, gamma, potential, known if terms is None else terms)
+        terms = known if terms is None else terms
+        until, since = (
+            {name: done for name, done in stage.items() if name in terms and done in theirs}
+            for stage in (UNTIL, SINCE)
+        )
+        env = PotentialReward(env, gamma, potential, terms, until, since)
     return HeldReward(env, gamma, bonus) if bonus else env
 
 

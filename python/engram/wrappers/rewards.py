@@ -29,12 +29,18 @@ class PotentialReward(Wrapper):
     gamma^T phi_T, whatever lies between: standing still before success pays nothing (Ng, Harada and
     Russell, 1999). Made for ``reward_mode="normalized_dense"``, in which a step with success has 1.
 
+    Where a task has two stages, what the first one asks for can cost in the second: a cube that
+    returns leaves the target. With a term x_k of 0 or 1 that tells that a stage is over,
+    ``until={"j": "k"}`` lets g(x_j) count as 1 once x_k is 1, and ``since={"j": "k"}`` as 0 before.
+
     Args:
         env: A batch, which need not be privileged.
         gamma: Discount of the learner.
         weight: Of the dense reward.
         terms: Weights w_j by names of ``engram.describe(id)["reward_terms"]``; their values are
             those of the step before. Of several tasks, those that a task's reward has.
+        until: Terms that are done, by those of the first stage.
+        since: Terms that are done, by those of the second stage.
     """
 
     def __init__(
@@ -43,6 +49,8 @@ class PotentialReward(Wrapper):
         gamma: float = 0.99,
         weight: float = 1.0,
         terms: Mapping[str, float] | None = None,
+        until: Mapping[str, str] | None = None,
+        since: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__(env)
         _check_gamma(gamma)
@@ -58,13 +66,17 @@ class PotentialReward(Wrapper):
         self._weights = np.zeros(self._now.shape)
         self._distances = np.zeros(self._now.shape, np.bool_)
         for name, value in self.terms.items():
-            column = np.array([_index(terms, name) for terms in tasks])
+            column = _columns("terms", tasks, name)
             which = np.flatnonzero(column >= 0)
-            if not len(which):
-                allowed = ", ".join(sorted({term for terms in tasks for term in terms}))
-                raise InvalidArgumentError(f"terms: {name!r} given; allowed: {allowed}")
             self._weights[which, column[which]] = value
             self._distances[which, column[which]] = name.endswith("dist")
+        # Columns of the term and of the one that ends or begins its stage, per environment.
+        stages = [("until", until or {}, 1.0), ("since", since or {}, 0.0)]
+        self._stages = [
+            (_columns(key, tasks, name), _columns(key, tasks, done), there)
+            for key, pairs, there in stages
+            for name, done in pairs.items()
+        ]
         self._potential = np.zeros(self.num_envs)
 
     def reward(self, step: Step) -> np.ndarray:
@@ -85,7 +97,13 @@ class PotentialReward(Wrapper):
         if self._last is not None:
             values = np.where(step.ended[:, None], self._last, values)
         shaped: np.ndarray = np.clip(np.where(self._distances, 1 - values / RANGE, values), 0, 1)
-        return np.nan_to_num(shaped)
+        shaped = np.nan_to_num(shaped)
+        rows = np.arange(self.num_envs)
+        for term, done, there in self._stages:
+            over = np.nan_to_num(values[rows, done]) > 0.5
+            has = (term >= 0) & (done >= 0) & (over if there else ~over)
+            shaped[rows[has], term[has]] = there
+        return shaped
 
     def begin(self, began: np.ndarray) -> None:
         self._potential[began] = 0
@@ -127,6 +145,15 @@ class HeldReward(Wrapper):
 
     def begin(self, began: np.ndarray) -> None:
         self._succeeded &= ~began
+
+
+def _columns(key: str, tasks: list[Sequence[str]], name: str) -> np.ndarray:
+    """Index of a term in each task's reward, -1 where it has none."""
+    columns = np.array([_index(terms, name) for terms in tasks])
+    if (columns < 0).all():
+        allowed = ", ".join(sorted({term for terms in tasks for term in terms}))
+        raise InvalidArgumentError(f"{key}: {name!r} given; allowed: {allowed}")
+    return columns
 
 
 def _index(names: Sequence[str], name: str) -> int:
