@@ -73,6 +73,10 @@ TEST_CASE("In MuJoCo a moving kinematic prop pushes and carries at its own speed
   CHECK(rig.pos(0).x() == Approx(goal).margin(1e-9));
   CHECK(rig.pos(1).x() == Approx(goal + 0.04).margin(2e-3));
   CHECK(rig.pos(1).x() - way_begins == Approx(10 * kPace).margin(2e-3));
+  // With newer versions friction slows it between two touches.
+  if (mjVERSION_HEADER < 300) {
+    CHECK(rig.state().prop_qvel_of(0, 1)[0] == Approx(20 * kPace).margin(0.04));
+  }
   CHECK(rig.pos(1).z() == Approx(0.02).margin(1e-3));
   // At first the lower one slides away beneath it: v^2 / (2 mu g), 6.8 mm.
   CHECK(rig.pos(2).x() == Approx(goal - 0.0068).margin(2e-3));
