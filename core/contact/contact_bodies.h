@@ -213,6 +213,21 @@ class ContactBodies {
     return sum;
   }
 
+  // Velocities that bias accelerations add, of A's link less B's: of centres of mass, of a point
+  // around them, and angular ones.
+  ENGRAM_INLINE Vec added_linear(const PatchLanes<V>& patch, const PatchMembers& members) const {
+    return link_difference(patch, members, [&](int link) { return added_linear_[link]; });
+  }
+  ENGRAM_INLINE Vec added_turn(const PatchLanes<V>& patch, const PatchMembers& members,
+                               const Vec& point) const {
+    return link_difference(patch, members, [&](int link) {
+      return cross(added_angular_[link], point - center_[link]);
+    });
+  }
+  ENGRAM_INLINE Vec added_angular(const PatchLanes<V>& patch, const PatchMembers& members) const {
+    return link_difference(patch, members, [&](int link) { return added_angular_[link]; });
+  }
+
   const ContactLanes& lanes_;
   FreeBodyLanes<V>* bodies_;
   PatchLanes<V>* patches_;

@@ -59,9 +59,9 @@ class ContactSolver : public ContactBodies<V> {
 
  private:
   using Bodies = ContactBodies<V>;
-  using Bodies::added_angular_;
-  using Bodies::added_linear_;
-  using Bodies::center_;
+  using Bodies::added_angular;
+  using Bodies::added_linear;
+  using Bodies::added_turn;
   using Bodies::column_;
   using Bodies::compliance_;
   using Bodies::delta_q_;
@@ -114,9 +114,7 @@ class ContactSolver : public ContactBodies<V> {
         constraint.joint[kArmJoints + i] =
             patch.joint_sign[kArmJoints + i] * dot(axis, frames_.finger_axis(i));
       }
-      const Vec turn = link_difference(patch, members, [&](int link) {
-        return cross(added_angular_[link], point - center_[link]);
-      });
+      const Vec turn = added_turn(patch, members, point);
       constraint.added_rate += dot(axis, turn);
       constraint.added_speed += dot(axis, turn + added_linear(patch, members));
     }
@@ -131,10 +129,6 @@ class ContactSolver : public ContactBodies<V> {
                                 [](const FreeBodyLanes<V>& body) { return body.center; });
       constraint.turn_b = cross(axis, point_b - center);
     }
-  }
-
-  ENGRAM_INLINE Vec added_linear(const PatchLanes<V>& patch, const PatchMembers& members) const {
-    return link_difference(patch, members, [this](int link) { return added_linear_[link]; });
   }
 
   // Responses; J times the effective mass, of which a constraint takes this share. `axis`: of
@@ -280,9 +274,7 @@ class ContactSolver : public ContactBodies<V> {
     constraint.turn_a = patch.normal;
     constraint.turn_b = patch.normal * simd::broadcast<V>(-1);
     constraint.added_rate = constraint.separation = constraint.bias_rate = V{};
-    constraint.added_speed =
-        dot(patch.normal,
-            link_difference(patch, members, [&](int link) { return added_angular_[link]; }));
+    constraint.added_speed = dot(patch.normal, added_angular(patch, members));
     finish_constraint(constraint, members, a, b, compliance, Vec{},
                       present ? simd::broadcast<V>(kBaumgarte) : V{});
     V depth = {};
