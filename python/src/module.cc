@@ -12,6 +12,7 @@
 #include "copies.h"
 #include "evaluate.h"
 #include "fields.h"
+#include "images.h"
 #include "task.h"
 
 namespace engram_python {
@@ -180,6 +181,7 @@ NB_MODULE(_core, module) {
   engram_python::bind_options(module);
   engram_python::bind_batch(module);
   engram_python::bind_copies(module);
+  engram_python::bind_images(module);
   engram_python::bind_evaluate(module);
   engram_python::bind_tasks(module);
   engram_python::bind_task_functions(module);

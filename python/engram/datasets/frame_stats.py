@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from engram import _core
+
 Stats = dict[str, np.ndarray]
 
 _QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
@@ -40,18 +42,16 @@ class Levels:
 
     def __init__(self, unit: float = 1.0) -> None:
         self._unit = unit
-        self._counts: np.ndarray = np.zeros((1, 0), np.int64)
+        self._counts: np.ndarray = np.zeros((1, 1), np.int64)
         self._images = 0
 
     def add(self, images: np.ndarray) -> Stats:
         """Statistics of an episode, (T, H, W, C) or (T, H, W)."""
         chosen = np.unique(np.linspace(0, len(images) - 1, _MAX_IMAGES).round().astype(int))
-        channels = np.moveaxis(images.reshape(*images.shape[:3], -1), -1, 0)
-        known = self._counts.shape[-1]
-        rows = [_counts(channel, chosen, known) for channel in channels]
-        levels = max(map(len, rows))
-        counts = np.stack([np.pad(row, (0, levels - len(row))) for row in rows])
-        self._counts = counts + np.pad(self._counts, ((0, 0), (0, levels - known)))
+        images = images.reshape(*images.shape[:3], -1)
+        counts = np.zeros((images.shape[-1], np.iinfo(images.dtype).max + 1), np.int64)
+        _core.count_levels(images, chosen, counts)
+        self._counts = self._counts + counts
         self._images += len(chosen)
         return self._of(counts, len(chosen))
 
@@ -73,19 +73,6 @@ class Levels:
         stats |= {"mean": mean, "std": np.sqrt(squares)}
         shaped = {name: values.reshape(-1, 1, 1) for name, values in stats.items()}
         return shaped | {"count": np.array([images])}
-
-
-def _counts(images: np.ndarray, chosen: np.ndarray, levels: int) -> np.ndarray:
-    """How often each level is in some of the images, (T, H, W), for that many levels or more.
-
-    Image by image, which stays in the cache.
-    """
-    counts = np.zeros(levels, np.int64)
-    for i in chosen:
-        found = np.bincount(images[i].ravel(), minlength=len(counts))
-        found[: len(counts)] += counts
-        counts = found
-    return counts
 
 
 def of_values(values: np.ndarray) -> Stats:

@@ -74,9 +74,11 @@ def test_statistics_are_those_of_all_frames():
     assert total["count"] == [247]
 
 
-def test_statistics_of_images_are_those_of_all_their_pixels():
+@pytest.mark.parametrize(("kind", "most"), [(np.uint8, 250), (np.uint16, 60_000)])
+def test_statistics_of_images_are_those_of_all_their_pixels(kind: type, most: int):
+    """One camera of two, whose channels take turns."""
     rng = np.random.default_rng(4)
-    episodes = [rng.integers(0, most, (5, 4, 6, 3), np.uint8) for most in (20, 250)]
+    episodes = [rng.integers(0, end, (5, 4, 6, 6), kind)[..., 3:] for end in (20, most)]
     levels = Levels(1 / 255)
     for episode in episodes:
         stats = levels.add(episode)

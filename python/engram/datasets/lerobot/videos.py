@@ -13,12 +13,14 @@ from typing import Any, BinaryIO
 import av
 import numpy as np
 
+from engram import _core
 from engram.datasets.checks import DatasetError
 
 _OF_DISKS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-# 128 x 128 images: 0.4 ms and 1.9 KB a frame, 32 dB; AV1 takes 1.7 ms and 2.2 KB for that.
+# 128 x 128 images: 0.25 ms and 1.7 KB a frame, 39 dB of Y, U and V; with the preset veryfast and
+# crf 24 0.45 ms and 1.4 KB for that. AV1 takes 1.7 ms.
 _QUALITY = {
-    "libx264": {"crf": "24", "preset": "veryfast"},
+    "libx264": {"crf": "26", "preset": "ultrafast", "coder": "cabac"},
     "libsvtav1": {"crf": "30", "preset": "12"},
 }
 
@@ -29,7 +31,7 @@ _TO_YUV = np.array(
 ) / np.float32(255)
 # FFmpeg's conversion back to RGB, which PyAV, torchcodec and OpenCV share, is too dark by these.
 _SHIFT = np.array([1.0, 1.5, 0.8], np.float32)
-_OFFSET = _TO_YUV @ _SHIFT + np.array([16, 128, 128], np.float32)
+_OFFSET = (_TO_YUV @ _SHIFT + [16, 128, 128]).astype(np.float32)
 
 
 class VideoFile:
@@ -60,8 +62,11 @@ class VideoFile:
     def add(self, images: np.ndarray) -> None:
         """Appends frames, (T, H, W, 3) bytes."""
         with _encoding(self.codec):
-            for image in images:
-                frame = av.VideoFrame.from_ndarray(_planes(image), format="yuv420p")
+            frames, height, width = images.shape[:3]
+            planes = np.empty((frames, height * 3 // 2, width), np.uint8)
+            _core.to_yuv420(images, _TO_YUV, _OFFSET, planes)
+            for image in planes:
+                frame = av.VideoFrame.from_ndarray(image, format="yuv420p")
                 frame.pts = self.frames
                 frame.time_base = Fraction(1, self.fps)
                 self._mux(self.container, self.stream.encode(frame))
@@ -77,27 +82,6 @@ class VideoFile:
         for packet in packets:
             self.bytes += packet.size
             container.mux(packet)
-
-
-def _planes(image: np.ndarray) -> np.ndarray:
-    """An image (H, W, 3) in YUV: the rows of Y, then those of U and V at half the size.
-
-    Channel by channel: their pixels need not lie side by side, and no image is copied for that.
-    """
-    height, width = image.shape[:2]
-    values = np.zeros((height * 3 // 2, width), np.float32)
-    luma, chroma = values[:height], values[height:].reshape(2, height // 2, width // 2)
-    for channel, (y, *uv) in zip(np.moveaxis(image, -1, 0), _TO_YUV.T):
-        plane = channel.astype(np.float32)
-        rows = plane[::2] + plane[1::2]
-        quads = rows[:, ::2] + rows[:, 1::2]
-        for half, weight in zip(chroma, uv):
-            half += weight / 4 * quads
-        plane *= y
-        luma += plane
-    luma += _OFFSET[0]
-    chroma += _OFFSET[1:, None, None]
-    return np.rint(values, out=values).astype(np.uint8)
 
 
 def video_info(path: Path, fps: int, codec: str) -> dict[str, Any]:
