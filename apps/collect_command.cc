@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -208,7 +209,6 @@ void print_block(std::span<const std::byte> bytes) {
   print_bytes(bytes);
 }
 
-// Data files, an empty block, and metadata.json.
 // A share of the attempts, into a folder of its own.
 void collect_share(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
                    const CollectOptions& options) {
@@ -242,6 +242,7 @@ void collect_share(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks,
   if (ranks.is_root()) print_shard(shard, folder, journal->size(), options.json);
 }
 
+// Data files, an empty block, and metadata.json.
 void stream(Ranks& ranks, std::span<const RegistryEntry* const> tasks, CollectOptions& options) {
   if (tasks.size() != 1 || options.json || !ranks.is_single()) {
     throw Error(
@@ -285,6 +286,12 @@ std::string this_program() { return std::filesystem::read_symlink("/proc/self/ex
   if (options.json) words.emplace_back("--json");
   for (const std::string& word : options.passed) words.push_back("--word=" + word);
   for (const RegistryEntry* task : tasks) words.emplace_back(task->id);
+  // Keeps the memory of episodes, 98 KB a step, for the next ones: to have the kernel clear it anew
+  // takes a third of a stream's time.
+  ::setenv(
+      "GLIBC_TUNABLES",
+      "glibc.malloc.mmap_max=0:glibc.malloc.arena_max=1:glibc.malloc.trim_threshold=4294967296",
+      /*overwrite=*/0);
   become(std::move(words), given);
 }
 

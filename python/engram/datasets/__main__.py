@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import importlib
 import json
@@ -10,7 +11,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any, NoReturn
@@ -21,6 +22,7 @@ from engram.datasets import additions, checks, collected, lerobot_options
 from engram.datasets.checks import DatasetError
 from engram.datasets.episodes import find_metadata
 from engram.datasets.spaces import ANGLES
+from engram.datasets.work import ahead
 
 _FORMATS = ("rlds", "lerobot", "hdf5")  # that demonstrations are converted to
 _LEROBOT_OPTIONS = dataclasses.fields(lerobot_options.Options)
@@ -265,18 +267,29 @@ def _format_options(name: str, given) -> dict[str, Any]:
 
 
 def _collect(given) -> list[dict]:
-    """Tasks that are there already, from the same collection, are left as they are."""
+    """Tasks that are there already, from the same collection, are left as they are.
+
+    The next task's stream begins while one is written, so that neither waits for the other.
+    """
     writer = _module(given.format)
     options = _format_options(given.format, given)
     results = []
-    for env_id in given.ids:
-        episodes = collected.collect(given, env_id)
-        if writer.is_written(episodes, given.out, **options):
-            print(f"{env_id}: there already", file=sys.stderr)
-            continue
-        with episodes, _Progress(episodes) as progress:
-            path = writer.convert(episodes, given.out, progress=progress, **options)
-        results.append(_result(episodes, path, given.format))
+    with contextlib.ExitStack() as streams:
+
+        def begun() -> Iterator[collected.CollectedEpisodes]:
+            for env_id in given.ids:
+                episodes = collected.collect(given, env_id)
+                if writer.is_written(episodes, given.out, **options):
+                    print(f"{env_id}: there already", file=sys.stderr)
+                else:
+                    yield streams.enter_context(episodes)
+
+        with ahead(begun()) as coming:
+            for episodes in coming:
+                with _Progress(episodes) as progress:
+                    path = writer.convert(episodes, given.out, progress=progress, **options)
+                episodes.close()
+                results.append(_result(episodes, path, given.format))
     return results
 
 

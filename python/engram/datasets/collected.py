@@ -64,6 +64,10 @@ class CollectedEpisodes:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stops the command, if it runs."""
         self._process.kill()  # it writes no files, and has nothing to say
         self._source.close()
         self._process.wait()

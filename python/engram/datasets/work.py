@@ -88,16 +88,16 @@ _END = object()
 
 
 @contextlib.contextmanager
-def ahead(items: Iterable[In]) -> Iterator[Iterator[In]]:
-    """The items, each made by a thread while the one before is used; as ``in_order``."""
+def ahead(items: Iterable[In], count: int = 1) -> Iterator[Iterator[In]]:
+    """The items, of which a thread makes `count` more while one is used; as ``in_order``."""
     with _Calls(1) as calls:
-        yield _next_ones(calls, iter(items))
+        yield _next_ones(calls, iter(items), count)
 
 
-def _next_ones(calls: _Calls, iterator: Iterator[In]) -> Iterator[In]:
-    coming = calls.submit(next, iterator, _END)
-    while (item := coming.result()) is not _END:
-        coming = calls.submit(next, iterator, _END)
+def _next_ones(calls: _Calls, iterator: Iterator[In], count: int) -> Iterator[In]:
+    coming = deque(calls.submit(next, iterator, _END) for _ in range(count))
+    while (item := coming.popleft().result()) is not _END:
+        coming.append(calls.submit(next, iterator, _END))
         yield item
 
 

@@ -102,7 +102,9 @@ def test_an_interruption_leaves_what_was_there(tmp_path, format):
     assert collect(ID, "--episodes=2", "--format", format, "--out", str(tmp_path)).returncode == 0
     before = files_in(tmp_path)
     words = [ID, "RememberColor3-VLA-v0", "--episodes", "2", "--format", format]
-    long = [*words[1:2], "--episodes", "100000", "--format", format, "--out", str(tmp_path)]
+    # The stream of the second one has begun, too, when the first one is interrupted.
+    both = [words[1], "ShellGamePush-VLA-v0"]
+    long = [*both, "--episodes", "100000", "--format", format, "--out", str(tmp_path)]
     process = subprocess.Popen(
         [*ENGRAM, *long],
         stderr=subprocess.PIPE,
@@ -115,7 +117,7 @@ def test_an_interruption_leaves_what_was_there(tmp_path, format):
         assert process.poll() is None
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-    error = process.communicate(timeout=60)[1].decode()
+    error = process.communicate(timeout=60)[1].decode()  # ends when no process is left
     assert process.returncode == 130
     assert "Traceback" not in error
     assert files_in(tmp_path) == before
@@ -132,7 +134,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path, format):
     def limit() -> None:  # of files; Python ignores the signal
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
-    done = collect("RememberColor3-VLA-v0", *words, preexec_fn=limit)
+    done = collect("RememberColor3-VLA-v0", "ShellGamePush-VLA-v0", *words, preexec_fn=limit)
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
     (message,) = [line for line in done.stderr.splitlines() if line]

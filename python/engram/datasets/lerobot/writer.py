@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,7 @@ from engram.datasets.lerobot.choice import smaller_frames
 from engram.datasets.lerobot.videos import video_info
 from engram.datasets.lerobot_options import Options
 from engram.datasets.spaces import Spaces
-from engram.datasets.work import ahead
+from engram.datasets.work import ahead, in_order
 
 _FILES: dict[str, type[v21.Files] | type[v30.Files]] = {"3.0": v30.Files, "2.1": v21.Files}
 
@@ -61,7 +62,7 @@ def convert(
         with (
             contextlib.closing(FrozenCue(folder.env_id, folder.origin)) as cue,
             _Writer(path, folder.spaces, chosen, folder.keeps_failures, cue, question) as writer,
-            ahead(folder) as episodes,
+            ahead(folder, 2) as episodes,
         ):
             for done, episode in enumerate(episodes, 1):
                 writer.add(episode)
@@ -146,11 +147,14 @@ class _Writer:
         if self._has_language and episode.labels is not None:
             words = episode.language_instruction
             table = label_columns.with_language(table, episode.labels, words, self.question)
-        row |= self.files.add(row | {"first_frame": self.frames}, table, filmed)
-        self.rows.append(row)
         if self.options.version == "2.1":  # whose readers refuse statistics of one channel
             maps = {}
-        self.stats.append(self._stats(columns | numbers, images, maps))
+        add = functools.partial(self.files.add, row | {"first_frame": self.frames}, table, filmed)
+        count = functools.partial(self._stats, columns | numbers, images, maps)
+        with in_order(lambda call: call(), (add, count)) as results:
+            place, stats = results
+        self.rows.append(row | place)
+        self.stats.append(stats)
         self.frames += len(episode)
 
     def _stats(
