@@ -38,25 +38,6 @@ works() {  # PYTHON: it runs, is new enough and can make virtual environments
     > /dev/null 2>&1
 }
 
-# Debian 13's Python, from where this machine has its packages; nothing of apt's own is changed.
-build_python() {  # PREFIX
-  scripts/install_dependencies.sh libssl-dev libffi-dev zlib1g-dev libbz2-dev liblzma-dev libsqlite3-dev
-  local work keys=/usr/share/keyrings/debian-archive-keyring.gpg
-  work=$(mktemp -d)
-  chmod 755 "$work"
-  mkdir -p "$work"/{lists/partial,cache/archives/partial,source}
-  echo "deb-src [signed-by=$keys] $(scripts/install_dependencies.sh --mirror) trixie main" \
-    > "$work/sources.list"
-  local apt=(apt-get -qq -o "Dir::Etc::SourceList=$work/sources.list" -o Dir::Etc::SourceParts=/dev/null
-    -o "Dir::State::Lists=$work/lists" -o "Dir::Cache=$work/cache")
-  "${apt[@]}" update
-  (cd "$work/source" && "${apt[@]}" source --download-only python3.13)
-  tar -xf "$work"/source/python3.13_*.orig.tar.xz -C "$work/source" --strip-components=1
-  (cd "$work/source" && ./configure --quiet --prefix="$1" --disable-test-modules && make -s -j2 &&
-    make -s install)
-  rm -rf "$work"
-}
-
 newer_python() {  # -> a Python 3.12 or newer, which LeRobot needs and Debian 12 does not have
   local python built=$PWD/build/python-3.13
   # pyenv's versions need not be on the search path.
@@ -67,7 +48,7 @@ newer_python() {  # -> a Python 3.12 or newer, which LeRobot needs and Debian 12
       return
     fi
   done
-  works "$built/bin/python3.13" || build_python "$built" >&2
+  works "$built/bin/python3.13" || scripts/build_python.sh "$built" >&2
   works "$built/bin/python3.13" || { echo "the Python that was built does not work" >&2; exit 1; }
   echo "$built/bin/python3.13"
 }

@@ -2,6 +2,7 @@
 # Builds what pip installs without a compiler: wheel.sh [KIND...], into build/dist (or $DIST).
 #   native    the wheel for this machine's processor (the default)
 #   aarch64   the one for 64-bit ARM, with Debian's cross-compiler and arm64 packages; after native
+#   free-threaded  the one for a Python without a global lock, $PYTHON; default: 3.13, built from source
 #   sdist     the sources, from which pip builds where the packages of install_dependencies.sh are
 # libmujoco and what else the extension links to travel inside. One wheel serves all versions of
 # CPython from 3.10 on, and systems from glibc 2.34 on: docs/packaging.md says why.
@@ -19,12 +20,13 @@ sysroot=${SYSROOT:-$PWD/build/sysroot-aarch64}
 export PATH="$PWD/$tools/bin:$PATH"
 mkdir -p "$dist"
 
+builder=python
 build() {  # CMAKE_DEFINITION... -> the only wheel in $plain
   local settings=()
   for definition in "$@"; do settings+=("--config-settings=cmake.define.$definition"); done
   rm -rf "$plain"
   # Compilers by the names that the main build calls them, so that ccache finds its objects again.
-  CC=${CC:-cc} CXX=${CXX:-c++} python -m pip wheel --quiet --disable-pip-version-check \
+  CC=${CC:-cc} CXX=${CXX:-c++} "$builder" -m pip wheel --quiet --disable-pip-version-check \
     --no-build-isolation --no-deps --wheel-dir "$plain" "${settings[@]}" \
     --config-settings=cmake.define.ENGRAM_PCH=OFF \
     --config-settings=cmake.define.ENGRAM_WARNINGS_AS_ERRORS=ON \
@@ -38,9 +40,14 @@ finish() {  # GLIBC MACHINE
   python -c "import platform, sys; platform.machine = lambda: '$2'
 from auditwheel.main import main
 sys.exit(main())" repair --plat "manylinux_$1_$2" --wheel-dir "$dist" "$plain"/engram_sim-*.whl
-  abi3audit --strict --summary "$dist"/engram_sim-*"manylinux_$1_$2".whl
-  check_hardened "$(find "$dist" -name "engram_sim-*manylinux_$1_$2.whl" -printf '%T@ %p\n' | sort -n |
-    tail -n 1 | cut -d ' ' -f 2-)"
+  local made
+  made=$(newest "manylinux_$1_$2")
+  if [[ $made == *-abi3-* ]]; then abi3audit --strict --summary "$made"; fi
+  check_hardened "$made"
+}
+
+newest() {  # PLATFORM -> the wheel; earlier versions may lie beside it
+  find "$dist" -name "engram_sim-*$1.whl" -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-
 }
 
 # What is compiled here protects its stacks, checks copies and binds its symbols at the start.
@@ -64,6 +71,24 @@ native() {
   build
   if [ "$(uname -m)" = aarch64 ]; then libccd cc; fi
   AUDITWHEEL_LD_LIBRARY_PATH=${ccd:-} finish 2_34 "$(uname -m)"
+}
+
+# nanobind-backend has no wheels for 3.13t and 3.14t, which have no stable ABI: the extension has it
+# inside. From 3.15t on the usual way serves, for all versions.
+free_threaded() {
+  scripts/install_dependencies.sh
+  builder=${PYTHON:-$PWD/build/python-3.13t/bin/python3}
+  [ -x "$builder" ] || scripts/build_python.sh "${builder%/bin/*}" --disable-gil
+  # The build's tools are plain Python.
+  PYTHONPATH=$(python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') build
+  local work
+  work=$(mktemp -d)
+  python -m wheel unpack --dest "$work" "$plain"/engram_sim-*.whl
+  sed -i '/^Requires-Dist: nanobind-backend/d' "$work"/*/*.dist-info/METADATA
+  rm "$plain"/*.whl
+  python -m wheel pack --dest-dir "$plain" "$work"/*
+  rm -rf "$work"
+  finish 2_34 "$(uname -m)"
 }
 
 # The arm64 packages are unpacked in a folder and not installed, so nothing of them has to run.
@@ -103,9 +128,7 @@ aarch64() {
   unpack_sysroot
   libccd aarch64-linux-gnu-gcc --sysroot="$sysroot"
   local stub=$PWD/build/wheel-stub native
-  # The newest: earlier versions may lie beside it.
-  native=$(find "$dist" -name "engram_sim-*manylinux*_$(uname -m).whl" -printf '%T@ %p\n' | sort -n |
-    tail -n 1 | cut -d ' ' -f 2-)
+  native=$(newest "manylinux*_$(uname -m)")
   if [ -z "$native" ]; then
     echo "wheel.sh: no wheel for $(uname -m) in $dist, which aarch64 takes the stub from; run" \
       "wheel.sh native first" >&2
@@ -126,8 +149,9 @@ sdist() { python -m build --sdist --no-isolation --outdir "$dist" .; }
 for kind in "${@:-native}"; do
   case $kind in
     native | aarch64 | sdist) "$kind" ;;
+    free-threaded) free_threaded ;;
     *)
-      echo "wheel.sh: '$kind' given; native, aarch64 and sdist allowed" >&2
+      echo "wheel.sh: '$kind' given; native, aarch64, free-threaded and sdist allowed" >&2
       exit 2
       ;;
   esac

@@ -6,19 +6,25 @@
 namespace engram_python {
 namespace {
 
-std::vector<unsigned long> threads;  // guarded by the GIL
+std::vector<unsigned long> threads;  // guarded by the GIL, or without one by the mutex
+nanobind::ft_mutex mutex;
 
 }  // namespace
 
 BackgroundCall::BackgroundCall(bool is_needed) : is_marked_(is_needed) {
-  if (is_marked_) threads.push_back(PyThread_get_thread_ident());
+  if (!is_marked_) return;
+  const nanobind::ft_lock_guard lock(mutex);
+  threads.push_back(PyThread_get_thread_ident());
 }
 
 BackgroundCall::~BackgroundCall() {
-  if (is_marked_) threads.erase(std::ranges::find(threads, PyThread_get_thread_ident()));
+  if (!is_marked_) return;
+  const nanobind::ft_lock_guard lock(mutex);
+  threads.erase(std::ranges::find(threads, PyThread_get_thread_ident()));
 }
 
 void interrupt_background_calls(nanobind::handle type) {
+  const nanobind::ft_lock_guard lock(mutex);
   for (const unsigned long thread : threads) PyThreadState_SetAsyncExc(thread, type.ptr());
 }
 

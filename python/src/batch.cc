@@ -200,8 +200,7 @@ Batch::Batch(const std::vector<TaskShare>& tasks, const Options& options)
     : handle_(std::make_shared<Handle>(tasks, options)) {}
 
 void Batch::close() {
-  const std::shared_ptr<Handle> handle = std::move(handle_);
-  handle_.reset();
+  const std::shared_ptr<Handle> handle = handle_.exchange(nullptr);
   // Arrays may keep the handle alive; a running step is waited for here in any case.
   if (handle && !handle->forked()) {
     engram_env* env = handle->env();
@@ -211,8 +210,9 @@ void Batch::close() {
 
 std::shared_ptr<Handle> Batch::open() const {
   hold_back_locked();  // or a daemon thread would find that its batch was closed at the end
-  if (!handle_) raise(ENGRAM_BAD_STATE, "the environments are closed; make new ones");
-  return handle_;
+  std::shared_ptr<Handle> handle = handle_;
+  if (!handle) raise(ENGRAM_BAD_STATE, "the environments are closed; make new ones");
+  return handle;
 }
 
 std::pair<std::vector<float>, std::vector<float>> Batch::action_bounds() const {
@@ -314,7 +314,7 @@ std::vector<std::string> Batch::output_names() const {
 }
 
 nb::object Batch::view(const engram_array& array) const {
-  const nb::capsule owner(new std::shared_ptr<Handle>(handle_), [](void* handle) noexcept {
+  const nb::capsule owner(new std::shared_ptr<Handle>(open()), [](void* handle) noexcept {
     delete static_cast<std::shared_ptr<Handle>*>(handle);
   });
   std::size_t shape[4];

@@ -5,6 +5,7 @@
 #include <nanobind/ndarray.h>
 #include <sys/types.h>
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -76,7 +77,7 @@ class Batch {
   Batch(const std::vector<TaskShare>& tasks, const Options& options);
 
   void close();
-  bool closed() const { return handle_ == nullptr; }
+  bool closed() const { return handle_.load() == nullptr; }
 
   int num_envs() const { return engram_num_envs(open()->env()); }
   int num_threads() const { return engram_num_threads(open()->env()); }
@@ -128,7 +129,7 @@ class Batch {
   nb::object view(const engram_array& array) const;
   std::string copied(int index, decltype(&engram_instruction) function) const;
 
-  std::shared_ptr<Handle> handle_;
+  std::atomic<std::shared_ptr<Handle>> handle_;  // null: closed
 };
 
 // NumPy's type for an engram_dtype.

@@ -5,7 +5,7 @@
 
 namespace engram_python {
 
-// Both need the GIL.
+// Both need a thread of Python.
 void keep_task_failure(nanobind::python_error&& error);
 // Raises it, unless that has been done already.
 void raise_task_failure();

@@ -76,6 +76,12 @@ def test_the_interpreter_ends_while_daemon_threads_work(work, seconds):
     assert (result.returncode, result.stdout, result.stderr) == (0, "end\n", "")
 
 
+def test_the_import_leaves_the_global_lock_as_it_was():
+    asked = 'getattr(sys, "_is_gil_enabled", lambda: True)()'  # False in free-threaded Python
+    done = run(f"import sys\nbefore = {asked}\nimport engram\nassert {asked} is before")
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_policy_that_never_answers_does_not_keep_the_interpreter():
     work = """
         engram.evaluate(lambda observation: time.sleep(10_000), TASK, obs="state", threads=1)
