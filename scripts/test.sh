@@ -44,6 +44,8 @@ has() { [[ " ${parts[*]} " == *" $1 "* ]]; }
 env=build/python-env
 data=python/tests/clients/data  # what these run with has an environment of its own
 apart=python/tests/clients/apart
+# Hundreds of processes import torch, jax or NumPy, which takes half the time from bytecode.
+unset PYTHONDONTWRITEBYTECODE
 logs=build/logs
 skipped=build/skipped.txt
 failures=build/failures.txt  # what failed, and what it printed
