@@ -84,8 +84,8 @@ def test_densities_of_played_actions_are_those_of_training() -> None:
 
 
 def test_ppo_learns_to_remember(tmp_path: Path) -> None:
-    """A third of the default training; without memory the return is that of guessing (-0.5)."""
-    options = ["--steps", "130000", "--evaluate-every", "40", "--out", str(tmp_path)]
+    """A tenth of the default training; without memory the return is that of guessing (-0.5)."""
+    options = ["--steps", "40000", "--evaluate-every", "40", "--out", str(tmp_path)]
     result = json.loads(run("zoo.popgym", "--memory", "stack4", *options)[-1])
     assert result == json.loads((tmp_path / "result.json").read_text())
     assert result["mean_return"] > 0.5
