@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import threading
+from collections.abc import Iterator
 
 import gymnasium
 import numpy as np
@@ -146,6 +147,15 @@ class Capsule:
         return np.from_dlpack(Once(self._capsule)).copy()
 
 
+@pytest.fixture
+def frozen() -> Iterator[None]:
+    """Spares collections what was there before, such as the modules of torch and jax."""
+    gc.freeze()
+    yield
+    gc.unfreeze()
+
+
+@pytest.mark.usefixtures("frozen")
 @pytest.mark.parametrize("holder", HOLDERS)
 def test_referenced_memory_is_never_written_to(holder):
     copies, rng = _core.Copies(), np.random.default_rng(0)
