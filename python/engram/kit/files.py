@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import os
 import sys
 from pathlib import Path
 
 from engram import _core
 from engram._args import values
+from engram._io.source_file import run_file
 from engram.errors import InvalidArgumentError, IoError
 from engram.gym_registration import register
 
@@ -42,19 +42,12 @@ def load_file(path: str | os.PathLike[str]) -> list[str]:
     file = Path(values.path("path", path)).resolve()
     if not file.is_file():
         raise IoError(f"{file}: no such file")
-    name = _module_name(file)
-    spec = importlib.util.spec_from_file_location(name, file)
-    if spec is None or spec.loader is None:
+    if file.suffix != ".py":
         raise InvalidArgumentError(f"path: {os.fspath(path)!r} given; a Python file needed")
     before = dict(definitions)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
     sys.path.insert(0, str(file.parent))
     try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        sys.modules.pop(name, None)
-        raise
+        run_file(_module_name(file), file)
     finally:
         sys.path.remove(str(file.parent))
     found = [id for id, one in definitions.items() if before.get(id) is not one]

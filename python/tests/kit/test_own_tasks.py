@@ -319,7 +319,8 @@ def test_what_cannot_be_registered_is_refused(register, message):
         register()
 
 
-def test_files_can_be_loaded_again(tmp_path):
+def test_files_can_be_loaded_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
     file = tmp_path / "spare_tasks.py"
     text = (EXAMPLES / "remember_color.py").read_text()
     file.write_text(text.replace(OWN, "Spare-v0"))

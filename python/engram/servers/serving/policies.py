@@ -5,7 +5,6 @@ from __future__ import annotations
 import abc
 import collections
 import dataclasses
-import importlib.util
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from engram._io.source_file import run_file
 from engram.errors import Error, InvalidArgumentError
 from engram.factory import make
 from engram.servers.identity import identity_of_file
@@ -225,13 +225,7 @@ def load_policy(loader: str, file: str) -> CallablePolicy:
     if not source.is_file():
         raise InvalidArgumentError(f"--loader: there is no file {path!r}")
     sys.path.insert(0, str(source.parent))  # as of a program: it may import its neighbours
-    spec = importlib.util.spec_from_file_location(source.stem, source)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[source.stem] = module
-    spec.loader.exec_module(module)
-    made: Any = module
+    made: Any = run_file(source.stem, source)
     for part in name.split("."):
         made = getattr(made, part, None)
     if not callable(made):
