@@ -2,12 +2,14 @@
 
     python plain_ppo.py --id ShellGameTouch-VLA-v0 --seed 1
     python plain_ppo.py --id RememberColor3-VLA-v0 RememberShape3-VLA-v0 --file runs.csv
+    python plain_ppo.py --id RememberColor3-VLA-v0 --obs-mode objects --memory lstm
 
 Nothing in this file is made for engram: two networks of 64 x 64, a learnt deviation that does not
-depend on the state, running normalisation of observations and rewards. What a plain learner needs
-to learn these tasks is in `engram.make_vec(id, preset="train")`; `--preset none` and `--without
-PART...` show what it does. Updates are one compiled function of jax, for CPUs. docs/learning.md has
-results.
+depend on the state, running normalisation of observations and rewards. With `--memory lstm` both
+networks share their first layer, whose inputs are the observation and the output of an LSTM. What a
+plain learner needs to learn these tasks is in `engram.make_vec(id, preset="train")`; `--preset
+none` and `--without PART...` show what it does. Updates are one compiled function of jax, for CPUs.
+docs/learning.md has results.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ import engram
 from engram import wrappers
 
 HALF_LOG_2PI = 0.5 * np.log(2 * np.pi)
+WIDTH = 64  # of layers and memory
 EVAL_ENVS = 50
 
 
@@ -39,6 +42,7 @@ def parse_arguments() -> argparse.Namespace:
     add("--preset", default="train", choices=["train", "none"], help="of engram.make_vec")
     add("--without", nargs="*", default=[], help="parts of the preset to leave out, by keyword")
     add("--obs-mode", default="state", choices=["state", "objects"], help="observations")
+    add("--memory", default="none", choices=["none", "lstm"], help="of actor and critic")
     add("--seed", type=int, default=1, help="of episodes, networks and exploration")
     add("--total-timesteps", type=int, default=500_000, help="environment steps to learn from")
     add("--num-envs", type=int, default=64, help="environments stepped together")
@@ -51,6 +55,10 @@ def parse_arguments() -> argparse.Namespace:
     add("--clip-coef", type=float, default=0.2, help="largest useful change of a probability ratio")
     add("--vf-coef", type=float, default=0.5, help="weight of the value loss")
     add("--max-grad-norm", type=float, default=0.5, help="largest norm of a gradient")
+    add("--log-std", type=float, default=0.0, help="logarithm of the deviation at the start")
+    add(
+        "--forget-bias", type=float, default=1.0, help="bias of the LSTM's forget gate at the start"
+    )
     add("--eval-episodes", type=int, default=200, help="of the evaluation at the end")
     add("--file", help="CSV file that gets a row for each run")
     return parser.parse_args()
@@ -72,32 +80,80 @@ class RunningMoments:
 
 
 Params = dict[str, Any]
+State = tuple[Any, Any]  # output and cell of the LSTM, (N, WIDTH) each
 
 
-def init_params(rng: np.random.Generator, inputs: int, actions: int, width: int = 64) -> Params:
-    def layer(size_in: int, size_out: int, gain: float) -> tuple[np.ndarray, np.ndarray]:
+def init_params(
+    rng: np.random.Generator, args: argparse.Namespace, inputs: int, actions: int
+) -> Params:
+    def matrix(size_in: int, size_out: int, gain: float) -> np.ndarray:
         shape = max(size_in, size_out), min(size_in, size_out)
         q = np.linalg.qr(rng.normal(size=shape))[0]
         q = q if size_in >= size_out else q.T
-        return (gain * q).astype(np.float32), np.zeros(size_out, np.float32)
+        return (gain * q).astype(np.float32)
+
+    def layer(size_in: int, size_out: int, gain: float) -> tuple[np.ndarray, np.ndarray]:
+        return matrix(size_in, size_out, gain), np.zeros(size_out, np.float32)
 
     def mlp(outputs: int, last_gain: float) -> list[Any]:
-        root2 = 2**0.5
-        return [
-            layer(inputs, width, root2),
-            layer(width, width, root2),
-            layer(width, outputs, last_gain),
-        ]
+        sizes = [inputs, WIDTH] if "lstm" not in params else [WIDTH]
+        return [*(layer(size, WIDTH, 2**0.5) for size in sizes), layer(WIDTH, outputs, last_gain)]
 
-    log_std = np.zeros(actions, np.float32)
-    return {"actor": mlp(actions, 0.01), "critic": mlp(1, 1.0), "log_std": log_std}
+    params: Params = {"log_std": np.full(actions, args.log_std, np.float32)}
+    if args.memory == "lstm":
+        # Gates in the order input, forget, cell, output.
+        weights = [
+            np.concatenate([matrix(size, WIDTH, 1.0) for _ in range(4)], 1)
+            for size in (inputs, WIDTH)
+        ]
+        params["lstm"] = (*weights, np.repeat(np.float32([0, args.forget_bias, 0, 0]), WIDTH))
+        params["shared"] = [layer(inputs + WIDTH, WIDTH, 2**0.5)]
+    return {**params, "actor": mlp(actions, 0.01), "critic": mlp(1, 1.0)}
+
+
+def hidden_layers(lib: Any, layers: list[Any], inputs: Any) -> Any:
+    """Layers with tanh, by numpy or jax.numpy."""
+    for weights, bias in layers:
+        inputs = lib.tanh(inputs @ weights + bias)
+    return inputs
 
 
 def forward(lib: Any, layers: list[Any], inputs: Any) -> Any:
-    """A network with two hidden layers, by numpy or jax.numpy."""
-    hidden = lib.tanh(inputs @ layers[0][0] + layers[0][1])
-    hidden = lib.tanh(hidden @ layers[1][0] + layers[1][1])
-    return hidden @ layers[2][0] + layers[2][1]
+    """A network whose last layer is linear."""
+    return hidden_layers(lib, layers[:-1], inputs) @ layers[-1][0] + layers[-1][1]
+
+
+def lstm_step(lib: Any, recurrent: Any, state: State, projected: Any, begins: Any) -> State:
+    """One step of the LSTM from projected inputs (N, 4 WIDTH); zeros where an episode begins."""
+    hidden, cell = (part * (1 - begins)[:, None] for part in state)
+    gates = projected + hidden @ recurrent
+    keys = 0.5 + 0.5 * lib.tanh(0.5 * gates)  # sigmoid
+    new = lib.tanh(gates[:, 2 * WIDTH : 3 * WIDTH])
+    cell = keys[:, WIDTH : 2 * WIDTH] * cell + keys[:, :WIDTH] * new
+    return keys[:, 3 * WIDTH :] * lib.tanh(cell), cell
+
+
+def remember(params: Params, obs: Any, state: State, begins: Any) -> tuple[Any, State]:
+    """Inputs (N, ...) of actor and critic in one step, by numpy, and the memory's next state."""
+    if "lstm" not in params:
+        return obs, state
+    weights, recurrent, bias = params["lstm"]
+    state = lstm_step(np, recurrent, state, obs @ weights + bias, begins)
+    return hidden_layers(np, params["shared"], np.concatenate([obs, state[0]], 1)), state
+
+
+def remember_all(params: Params, obs: Any, state: State, begins: Any) -> Any:
+    """Inputs (T, N, ...) of actor and critic in all steps, by jax."""
+    if "lstm" not in params:
+        return obs
+    weights, recurrent, bias = params["lstm"]
+
+    def step(state: State, inputs: tuple[Any, Any]) -> tuple[State, Any]:
+        state = lstm_step(jnp, recurrent, state, *inputs)
+        return state, state[0]
+
+    hidden = jax.lax.scan(step, state, (obs @ weights + bias, begins))[1]
+    return hidden_layers(jnp, params["shared"], jnp.concatenate([obs, hidden], -1))
 
 
 def log_prob(lib: Any, actions: Any, mean: Any, log_std: Any) -> Any:
@@ -106,14 +162,15 @@ def log_prob(lib: Any, actions: Any, mean: Any, log_std: Any) -> Any:
 
 
 def loss(args: argparse.Namespace, params: Params, batch: tuple[Any, ...]) -> Any:
-    """PPO's clipped loss of a minibatch (Schulman et al., 2017)."""
-    obs, actions, old_log_probs, advantages, returns, old_values = batch
-    mean = forward(jnp, params["actor"], obs)
+    """PPO's clipped loss of a minibatch of sequences (Schulman et al., 2017)."""
+    obs, actions, old_log_probs, advantages, returns, old_values, begins, *state = batch
+    features = remember_all(params, obs, (state[0][0], state[1][0]), begins)
+    mean = forward(jnp, params["actor"], features)
     ratio = jnp.exp(log_prob(jnp, actions, mean, params["log_std"]) - old_log_probs)
     advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
     clipped = jnp.clip(ratio, 1 - args.clip_coef, 1 + args.clip_coef)
     policy_loss = jnp.maximum(-advantages * ratio, -advantages * clipped).mean()
-    values = forward(jnp, params["critic"], obs)[:, 0]
+    values = forward(jnp, params["critic"], features)[..., 0]
     near = old_values + jnp.clip(values - old_values, -args.clip_coef, args.clip_coef)
     value_loss = 0.5 * jnp.maximum((values - returns) ** 2, (near - returns) ** 2).mean()
     return policy_loss + args.vf_coef * value_loss
@@ -123,13 +180,15 @@ def loss(args: argparse.Namespace, params: Params, batch: tuple[Any, ...]) -> An
 def update(
     settings: Settings, adam: tuple[Any, ...], rows: Any, data: tuple[Any, ...], rate: Any
 ) -> tuple[Any, ...]:
-    """All gradient steps of an iteration, by Adam; `rows` has a minibatch's indices per step."""
+    """All gradient steps of an iteration, by Adam; `rows` has a minibatch's sequences per step."""
     args = settings.args
     each = jax.tree_util.tree_map
 
     def step(adam: tuple[Any, ...], index: Any) -> tuple[Any, None]:
         params, first, second, count = adam
-        grads = jax.grad(functools.partial(loss, args))(params, tuple(part[index] for part in data))
+        grads = jax.grad(functools.partial(loss, args))(
+            params, tuple(part[:, index] for part in data)
+        )
         norm = jnp.sqrt(sum((leaf**2).sum() for leaf in jax.tree_util.tree_leaves(grads)))
         grads = each(lambda g: g * jnp.minimum(1.0, args.max_grad_norm / (norm + 1e-6)), grads)
         count = count + 1
@@ -155,11 +214,13 @@ class Settings:
 class Normaliser:
     """Observations and rewards by running moments, clipped at 10, as Gymnasium's wrappers do."""
 
-    def __init__(self, num_envs: int, width: int, gamma: float) -> None:
-        self.obs, self.returns = RunningMoments((width,)), RunningMoments(())
+    def __init__(self, num_envs: int, columns: np.ndarray, gamma: float) -> None:
+        self.columns = columns
+        self.obs, self.returns = RunningMoments(columns.shape), RunningMoments(())
         self.gamma, self.running = gamma, np.zeros(num_envs)
 
     def observation(self, rows: np.ndarray, learn: bool = True) -> np.ndarray:
+        rows = rows[:, self.columns]
         if learn:
             self.obs.update(rows)
         scaled = (rows - self.obs.mean) / np.sqrt(self.obs.var + 1e-8)
@@ -190,32 +251,47 @@ def make_env(args: argparse.Namespace, num_envs: int) -> Any:
     return wrappers.train(env, gamma=args.gamma, **left_out)
 
 
+def varying_columns(env: Any, rng: np.random.Generator, steps: int) -> np.ndarray:
+    """Inputs that vary under random actions: one-hot columns that a task never uses do not."""
+    rows = [env.reset()[0]]
+    for _ in range(steps):
+        rows.append(env.step(rng.standard_normal(env.action_space.shape))[0])
+    every = np.concatenate(rows)
+    return np.flatnonzero(every.max(0) > every.min(0))
+
+
 def train(args: argparse.Namespace) -> tuple[Params, Normaliser]:
     """Learns; prints the success of the episodes that exploration has ended."""
     rng = np.random.default_rng(args.seed)
     env = make_env(args, args.num_envs)
     space = env.single_action_space
     shape = args.num_steps, args.num_envs
-    width = env.single_observation_space.shape[0]
-    normaliser = Normaliser(args.num_envs, width, args.gamma)
-    params = init_params(rng, width, space.shape[0])
+    columns = np.arange(env.single_observation_space.shape[0])
+    if args.memory != "none":
+        columns = varying_columns(env, rng, env.description["horizon"])
+    width = len(columns)
+    normaliser = Normaliser(args.num_envs, columns, args.gamma)
+    params = init_params(rng, args, width, space.shape[0])
     zeros = jax.tree_util.tree_map(np.zeros_like, params)
     adam: tuple[Any, ...] = (params, zeros, zeros, 0)
     settings = Settings(args)
     obs = normaliser.observation(env.reset()[0])
-    done = np.zeros(args.num_envs, np.float32)
+    done = np.ones(args.num_envs, np.float32)
+    state: State = (np.zeros((args.num_envs, WIDTH), np.float32),) * 2
     iterations = max(1, args.total_timesteps // (shape[0] * shape[1]))
     successes: list[bool] = []
     for iteration in range(iterations):
         observations = np.zeros((*shape, width), np.float32)
         actions = np.zeros((*shape, space.shape[0]), np.float32)
         log_probs, rewards, dones, values = (np.zeros(shape, np.float32) for _ in range(4))
+        first_state = state
         for t in range(args.num_steps):
             observations[t], dones[t] = obs, done
-            mean = forward(np, params["actor"], obs)
+            features, state = remember(params, obs, state, done)
+            mean = forward(np, params["actor"], features)
             actions[t] = mean + np.exp(params["log_std"]) * rng.standard_normal(mean.shape)
             log_probs[t] = log_prob(np, actions[t], mean, params["log_std"])
-            values[t] = forward(np, params["critic"], obs)[:, 0]
+            values[t] = forward(np, params["critic"], features)[:, 0]
             rows, reward, terminated, truncated, info = env.step(
                 np.clip(actions[t], space.low, space.high)
             )
@@ -224,11 +300,15 @@ def train(args: argparse.Namespace) -> tuple[Params, Normaliser]:
                 successes += info["final_info"]["success_once"][ended].tolist()
             rewards[t] = normaliser.reward(reward, ended)
             obs, done = normaliser.observation(rows), ended.astype(np.float32)
-        last = forward(np, params["critic"], obs)[:, 0]
+        last = forward(np, params["critic"], remember(params, obs, state, done)[0])[:, 0]
         advantages = estimate_advantages(args, rewards, values, dones, last, done)
-        data = (observations, actions, log_probs, advantages, advantages + values, values)
-        data = tuple(part.reshape(-1, *part.shape[2:]) for part in data)
-        order = [rng.permutation(shape[0] * shape[1]) for _ in range(args.update_epochs)]
+        data = (observations, actions, log_probs, advantages, advantages + values, values, dones)
+        if args.memory == "none":  # Each step is a sequence of its own
+            data = tuple(part.reshape(1, -1, *part.shape[2:]) for part in data)
+            data = (*data, *(np.zeros((1, data[0].shape[1], 0), np.float32),) * 2)
+        else:
+            data = (*data, *(part[None] for part in first_state))
+        order = [rng.permutation(data[0].shape[1]) for _ in range(args.update_epochs)]
         minibatches = np.concatenate([one.reshape(args.num_minibatches, -1) for one in order])
         rate = np.float32(args.learning_rate * (1 - iteration / iterations))
         adam = update(settings, adam, minibatches, data, rate)
@@ -268,8 +348,13 @@ def evaluate(args: argparse.Namespace, params: Params, normaliser: Normaliser) -
     """Success of the mean action in engram's own evaluation, with its seeds."""
     env = make_env(args, EVAL_ENVS)
 
+    state: State = (np.zeros((EVAL_ENVS, WIDTH), np.float32),) * 2
+
     def act(rows: np.ndarray, begins: np.ndarray) -> np.ndarray:
-        mean = forward(np, params["actor"], normaliser.observation(rows, learn=False))
+        nonlocal state
+        obs = normaliser.observation(rows, learn=False)
+        features, state = remember(params, obs, state, begins)
+        mean = forward(np, params["actor"], features)
         return np.clip(mean, env.single_action_space.low, env.single_action_space.high)
 
     result = engram.evaluate(

@@ -42,6 +42,37 @@ def test_a_short_run_ends_with_an_evaluation(plain_ppo: ModuleType, preset: str)
     assert 0 <= learn(plain_ppo, *words) <= 1
 
 
+def test_a_run_with_memory_ends_with_an_evaluation(plain_ppo: ModuleType) -> None:
+    words = ("--id=RememberColor3-VLA-v0", "--obs-mode=objects", "--memory=lstm")
+    assert 0 <= learn(plain_ppo, *words, "--total-timesteps=4096", "--eval-episodes=50") <= 1
+
+
+def test_the_memory_is_an_lstm_that_episodes_reset(plain_ppo: ModuleType) -> None:
+    torch = pytest.importorskip("torch")
+    rng = np.random.default_rng(1)
+    args = SimpleNamespace(memory="lstm", log_std=0.0, forget_bias=0.5)
+    params = plain_ppo.init_params(rng, args, 5, 2)
+    params["shared"] = []  # the inputs of the shared layer
+    weights, recurrent, bias = params["lstm"]
+    theirs = torch.nn.LSTM(5, plain_ppo.WIDTH)
+    theirs.weight_ih_l0.data, theirs.weight_hh_l0.data, theirs.bias_ih_l0.data = (
+        torch.from_numpy(part.T.copy()) for part in (weights, recurrent, bias)
+    )
+    theirs.bias_hh_l0.data.zero_()
+    obs = rng.normal(size=(9, 3, 5)).astype(np.float32)
+    begins = np.zeros((9, 3), np.float32)
+    begins[4] = 1
+    with torch.no_grad():
+        parts = [theirs(torch.from_numpy(part))[0].numpy() for part in (obs[:4], obs[4:])]
+    expected = np.concatenate([obs, np.concatenate(parts)], -1)
+    state = (np.zeros((3, plain_ppo.WIDTH), np.float32),) * 2
+    sequence = plain_ppo.remember_all(params, obs, state, begins)
+    np.testing.assert_allclose(sequence, expected, atol=1e-5)
+    for t in range(9):
+        features, state = plain_ppo.remember(params, obs[t], state, begins[t])
+        np.testing.assert_allclose(features, expected[t], atol=1e-5)
+
+
 @pytest.mark.long
 def test_it_learns_through_the_preset(plain_ppo: ModuleType) -> None:
     words = ("--id=ShellGameTouch-VLA-v0", "--total-timesteps=200000")
