@@ -42,6 +42,7 @@ def parse_arguments() -> argparse.Namespace:
     add("--preset", default="train", choices=["train", "none"], help="of engram.make_vec")
     add("--without", nargs="*", default=[], help="parts of the preset to leave out, by keyword")
     add("--obs-mode", default="state", choices=["state", "objects"], help="observations")
+    add("--still", type=float, default=0.0, help="of the preset: weight of standing still")
     add("--memory", default="none", choices=["none", "lstm"], help="of actor and critic")
     add("--seed", type=int, default=1, help="of episodes, networks and exploration")
     add("--total-timesteps", type=int, default=500_000, help="environment steps to learn from")
@@ -248,7 +249,7 @@ def make_env(args: argparse.Namespace, num_envs: int) -> Any:
     if args.preset == "none":
         return env
     left_out = {name: {} if name == "terms" else 0 for name in args.without}
-    return wrappers.train(env, gamma=args.gamma, **left_out)
+    return wrappers.train(env, gamma=args.gamma, still=args.still, **left_out)
 
 
 def varying_columns(env: Any, rng: np.random.Generator, steps: int) -> np.ndarray:
@@ -375,7 +376,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     success = evaluate(args, params, normaliser)
     per_iteration = args.num_steps * args.num_envs
     return {
-        "learner": "plain_ppo.py",
+        "learner": "plain_ppo.py" + " --memory lstm" * (args.memory == "lstm"),
         "id": args.id,
         "preset": args.preset,
         "without": " ".join(args.without),

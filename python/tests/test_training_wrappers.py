@@ -407,6 +407,41 @@ def test_the_way_back_pays_in_the_preset():
     assert (back > there + 2).all()
 
 
+@pytest.mark.parametrize(
+    ("task", "place"),
+    [
+        (TASK, "reached"),
+        ("ShellGameTouch-VLA-v0", 'info["is_obj_placed"]'),
+        ("ShellGameColorLampTouch-VLA-v0", "is_obj_placed"),
+    ],
+)
+def test_standing_still_pays_where_the_arm_has_to(task, place):
+    envs = [
+        wrappers.train(make(task, terminate_on_success=True), gamma=1, bonus=0, still=weight)
+        for weight in (0, 2)
+    ]
+    names = list(envs[0].task_of(0)["reward_terms"])
+    rng = np.random.default_rng(1)
+    before, paid, alive = np.zeros(N), np.zeros(N, np.bool_), np.ones(N, np.bool_)
+    for env in envs:
+        env.reset(seed=1)
+    for _ in range(60):
+        noise = rng.normal(0, 0.1, (N, 7))  # so that the hand arrives before it stands still
+        without, with_it = (env.step(env.act("oracle") + noise) for env in envs)
+        alive &= ~without[2]
+        terms = np.nan_to_num(envs[0].unwrapped._views["reward_dict"])
+        potential = 2 * terms[:, names.index("static_reward")] * terms[:, names.index(place)]
+        gained, expected = with_it[1] - without[1], potential - before
+        np.testing.assert_allclose(gained[alive], expected[alive], atol=1e-5)
+        before, paid = potential, paid | (alive & (potential > 0))
+    assert paid.any()
+
+
+def test_rewards_without_a_place_to_stand_still_stay_as_they_are():
+    env = wrappers.train(make("TimedTransferEasy-VLA-v0", terminate_on_success=True), still=1)
+    assert "static_reward" not in env.env.terms
+
+
 def test_tasks_in_one_batch_are_wrapped_as_alone():
     """Rewards, ends and times; the rows of several tasks have other columns."""
     ids = [TASK, "InterceptSlow-VLA-v0", ENDING_TASK]

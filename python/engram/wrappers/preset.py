@@ -47,6 +47,10 @@ SINCE = {
     "place_back_reward": "goal_reached_status",
     "keep_contact_reward": "goal_reached_status",
 }
+# Terms that tell that the hand or the object is where the arm has to stand still; the first that a
+# task has counts.
+STILL = "static_reward"
+THERE = ("reached", "is_obj_placed", 'info["is_obj_placed"]')
 
 
 def train(
@@ -59,6 +63,7 @@ def train(
     time_left: bool = True,
     potential: float = 1.0,
     terms: Mapping[str, float] | None = None,
+    still: float = 0.0,
     bonus: float = 0.1,
 ) -> Any:
     """The batch in the wrappers of the preset "train", in the order of the arguments.
@@ -74,6 +79,9 @@ def train(
         potential: Weight of the dense reward in ``PotentialReward``; 0: no potential.
         terms: Of the potential; None: those of ``TERMS`` that the task's reward has. Stages are
             those of ``UNTIL`` and ``SINCE``.
+        still: Weight of standing still in the potential (``static_reward``), which counts where the
+            arm has to (``THERE``) and nothing before; 0: none. Rewards that have no such term, or
+            differ in it within the batch, stay without.
         bonus: Of ``HeldReward``; 0: none.
     """
     if scale_actions:
@@ -95,8 +103,19 @@ def train(
             {name: done for name, done in stage.items() if name in terms and done in theirs}
             for stage in (UNTIL, SINCE)
         )
+        place = _where_to_stand_still(env) if still else None
+        if place:
+            terms, since = {**terms, STILL: still}, {**since, STILL: place}
         env = PotentialReward(env, gamma, potential, terms, until, since)
     return HeldReward(env, gamma, bonus) if bonus else env
+
+
+def _where_to_stand_still(env: Any) -> str | None:
+    """The term of ``THERE`` that all rewards have which pay standing still."""
+    tasks = [env.task_of(i)["reward_terms"] for i in range(env.num_envs)]
+    tasks = [names for names in tasks if STILL in names]
+    common = (name for name in THERE if tasks and all(name in names for names in tasks))
+    return next(common, None)
 
 
 # Wrappers and the options of the batch inside, by the preset's name.
