@@ -376,7 +376,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     success = evaluate(args, params, normaliser)
     per_iteration = args.num_steps * args.num_envs
     return {
-        "learner": "plain_ppo.py" + " --memory lstm" * (args.memory == "lstm"),
+        "learner": "plain_ppo.py"
+        + (" --memory lstm" if args.memory == "lstm" else "")
+        + (f" --still {args.still:g}" if args.still else ""),
         "id": args.id,
         "preset": args.preset,
         "without": " ".join(args.without),
