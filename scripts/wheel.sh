@@ -20,13 +20,12 @@ sysroot=${SYSROOT:-$PWD/build/sysroot-aarch64}
 export PATH="$PWD/$tools/bin:$PATH"
 mkdir -p "$dist"
 
-builder=python
 build() {  # CMAKE_DEFINITION... -> the only wheel in $plain
   local settings=()
   for definition in "$@"; do settings+=("--config-settings=cmake.define.$definition"); done
   rm -rf "$plain"
   # Compilers by the names that the main build calls them, so that ccache finds its objects again.
-  CC=${CC:-cc} CXX=${CXX:-c++} "$builder" -m pip wheel --quiet --disable-pip-version-check \
+  CC=${CC:-cc} CXX=${CXX:-c++} "${builder:-python}" -m pip wheel --quiet --disable-pip-version-check \
     --no-build-isolation --no-deps --wheel-dir "$plain" "${settings[@]}" \
     --config-settings=cmake.define.ENGRAM_PCH=OFF \
     --config-settings=cmake.define.ENGRAM_WARNINGS_AS_ERRORS=ON \
@@ -77,8 +76,17 @@ native() {
 # inside. From 3.15t on the usual way serves, for all versions.
 free_threaded() {
   scripts/install_dependencies.sh
-  builder=${PYTHON:-$PWD/build/python-3.13t/bin/python3}
-  [ -x "$builder" ] || scripts/build_python.sh "${builder%/bin/*}" --disable-gil
+  local builder=$PWD/build/python-3.13t/bin/python3
+  if [ -n "${PYTHON:-}" ]; then
+    builder=$(command -v "$PYTHON")
+  elif [ ! -x "$builder" ]; then
+    scripts/build_python.sh "${builder%/bin/*}" --disable-gil
+  fi
+  if ! "$builder" -c 'import sys, sysconfig
+sys.exit(not sysconfig.get_config_var("Py_GIL_DISABLED") or sys.version_info >= (3, 15))'; then
+    echo "wheel.sh: PYTHON=$builder given; a free-threaded 3.13 or 3.14 needed" >&2
+    exit 1
+  fi
   # The build's tools are plain Python.
   PYTHONPATH=$(python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') build
   local work
@@ -128,7 +136,7 @@ aarch64() {
   unpack_sysroot
   libccd aarch64-linux-gnu-gcc --sysroot="$sysroot"
   local stub=$PWD/build/wheel-stub native
-  native=$(newest "manylinux*_$(uname -m)")
+  native=$(newest "-abi3-manylinux*_$(uname -m)")
   if [ -z "$native" ]; then
     echo "wheel.sh: no wheel for $(uname -m) in $dist, which aarch64 takes the stub from; run" \
       "wheel.sh native first" >&2
