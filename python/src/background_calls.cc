@@ -24,8 +24,12 @@ BackgroundCall::~BackgroundCall() {
 }
 
 void interrupt_background_calls(nanobind::handle type) {
-  const nanobind::ft_lock_guard lock(mutex);
-  for (const unsigned long thread : threads) PyThreadState_SetAsyncExc(thread, type.ptr());
+  std::vector<unsigned long> running;
+  {
+    const nanobind::ft_lock_guard lock(mutex);
+    running = threads;
+  }
+  for (const unsigned long thread : running) PyThreadState_SetAsyncExc(thread, type.ptr());
 }
 
 }  // namespace engram_python

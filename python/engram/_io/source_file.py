@@ -18,14 +18,17 @@ class _Loader(SourceFileLoader):
 
 
 def run_file(name: str, file: Path) -> ModuleType:
-    """The file as a module of that name, which is in ``sys.modules`` unless its code fails."""
+    """The file as the module of that name in ``sys.modules``, unless its code fails."""
     loader = _Loader(name, str(file))
     spec = importlib.util.spec_from_file_location(name, file, loader=loader)
     assert spec is not None
+    before = sys.modules.get(name)
     module = sys.modules[name] = importlib.util.module_from_spec(spec)
     try:
         loader.exec_module(module)
     except BaseException:
         sys.modules.pop(name, None)
+        if before is not None:
+            sys.modules[name] = before
         raise
     return module
