@@ -144,8 +144,10 @@ Folders collect_all(Ranks& ranks, const std::vector<const RegistryEntry*>& tasks
   const Interruption interruption(Interruption::kGraceSeconds, options.control.time_limit);
   const auto start = std::chrono::steady_clock::now();
   Folders folders = collect(ranks, tasks, options.collection, [&](const CollectionProgress& now) {
-    progress.update(static_cast<double>(now.episodes) / now.wanted,
-                    static_cast<double>(now.env_steps));
+    if (!options.stream) {  // whose reader knows how far it is
+      progress.update(static_cast<double>(now.episodes) / now.wanted,
+                      static_cast<double>(now.env_steps));
+    }
     timing.episodes = now.added;
     timing.env_steps = now.env_steps;
     interruption.check(

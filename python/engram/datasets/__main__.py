@@ -276,16 +276,17 @@ def _collect(given) -> list[dict]:
     results = []
     with contextlib.ExitStack() as streams:
 
-        def begun() -> Iterator[collected.CollectedEpisodes]:
-            for env_id in given.ids:
+        def begun() -> Iterator[tuple[collected.CollectedEpisodes, bool]]:
+            for env_id in dict.fromkeys(given.ids):
                 episodes = collected.collect(given, env_id)
-                if writer.is_written(episodes, given.out, **options):
-                    print(f"{env_id}: there already", file=sys.stderr)
-                else:
-                    yield streams.enter_context(episodes)
+                is_there = writer.is_written(episodes, given.out, **options)
+                yield episodes if is_there else streams.enter_context(episodes), is_there
 
         with ahead(begun()) as coming:
-            for episodes in coming:
+            for episodes, is_there in coming:
+                if is_there:
+                    print(f"{episodes.env_id}: there already", file=sys.stderr)
+                    continue
                 with _Progress(episodes) as progress:
                     path = writer.convert(episodes, given.out, progress=progress, **options)
                 episodes.close()

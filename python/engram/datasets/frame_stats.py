@@ -60,6 +60,7 @@ class Levels:
         return self._of(self._counts, self._images)
 
     def _of(self, counts: np.ndarray, images: int) -> Stats:
+        counts = counts[:, : 1 + np.flatnonzero(counts.any(0))[-1]]
         levels = self._unit * np.arange(counts.shape[-1])
         below = np.cumsum(counts, -1)
         pixels = below[0, -1]
