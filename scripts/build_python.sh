@@ -7,7 +7,7 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/help.sh"
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-prefix=$(realpath -m "$1")
+prefix=$(realpath -m "${1:?PREFIX needed}")
 shift
 scripts/install_dependencies.sh libssl-dev libffi-dev zlib1g-dev libbz2-dev liblzma-dev libsqlite3-dev
 keys=/usr/share/keyrings/debian-archive-keyring.gpg
