@@ -86,7 +86,7 @@ def of_values(values: np.ndarray) -> Stats:
         "std": table.std(0),
         "count": np.array([len(values)]),
     }
-    return stats | {name: np.quantile(table, q, axis=0) for name, q in _QUANTILES.items()}
+    return stats | dict(zip(_QUANTILES, np.quantile(table, list(_QUANTILES.values()), axis=0)))
 
 
 def floored(stats: Stats) -> Stats:

@@ -33,14 +33,15 @@ def read_array(
         }
         if version not in readers:
             raise DatasetError(f"{name} has a header of version {version}")
-        found, _, dtype = readers[version](file)
-    if not _has_type(dtype, found, kind) or not _fits(found, expected):
-        needed = "a text" if kind is None else np.dtype(kind)
-        raise DatasetError(
-            f"{name} is {dtype} of shape {found}, {needed} of shape {expected} expected{where}"
-        )
-    with archive.open(member) as file:
-        array = np.lib.format.read_array(file, allow_pickle=False)
+        found, is_fortran, dtype = readers[version](file)
+        if not _has_type(dtype, found, kind) or not _fits(found, expected):
+            needed = "a text" if kind is None else np.dtype(kind)
+            raise DatasetError(
+                f"{name} is {dtype} of shape {found}, {needed} of shape {expected} expected{where}"
+            )
+        array = np.empty(found, dtype, "F" if is_fortran else "C")
+        if file.readinto(array.reshape(-1, order="A").view(np.uint8)) != array.nbytes:
+            raise DatasetError(f"{name} ends too early")
         file.read(1)  # at the end, the archive's checksum is compared
     return array
 
@@ -51,7 +52,7 @@ def _has_type(dtype: np.dtype, shape: tuple[int, ...], kind: type | None) -> boo
     count = max(1, int(np.prod(shape, dtype=object)))
     return (
         dtype.kind == "U"
-        and dtype.itemsize <= _LARGEST_TEXT
+        and 0 < dtype.itemsize <= _LARGEST_TEXT
         and dtype.itemsize * count <= _LARGEST_TEXTS
     )
 

@@ -66,7 +66,7 @@ class VideoFile:
             planes = np.empty((frames, height * 3 // 2, width), np.uint8)
             _core.to_yuv420(images, _TO_YUV, _OFFSET, planes)
             for image in planes:
-                frame = av.VideoFrame.from_ndarray(image, format="yuv420p")
+                frame = av.VideoFrame.from_numpy_buffer(image, format="yuv420p")
                 frame.pts = self.frames
                 frame.time_base = Fraction(1, self.fps)
                 self._mux(self.container, self.stream.encode(frame))
