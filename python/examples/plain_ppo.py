@@ -345,8 +345,10 @@ def estimate_advantages(
     return advantages
 
 
-def evaluate(args: argparse.Namespace, params: Params, normaliser: Normaliser) -> float:
-    """Success of the mean action in engram's own evaluation, with its seeds."""
+def evaluate(
+    args: argparse.Namespace, params: Params, normaliser: Normaliser
+) -> tuple[float, float | None]:
+    """Success and right first answers of the mean action, in engram's own evaluation."""
     env = make_env(args, EVAL_ENVS)
 
     state: State = (np.zeros((EVAL_ENVS, WIDTH), np.float32),) * 2
@@ -366,14 +368,15 @@ def evaluate(args: argparse.Namespace, params: Params, normaliser: Normaliser) -
         num_envs=EVAL_ENVS,
         threads=1,
     )
-    return float(result["tasks"][0]["sr"])
+    task = result["tasks"][0]
+    return task["sr"], task["first_answer_correct"]
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Trains and evaluates in one task; returns a row of the results."""
     begin = time.process_time()
     params, normaliser = train(args)
-    success = evaluate(args, params, normaliser)
+    success, first = evaluate(args, params, normaliser)
     per_iteration = args.num_steps * args.num_envs
     return {
         "learner": "plain_ppo.py"
@@ -387,6 +390,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "success_once": f"{success:.3f}",
         "episodes": args.eval_episodes,
         "cpu_s": f"{time.process_time() - begin:.1f}",
+        "first_answer": "" if first is None else f"{first:.3f}",
     }
 
 
