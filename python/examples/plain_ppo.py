@@ -2,7 +2,7 @@
 
     python plain_ppo.py --id ShellGameTouch-VLA-v0 --seed 1
     python plain_ppo.py --id RememberColor3-VLA-v0 RememberShape3-VLA-v0 --file runs.csv
-    python plain_ppo.py --id RememberColor3-VLA-v0 --obs-mode objects --memory lstm
+    python plain_ppo.py --id RememberColor3-VLA-v0 --memory lstm --total-timesteps 1200000
 
 Nothing in this file is made for engram: two networks of 64 x 64, a learnt deviation that does not
 depend on the state, running normalisation of observations and rewards. With `--memory lstm` both
@@ -30,9 +30,33 @@ from engram import wrappers
 HALF_LOG_2PI = 0.5 * np.log(2 * np.pi)
 WIDTH = 64  # of layers and memory
 EVAL_ENVS = 50
+# Options that are columns of the results, or change none of them.
+COLUMNS = (
+    "id",
+    "preset",
+    "without",
+    "obs_mode",
+    "seed",
+    "total_timesteps",
+    "eval_episodes",
+    "file",
+)
 
 
-def parse_arguments() -> argparse.Namespace:
+# Defaults with a memory: it learns from whole sequences, and from advantages that look less far.
+WITH_MEMORY = {
+    "obs_mode": "objects",
+    "still": 1.0,
+    "num_envs": 256,
+    "num_minibatches": 16,
+    "learning_rate": 1e-3,
+    "gamma": 0.95,
+    "gae_lambda": 0.7,
+    "vf_coef": 2.0,
+}
+
+
+def make_parser(memory: str = "none") -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         description="Learns an engram task with a plain PPO.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
@@ -43,7 +67,12 @@ def parse_arguments() -> argparse.Namespace:
     add("--without", nargs="*", default=[], help="parts of the preset to leave out, by keyword")
     add("--obs-mode", default="state", choices=["state", "objects"], help="observations")
     add("--still", type=float, default=0.0, help="of the preset: weight of standing still")
-    add("--memory", default="none", choices=["none", "lstm"], help="of actor and critic")
+    add(
+        "--memory",
+        default="none",
+        choices=["none", "lstm"],
+        help="of actor and critic; with one, WITH_MEMORY of this file has other defaults",
+    )
     add("--seed", type=int, default=1, help="of episodes, networks and exploration")
     add("--total-timesteps", type=int, default=500_000, help="environment steps to learn from")
     add("--num-envs", type=int, default=64, help="environments stepped together")
@@ -62,7 +91,23 @@ def parse_arguments() -> argparse.Namespace:
     )
     add("--eval-episodes", type=int, default=200, help="of the evaluation at the end")
     add("--file", help="CSV file that gets a row for each run")
-    return parser.parse_args()
+    parser.set_defaults(**(WITH_MEMORY if memory == "lstm" else {}))
+    return parser
+
+
+def parse_arguments(words: list[str] | None = None) -> argparse.Namespace:
+    memory = make_parser().parse_args(words).memory
+    return make_parser(memory).parse_args(words)
+
+
+def other_options(args: argparse.Namespace) -> str:
+    """Options that are no columns and have other values than their defaults, as words."""
+    default = make_parser(args.memory).get_default
+    return "".join(
+        f" --{name.replace('_', '-')} {value}"
+        for name, value in vars(args).items()
+        if name not in COLUMNS and value != default(name)
+    )
 
 
 class RunningMoments:
@@ -379,9 +424,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     success, first = evaluate(args, params, normaliser)
     per_iteration = args.num_steps * args.num_envs
     return {
-        "learner": "plain_ppo.py"
-        + (" --memory lstm" if args.memory == "lstm" else "")
-        + (f" --still {args.still:g}" if args.still else ""),
+        "learner": "plain_ppo.py" + other_options(args),
         "id": args.id,
         "preset": args.preset,
         "without": " ".join(args.without),

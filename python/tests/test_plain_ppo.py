@@ -43,7 +43,7 @@ def test_a_short_run_ends_with_an_evaluation(plain_ppo: ModuleType, preset: str)
 
 
 def test_a_run_with_memory_ends_with_an_evaluation(plain_ppo: ModuleType) -> None:
-    words = ("--id=RememberColor3-VLA-v0", "--obs-mode=objects", "--memory=lstm")
+    words = ("--id=RememberColor3-VLA-v0", "--memory=lstm", "--num-envs=64")
     assert 0 <= learn(plain_ppo, *words, "--total-timesteps=4096", "--eval-episodes=50") <= 1
 
 
@@ -71,6 +71,14 @@ def test_the_memory_is_an_lstm_that_episodes_reset(plain_ppo: ModuleType) -> Non
     for t in range(9):
         features, state = plain_ppo.remember(params, obs[t], state, begins[t])
         np.testing.assert_allclose(features, expected[t], atol=1e-5)
+
+
+def test_a_row_names_the_options_that_are_no_defaults(plain_ppo: ModuleType) -> None:
+    words = ["--id", "A", "--seed=2", "--memory=lstm", "--vf-coef=2", "--num-envs=64"]
+    args = plain_ppo.parse_arguments(words)
+    assert plain_ppo.other_options(args) == " --memory lstm --num-envs 64"
+    assert args.obs_mode == "objects"  # a default of memories
+    assert plain_ppo.other_options(plain_ppo.parse_arguments([])) == ""
 
 
 @pytest.mark.long
