@@ -41,7 +41,9 @@ endfunction()
 function(engram_configure_cold_target target)
   engram_configure_target(${target})
   engram_hide_symbols(${target})
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  # Copies are checked as in the wheel, whose headers have warnings of their own.
+  target_compile_options(${target} PRIVATE
+    $<$<CONFIG:Release>:-O1> $<$<CONFIG:Release>:-U_FORTIFY_SOURCE> $<$<CONFIG:Release>:-D_FORTIFY_SOURCE=2>)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)  # false alarms of -O1
   endif()

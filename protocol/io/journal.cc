@@ -143,7 +143,8 @@ void Journal::add(std::string_view task, int episode, const Bytes& result) {
   content.append(std::span<const std::byte>(result));
   const Bytes record = framed(chain_, content.bytes());
   if (const int error = write_all(descriptor_, record); error != 0) {
-    (void)::ftruncate(descriptor_, bytes_);
+    // Where that fails too, the next run drops the record.
+    [[maybe_unused]] const int truncated = ::ftruncate(descriptor_, bytes_);
     fail(folder_.path() / kJournalFile, std::string("cannot be written: ") + std::strerror(error));
   }
   bytes_ += static_cast<std::int64_t>(record.size());
