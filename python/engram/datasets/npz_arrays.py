@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,8 @@ def read_array(
     member = archive.getinfo(f"{name}.npy")
     if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise DatasetError(f"{name} is neither stored nor deflated")
-    with archive.open(member) as file:
+    opened: Any = archive.open(member)  # its type does not know readinto
+    with opened as file:
         version = np.lib.format.read_magic(file)
         readers = {
             (1, 0): np.lib.format.read_array_header_1_0,
