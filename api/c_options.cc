@@ -144,6 +144,21 @@ std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count) {
   return all;
 }
 
+GivenReset::GivenReset(const engram_reset_request* request, int num_envs) {
+  if (request == nullptr) return;
+  const auto count = static_cast<std::size_t>(num_envs);
+  if (request->mask != nullptr) request_.mask = {request->mask, count};
+  if (request->seeds != nullptr) request_.seeds = {request->seeds, count};
+  if (request->has_pins != 0) {
+    pins_ = to_pins(request->pins, request->num_pins);
+    request_.pins = &pins_;
+  }
+  if (request->constants != nullptr) {
+    constants_ = parse_constants(request->constants);
+    request_.constants = &constants_;
+  }
+}
+
 Policy to_policy(std::int32_t policy) {
   Policy chosen{};
   convert("policy", policy, chosen);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/batch/reset_request.h"
 #include "engram/engram_c.h"
 #include "protocol/make/make.h"
 
@@ -20,6 +21,23 @@ std::vector<PerturbationLevel> to_perturbations(const engram_perturbation* pertu
                                                 std::size_t count);
 
 std::vector<Pin> to_pins(const engram_pin* pins, std::size_t count);
+
+// Arguments of a reset. Throws Error for pins and constants that the engine cannot hold.
+class GivenReset {
+ public:
+  // request: NULL: all environments, seeds and pins as before.
+  GivenReset(const engram_reset_request* request, int num_envs);
+  GivenReset(const GivenReset&) = delete;
+  GivenReset& operator=(const GivenReset&) = delete;
+
+  // Points to this object, and to the caller's arrays.
+  const ResetRequest& request() const noexcept { return request_; }
+
+ private:
+  ResetRequest request_;
+  std::vector<Pin> pins_;
+  ConstantTable constants_;
+};
 
 Policy to_policy(std::int32_t policy);
 

@@ -19,7 +19,6 @@
 
 namespace {
 
-using engram::Batch;
 using engram::Error;
 using engram::OutputArray;
 using engram::c::CallGuard;
@@ -186,24 +185,8 @@ uint64_t engram_unstable_count(const engram_env* env) {
 
 engram_status engram_reset(engram_env* env, const engram_reset_request* request) {
   return with_env(env, [request](engram_env& of) {
-    Batch& batch = *of.batch;
-    engram::ResetRequest wanted;
-    std::vector<engram::Pin> pins;
-    engram::ConstantTable ranges;
-    if (request != nullptr) {
-      const auto count = static_cast<size_t>(batch.num_envs());
-      if (request->mask != nullptr) wanted.mask = {request->mask, count};
-      if (request->seeds != nullptr) wanted.seeds = {request->seeds, count};
-      if (request->has_pins != 0) {
-        pins = engram::c::to_pins(request->pins, request->num_pins);
-        wanted.pins = &pins;
-      }
-      if (request->constants != nullptr) {
-        ranges = engram::parse_constants(request->constants);
-        wanted.constants = &ranges;
-      }
-    }
-    batch.reset(wanted);
+    const engram::c::GivenReset given(request, of.batch->num_envs());
+    of.batch->reset(given.request());
   });
 }
 

@@ -178,6 +178,30 @@ inline engram_env* make_handle(const std::vector<TaskShare>& tasks, const EnvOpt
   });
 }
 
+// Calls f with the arguments of a reset as the C API takes them.
+template <class F>
+void with_reset_request(const ResetRequest& request, int num_envs, F&& f) {
+  const auto check_length = [num_envs](const char* what, std::size_t given) {
+    if (given == 0 || given == static_cast<std::size_t>(num_envs)) return;
+    refuse(std::string(what) + ": " + std::to_string(given) + " values given, " +
+           std::to_string(num_envs) + " needed");
+  };
+  check_length("reset mask", request.mask.size());
+  check_length("reset seeds", request.seeds.size());
+  engram_reset_request c{};
+  if (!request.mask.empty()) c.mask = request.mask.data();
+  if (!request.seeds.empty()) c.seeds = request.seeds.data();
+  std::vector<engram_pin> pins;
+  if (request.pins) {
+    pins = to_c(*request.pins);
+    c.pins = pins.data();
+    c.num_pins = pins.size();
+    c.has_pins = 1;
+  }
+  if (request.constants) c.constants = c_text(*request.constants);
+  check(f(&c));
+}
+
 inline std::string joined_ids(const std::vector<TaskShare>& tasks) {
   std::string ids;
   for (const TaskShare& task : tasks) ids += (ids.empty() ? "" : "+") + task.id;
@@ -305,25 +329,9 @@ inline std::string_view VectorEnv::describe() const {
 }
 
 inline void VectorEnv::reset(const ResetRequest& request) {
-  const auto check_length = [this](const char* what, std::size_t given) {
-    if (given == 0 || given == static_cast<std::size_t>(num_envs_)) return;
-    detail::refuse(std::string(what) + ": " + std::to_string(given) + " values given, " +
-                   std::to_string(num_envs_) + " needed");
-  };
-  check_length("reset mask", request.mask.size());
-  check_length("reset seeds", request.seeds.size());
-  engram_reset_request c{};
-  if (!request.mask.empty()) c.mask = request.mask.data();
-  if (!request.seeds.empty()) c.seeds = request.seeds.data();
-  std::vector<engram_pin> pins;
-  if (request.pins) {
-    pins = detail::to_c(*request.pins);
-    c.pins = pins.data();
-    c.num_pins = pins.size();
-    c.has_pins = 1;
-  }
-  if (request.constants) c.constants = detail::c_text(*request.constants);
-  detail::check(engram_reset(handle(), &c));
+  detail::with_reset_request(request, num_envs_, [this](const engram_reset_request* c) {
+    return engram_reset(handle(), c);
+  });
 }
 
 inline void VectorEnv::step(std::span<const float> actions) {
