@@ -10,11 +10,12 @@
 namespace engram {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-// Start pose of all tasks: arm in rad, fingers in m.
-constexpr std::array<double, kRobotJoints> kStartQpos = {
-    0, 0, 0, -2 * kPi / 3, 0, 2 * kPi / 3, kPi / 4, 0.04, 0.04};
+// begin generated: pose (tools/surface, from api/surface.toml)
+// Rest pose of arm and fingers, rad and m.
+inline constexpr std::array<double, 9> kRest = {
+    0,    0,   0, -2 * std::numbers::pi / 3, 0, 2 * std::numbers::pi / 3, std::numbers::pi / 4,
+    0.04, 0.04};
+// end generated
 
 }  // namespace
 
@@ -245,7 +246,7 @@ void BatchData::begin_episode(int worker, int env, std::uint64_t seed, std::uint
   const Episode episode(pins, env, bindings.stream_key(env), number);
   perturbations.draw(episode);
   double* qpos = state.qpos.row(env);
-  std::copy(kStartQpos.begin(), kStartQpos.end(), qpos);
+  std::copy(kRest.begin(), kRest.end(), qpos);
   const double* pinned_noise = pins.values(env, 0);
   RandomStream noise = episode.engine_stream(kPurposeRobotNoise);
   for (int i = 0; i < kArmJoints; ++i) {

@@ -64,6 +64,7 @@ const std::vector<Module> kModules = {
     {"protocol/eval/probe",
      {"core/*", "tasks", "protocol/io", "protocol/parallel", "protocol/make",
       "protocol/eval/policies", "protocol/eval/run", "protocol/eval/results"}},
+    {"protocol/training", {"core/*"}},
     {"protocol/datasets",
      {"core/*", "media", "tasks", "protocol/io", "protocol/parallel", "protocol/make"}},
     {"api/engram", {}},

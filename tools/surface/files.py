@@ -8,10 +8,14 @@ import options_cpp as cpp
 import options_python as python
 import queries_cpp as queries
 import queries_python
+import training
 from table import ENUMS, LIST, OPTIONS, ordered
 
 # Arguments in a docstring, from the first one to where its errors begin.
 ARGUMENTS = re.compile(r"(?<=\n)        num_envs: .*?(?=\n\n    Raises:)", re.DOTALL)
+
+# Arguments in the docstring of engram.wrappers.train.
+TRAINING_ARGUMENTS = re.compile(r"(?<=\n)        gamma: .*?(?=\n        terms: )", re.DOTALL)
 
 # Options in the docstring of engram.evaluate.
 OPTIONS_TEXT = re.compile(
@@ -116,4 +120,18 @@ FILES = {
     "apps/eval_options.cc": {"keys_of_flags": evaluation.keys_of_flags},
     "apps/run_flags.cc": {"flags": evaluation.flags},
     "python/src/evaluate.cc": {"bindings": evaluation.bindings},
+    "protocol/training/numbers.h": {
+        "numbers": training.cpp_numbers(),
+        "terms": training.cpp_terms,
+        "options": training.cpp_options(public=False),
+    },
+    "core/batch/batch_step.cc": {"pose": training.cpp_numbers("rest")},
+    "python/engram/wrappers/numbers.py": {
+        "numbers": training.python_numbers,
+        "terms": training.python_terms,
+    },
+    "python/engram/wrappers/preset.py": {
+        "options": training.signature,
+        TRAINING_ARGUMENTS: training.help_lines,
+    },
 }

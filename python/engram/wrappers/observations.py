@@ -10,20 +10,15 @@ from gymnasium.spaces import Box
 from gymnasium.vector.utils import batch_space
 
 from engram.errors import InvalidArgumentError
+from engram.wrappers import numbers
 from engram.wrappers.base import Wrapper, fields_of, horizons
+from engram.wrappers.numbers import ANGLE, FINGER, HIDDEN, LENGTH, LIMIT, SPEED, TURN_RATE
 
-# Units of lengths, angles and speeds in scaled observations.
-LENGTH, ANGLE, SPEED, TURN_RATE = 0.1, 0.5, 0.5, 1.0
-# Largest scaled value.
-LIMIT = 10.0
-# Rest pose of arm and fingers, and the TCP's position there.
-REST = np.array([0, 0, 0, -2 * np.pi / 3, 0, 2 * np.pi / 3, np.pi / 4, 0.04, 0.04])
-REST_TCP = np.array([-0.0707, 0, 0.3180])
+REST = np.array(numbers.REST)
+REST_TCP = np.array(numbers.REST_TCP)
 # Units of arm and fingers, and those of their rows in the mode "objects", rad and m.
-JOINTS = np.array([ANGLE] * 7 + [0.04] * 2)
-OBJECTS_JOINTS = np.array([np.pi] * 7 + [0.04] * 2)
-# A coordinate of something hidden.
-HIDDEN = 500.0
+JOINTS = np.array([ANGLE] * 7 + [FINGER] * 2)
+OBJECTS_JOINTS = np.array([np.pi] * 7 + [FINGER] * 2)
 
 _EXCLUSIVE = re.compile(r"goal_\d+_pose")
 _TOKEN = re.compile(r"object_(\d+)_(\w+)")

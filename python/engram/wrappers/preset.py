@@ -8,63 +8,25 @@ from typing import Any
 from engram.errors import InvalidArgumentError
 from engram.wrappers.actions import ScaleActions, SmoothActions
 from engram.wrappers.base import Wrapper
+from engram.wrappers.numbers import OTHER_SCALE, POSE_SCALE, SINCE, STILL, TERMS, THERE, UNTIL
 from engram.wrappers.observations import ObjectRows, ScaleState, TimeLeft, has_rows
 from engram.wrappers.rewards import HeldReward, PotentialReward
-
-# Shares of the largest motions that an action of 1 is: translation, rotation and gripper of
-# pd_ee_delta_pose, and any component of another mode.
-POSE_SCALE = (0.3, 0.3, 0.3, 0.1, 0.1, 0.1, 0.5)
-OTHER_SCALE = 0.3
-
-# Terms of the task's reward in the potential, with their weights: the distances and poses that lead
-# to success, one after the other. A task has those that its reward has. What an object is to do
-# weighs more than the hand's way to it, because the hand leaves its best place to do it.
-TERMS = {
-    "tcp_to_obj_dist": 1.0,
-    "tcp_to_hit_pose_dist": 1.0,
-    "tcp_to_cube_dist": 1.0,
-    "tcp_to_button_dist": 1.0,
-    "tcp_push_dist": 1.0,
-    "tcp_pull_dist": 1.0,
-    "to_grip_dist": 1.0,
-    "obj_to_goal_dist": 1.0,
-    "place_in_goal_reward": 1.0,
-    "place_back_reward": 3.0,
-    "place_reward": 5.0,
-    "keep_contact_reward": 1.0,
-    "y_angle_reward": 5.0,
-}
-# Terms of a first stage, which count as reached, and of a second one, which count nothing, by the
-# term that tells whether the first stage is over: the ball is within reach, or the cube has been on
-# the target.
-UNTIL = {
-    "tcp_to_hit_pose_dist": "reached_status",
-    "tcp_push_dist": "goal_reached_status",
-    "place_in_goal_reward": "goal_reached_status",
-}
-SINCE = {
-    "tcp_pull_dist": "goal_reached_status",
-    "place_back_reward": "goal_reached_status",
-    "keep_contact_reward": "goal_reached_status",
-}
-# Terms that tell that the hand or the object is where the arm has to stand still; the first that a
-# task has counts.
-STILL = "static_reward"
-THERE = ("reached", "is_obj_placed", 'info["is_obj_placed"]')
 
 
 def train(
     env: Any,
     *,
+    # begin generated: options (tools/surface, and the arguments below)
     gamma: float = 0.99,
     scale_actions: bool = True,
     smoothing: float = 0.0,
     scale_observations: bool = True,
     time_left: bool = True,
     potential: float = 1.0,
-    terms: Mapping[str, float] | None = None,
     still: float = 0.0,
     bonus: float = 0.1,
+    # end generated
+    terms: Mapping[str, float] | None = None,
 ) -> Any:
     """The batch in the wrappers of the preset "train", in the order of the arguments.
 
@@ -77,12 +39,12 @@ def train(
         scale_observations: ``ScaleState`` or ``ObjectRows``, where observations are rows.
         time_left: ``TimeLeft``, where observations are rows.
         potential: Weight of the dense reward in ``PotentialReward``; 0: no potential.
-        terms: Of the potential; None: those of ``TERMS`` that the task's reward has. Stages are
-            those of ``UNTIL`` and ``SINCE``.
         still: Weight of standing still in the potential (``static_reward``), which counts where the
             arm has to (``THERE``) and nothing before; 0: none. Rewards that have no such term, or
             differ in it within the batch, stay without.
         bonus: Of ``HeldReward``; 0: none.
+        terms: Of the potential; None: those of ``TERMS`` that the task's reward has. Stages are
+            those of ``UNTIL`` and ``SINCE``.
     """
     if scale_actions:
         pose = env.description["control_mode"] == "pd_ee_delta_pose"

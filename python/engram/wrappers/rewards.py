@@ -9,10 +9,7 @@ import numpy as np
 
 from engram.errors import InvalidArgumentError
 from engram.wrappers.base import Step, Wrapper, horizons
-
-# Distance from which on a distance counts in the potential, m: about that of the rest pose to the
-# objects, so that the potential hardly jumps when they appear.
-RANGE = 0.5
+from engram.wrappers.numbers import RANGE
 
 
 class PotentialReward(Wrapper):
