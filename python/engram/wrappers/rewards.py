@@ -58,8 +58,11 @@ class PotentialReward(Wrapper):
         tasks = [env.task_of(i)["reward_terms"] for i in range(self.num_envs)]
         # Read from the batch itself: the info is privileged, and policies are not to see it.
         batch = env.unwrapped
-        self._now = batch._views["reward_dict"]
-        self._last = batch._batch.final_output("reward_dict") if self._same_step else None
+        has_terms = "reward_dict" in batch._views  # which tasks of users' own may not have
+        self._now = batch._views["reward_dict"] if has_terms else np.zeros((self.num_envs, 0))
+        self._last = None
+        if has_terms and self._same_step:
+            self._last = batch._batch.final_output("reward_dict")
         self._weights = np.zeros(self._now.shape)
         self._distances = np.zeros(self._now.shape, np.bool_)
         for name, value in self.terms.items():
