@@ -27,6 +27,7 @@ set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/main.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # has Catch2 compiled, and says so before it includes it
 set_property(SOURCE "${PROJECT_SOURCE_DIR}/tests/api/cpp_api_test.cc"
   "${PROJECT_SOURCE_DIR}/tests/api/load_tasks_test.cc"
+  "${PROJECT_SOURCE_DIR}/tests/api/training_cpp_test.cc"
   "${PROJECT_SOURCE_DIR}/tests/api/variants_test.cc" PROPERTY
   SKIP_PRECOMPILE_HEADERS ON)  # sees the public header alone, whose names the engine has too
 # Tests are compiled once and run briefly: the time to compile them counts.

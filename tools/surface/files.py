@@ -126,6 +126,15 @@ FILES = {
         "options": training.cpp_options(public=False),
     },
     "core/batch/batch_step.cc": {"pose": training.cpp_numbers("rest")},
+    "api/engram/engram_training_c.h": {"fields": training.c_options},
+    "api/engram/engram_training.h": {
+        "fields": training.cpp_options(public=True),
+        "copies": training.copies,
+    },
+    "api/training_c.cc": {
+        "conversions": training.conversions,
+        "defaults": training.defaults,
+    },
     "python/engram/wrappers/numbers.py": {
         "numbers": training.python_numbers,
         "terms": training.python_terms,
