@@ -285,6 +285,8 @@ std::string this_program() { return std::filesystem::read_symlink("/proc/self/ex
   if (plan.additions.labels) words.emplace_back("--labels");
   if (plan.additions.depth) words.emplace_back("--depth");
   if (plan.additions.segmentation) words.emplace_back("--segmentation");
+  if (plan.additions.state) words.emplace_back("--state");
+  if (plan.additions.objects) words.emplace_back("--objects");
   if (options.json) words.emplace_back("--json");
   for (const std::string& word : options.passed) words.push_back("--word=" + word);
   for (const RegistryEntry* task : tasks) words.emplace_back(task->id);
@@ -417,6 +419,12 @@ void add_collect_command(const Command& program,
   command.add_flag("--depth", plan.additions.depth, "Also both cameras' depth images, in mm");
   command.add_flag("--segmentation", plan.additions.segmentation,
                    "Also both cameras' images of which thing is where");
+  const Option state = command.add_flag(
+      "--state", plan.additions.state,
+      "Also the row of the observation mode state: privileged, for critics and teachers");
+  command
+      .add_flag("--objects", plan.additions.objects, "Also the row of the observation mode objects")
+      .excludes(state);
   add_constants(command, plan.constants);
   add_rules(command, plan.rules);
   add_physics(command, plan.physics);

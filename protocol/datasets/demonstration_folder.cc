@@ -30,6 +30,8 @@ constexpr const char* kDefinition = "definition";
 constexpr const char* kLabels = "labels";
 constexpr const char* kDepth = "depth";
 constexpr const char* kSegmentation = "segmentation";
+constexpr const char* kState = "state";
+constexpr const char* kObjects = "objects";
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
   throw Error(Error::kIo, "'" + path.string() + "' " + what);
@@ -69,7 +71,9 @@ JsonTable addition_documents(const RegistryEntry& entry, const CollectionPlan& p
   const Additions& asked = plan.additions;
   return {{kLabels, asked.labels ? label_document(entry, plan) : Json()},
           {kDepth, asked.depth ? Json(true) : Json()},
-          {kSegmentation, asked.segmentation ? Json(true) : Json()}};
+          {kSegmentation, asked.segmentation ? Json(true) : Json()},
+          {kState, asked.state ? Json(true) : Json()},
+          {kObjects, asked.objects ? Json(true) : Json()}};
 }
 
 ControlMode control_mode_of(const RegistryEntry& entry, const CollectionPlan& plan) {
@@ -259,6 +263,8 @@ DemonstrationFolder::Kept DemonstrationFolder::read(int index) const {
   std::vector<std::vector<std::int64_t>> shapes = {npz.shape("rgb", NpyType::kUint8)};
   if (plan_.additions.depth) shapes.push_back(npz.shape(kDepth, NpyType::kUint16));
   if (plan_.additions.segmentation) shapes.push_back(npz.shape(kSegmentation, NpyType::kUint16));
+  if (plan_.additions.state) shapes.push_back(npz.shape(kState, NpyType::kFloat32));
+  if (plan_.additions.objects) shapes.push_back(npz.shape(kObjects, NpyType::kFloat32));
   const bool same_length = std::ranges::all_of(
       shapes, [&](const auto& sizes) { return !sizes.empty() && sizes[0] == kept.length; });
   if (kept.length < 1 || !same_length) {

@@ -51,7 +51,8 @@ CollectionPlan read(const Json& document) {
     }
   }
   plan.additions = {truth(part(document, "labels")), truth(part(document, "depth")),
-                    truth(part(document, "segmentation"))};
+                    truth(part(document, "segmentation")), truth(part(document, "state")),
+                    truth(part(document, "objects"))};
   return plan;
 }
 
@@ -76,6 +77,8 @@ Json plan_document(std::span<const RegistryEntry* const> tasks, const Collection
                    {"labels", plan.additions.labels},
                    {"depth", plan.additions.depth},
                    {"segmentation", plan.additions.segmentation},
+                   {"state", plan.additions.state},
+                   {"objects", plan.additions.objects},
                    {"variants", variants_among(tasks)},
                    {"definitions", definitions_of(ids)}};
 }

@@ -35,13 +35,16 @@ CollectionRule collection_rule(const RegistryEntry& entry, ControlMode mode) {
 }
 
 MakeOptions demonstration_options(const Additions& additions) {
-  const bool depth = additions.depth || additions.labels;
-  const bool segmentation = additions.segmentation || additions.labels;
+  if (additions.state && additions.objects) {
+    throw Error(Error::kInvalidArgument, "state and objects given; one of them allowed");
+  }
+  std::string mode = "rgb";
+  if (additions.depth || additions.labels) mode += "+depth";
+  if (additions.segmentation || additions.labels) mode += "+segmentation";
+  if (additions.state) mode += "+state";
+  if (additions.objects) mode += "+objects";
   MakeOptions options;
-  options.obs_mode = depth && segmentation ? ObsMode::kRgbDepthSegmentation
-                     : depth               ? ObsMode::kRgbDepth
-                     : segmentation        ? ObsMode::kRgbSegmentation
-                                           : ObsMode::kRgb;
+  options.obs_mode = require_named<ObsMode>("observation mode", mode);
   options.auto_reset = AutoReset::kOff;
   options.terminate_on_success = true;  // where demonstrations end
   return options;
@@ -62,6 +65,7 @@ void DemonstrationRecorder::start(const Batch& batch, int index) {
   dones_.clear();
   depth_.clear();
   segmentation_.clear();
+  rows_.clear();
   const auto names = batch.images().segmentation_names;
   segmentation_names_.assign(names.begin(), names.end());
   if (labels_) labels_->start(batch, index);
@@ -82,6 +86,7 @@ void DemonstrationRecorder::before_step(const Batch& batch, int index, std::span
   };
   if (additions_.depth) add(depth_, batch.images().depth);
   if (additions_.segmentation) add(segmentation_, batch.images().segmentation);
+  if (has_rows()) append(rows_, row_of(batch.outputs().observation, batch, index));
   if (labels_) labels_->before_step(batch, index);
 }
 
@@ -127,6 +132,10 @@ Demonstration DemonstrationRecorder::finish(NpzCompression compression, bool kee
   if (additions_.segmentation) {
     arrays.push_back({"segmentation", NpyType::kUint16, map_shape, bytes_of(segmentation_)});
     arrays.push_back(text_array("segmentation_names", segmentation_names_, names));
+  }
+  if (has_rows()) {
+    const char* const name = additions_.state ? "state" : "objects";
+    arrays.push_back({name, NpyType::kFloat32, {steps, per_step(rows_)}, bytes_of(rows_)});
   }
   std::optional<LabelArrays> labels;
   if (labels_) {

@@ -31,12 +31,16 @@ struct Additions {
   bool labels = false;  // protocol/datasets/labels.h
   bool depth = false;   // of both cameras, as the next
   bool segmentation = false;
+  // The row of the observation mode of that name; one of them at most.
+  bool state = false;
+  bool objects = false;
 
   friend bool operator==(const Additions&, const Additions&) = default;
 };
 
 // Options of the environments for recording and replay: the library's defaults with images,
-// episodes ending at success and then left alone. Labels need depth and segmentation, too.
+// episodes ending at success and then left alone. Labels need depth and segmentation, too. Throws
+// Error for state and objects at once.
 MakeOptions demonstration_options(const Additions& additions = {});
 
 // Appends a step's values to those of an episode.
@@ -82,6 +86,8 @@ class DemonstrationRecorder {
                        bool keep_failures = false) const;
 
  private:
+  bool has_rows() const { return additions_.state || additions_.objects; }
+
   std::int64_t seed_ = 0;
   std::string instruction_;
   std::int64_t height_ = 0;
@@ -96,6 +102,7 @@ class DemonstrationRecorder {
   std::vector<std::uint16_t> depth_;
   std::vector<std::uint16_t> segmentation_;
   std::vector<std::string> segmentation_names_;
+  std::vector<float> rows_;  // of state or objects
   std::optional<LabelRecorder> labels_;
 };
 

@@ -97,7 +97,8 @@ RlFolder::RlFolder(const fs::path& root, const RegistryEntry& entry, const Colle
       note_(root / kRoot / (std::string(entry.id) + ".json")) {
   if (plan.additions != Additions() || plan.joint_proprio) {
     throw Error(Error::kInvalidArgument,
-                "labels, depth, segmentation or joint_proprio given; RL data have none of them: "
+                "labels, depth, segmentation, state, objects or joint_proprio given; RL data have "
+                "none of them: "
                 "arrays of images, joints, actions, rewards, success and done alone");
   }
   plan_.keep_failures = true;

@@ -46,7 +46,7 @@ class RlFolder {
  public:
   // Reads <root>/MIKASA-Robo/unbatched/<id>; <root>/MIKASA-Robo/<id>.json holds the plan. Writes
   // nothing. Throws Error: kInvalidArgument if what is there was collected with another plan or by
-  // another program, or for labels, depth, segmentation or joint_proprio; kIo if a file of the plan
+  // another program, or for additions or joint_proprio; kIo if a file of the plan
   // is damaged.
   RlFolder(const std::filesystem::path& root, const RegistryEntry& entry,
            const CollectionPlan& plan);

@@ -183,6 +183,10 @@ def _add_additions(command: argparse.ArgumentParser) -> None:
         command.add_argument(
             f"--{name}", action="store_true", help=f"also the {name} of `engram collect --{name}`"
         )
+    for name in additions.ROWS:
+        command.add_argument(
+            f"--{name}", action="store_true", help=f"also the rows of `engram collect --{name}`"
+        )
     command.add_argument(
         "--labels",
         action="store_true",

@@ -11,12 +11,15 @@ from engram.datasets import checks
 from engram.datasets.checks import DatasetError
 
 # The options' names, and those of the entries in the metadata.
-LABELS, DEPTH, SEGMENTATION = ADDITIONS = ("labels", "depth", "segmentation")
+ADDITIONS = ("labels", "depth", "segmentation", "state", "objects")
+LABELS, DEPTH, SEGMENTATION, STATE, OBJECTS = ADDITIONS
 # Images with one number per pixel: mm, or an index into the names of segments.
 MAPS = (DEPTH, SEGMENTATION)
 MAP_TYPE = np.uint16
 MAPS_SHAPE = (*checks.CAMERA_SHAPE[:2], 2)  # base camera, wrist camera
 MAP_SHAPE = (*checks.CAMERA_SHAPE[:2], 1)
+# Rows of numbers, those of the observation modes of these names; of a set one at most.
+ROWS = (STATE, OBJECTS)
 SEGMENT_NAMES = "segmentation_names"
 
 

@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from engram.datasets.additions import ADDITIONS, DEPTH, LABELS, SEGMENTATION
+from engram.datasets.additions import ADDITIONS, DEPTH, LABELS, OBJECTS, SEGMENTATION, STATE
 from engram.datasets.checks import printable
 from engram.datasets.collected import EpisodeSource
 from engram.datasets.spaces import CONTROL_RATE
@@ -180,6 +180,7 @@ def of_steps(
         + (".", "; angles are the benchmark's, from -pi to pi.")[not spaces.joint_proprio],
         f"`{action}`: {', '.join(spaces.action_names)}.",
         *maps,
+        *row_notes(added, proprio.rpartition("/")[0] + "/{}"),
     ]
     if LABELS in added:
         notes.append(
@@ -202,6 +203,20 @@ def map_notes(
     }
     return [
         f"{keys.replace('{}', name)}: {meaning}; {stored}, lossless."
+        for name, meaning in meanings.items()
+        if name in added
+    ]
+
+
+def row_notes(added: Collection[str], key: str) -> list[str]:
+    """What is said of state and objects, by the form of their key."""
+    meanings = {
+        STATE: "**privileged**, it tells what is hidden: for critics, teachers and probes",
+        OBJECTS: "the robot, and what cameras can show of the objects",
+    }
+    return [
+        f"`{key.replace('{}', name)}`, before the action: the row of the observation mode "
+        f"`{name}`, whose fields `engram.describe` names; {meaning}."
         for name, meaning in meanings.items()
         if name in added
     ]

@@ -55,17 +55,21 @@ class Writer(contextlib.ExitStack):
         labels: bool = False,
         depth: bool = False,
         segmentation: bool = False,
+        state: bool = False,
+        objects: bool = False,
     ) -> Path:
         """Writes the folder of a task and returns its path.
 
         The folder appears when it is complete; one that was written here before is replaced. jobs:
         threads that pack, 0 for one per core; progress is called with the episodes done and all of
         them; labels: adds those of the demonstrations, which are privileged; depth, segmentation:
-        add these images. Raises DatasetError, and leaves everything as it was, if an episode is
-        damaged.
+        add these images; state, objects: add these rows. Raises DatasetError, and leaves everything
+        as it was, if an episode is damaged.
         """
         checks.whole_number("jobs", jobs, 0, checks.MAX_JOBS)
-        added = additions.chosen(labels=labels, depth=depth, segmentation=segmentation)
+        added = additions.chosen(
+            labels=labels, depth=depth, segmentation=segmentation, state=state, objects=objects
+        )
         folder.require(added)
         instructions: set[str] = set()
 

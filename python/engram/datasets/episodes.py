@@ -47,6 +47,10 @@ class Episode:
     depth: np.ndarray | None = None  # (T, H, W, 2) uint16: mm, of both cameras
     segmentation: np.ndarray | None = None  # the same: indices into segmentation_names
     segmentation_names: list[str] | None = None
+    state: np.ndarray | None = (
+        None  # (T, n) float32: the row of the mode "state"; before the action
+    )
+    objects: np.ndarray | None = None  # (T, n) float32: that of "objects"
 
     def __len__(self) -> int:
         return self.episode_length
@@ -64,6 +68,10 @@ class Episode:
     def maps(self, names: Collection[str]) -> dict[str, np.ndarray]:
         """Depth and segmentation, those that are among the names."""
         return {name: getattr(self, name) for name in additions.MAPS if name in names}
+
+    def rows(self, names: Collection[str]) -> dict[str, np.ndarray]:
+        """State or objects, where they are among the names."""
+        return {name: getattr(self, name) for name in additions.ROWS if name in names}
 
     @classmethod
     def load(
@@ -116,6 +124,10 @@ def _additions(archive: zipfile.ZipFile, steps: int, present: Collection[str]) -
         names = read_array(archive, additions.SEGMENT_NAMES, None, (ANY,)).tolist()
         additions.check_segments(names, values[additions.SEGMENTATION])
         values[additions.SEGMENT_NAMES] = names
+    for name in additions.ROWS:
+        if name in present:
+            values[name] = read_array(archive, name, np.float32, (steps, ANY))
+            checks.finite(name, values[name])
     if additions.LABELS in present:
         values[additions.LABELS] = labels.load(archive, steps)
     return values

@@ -88,6 +88,7 @@ class _Demonstration:
             "rewards": episode.reward,
             "dones": episode.done,
             "obs/proprio": episode.proprio,
+            **{f"obs/{name}": values for name, values in episode.rows(added).items()},
         }
         if cue:
             self.arrays[frozen.COLUMN] = cue.mask(episode)
@@ -151,14 +152,14 @@ is_written = _Writer.is_written
 
 def _env_args(folder: EpisodeSource, added: Collection[str]) -> dict[str, Any]:
     """What robomimic says of an environment."""
-    maps = [name for name in additions.MAPS if name in added]
+    observed = [name for name in (*additions.MAPS, *additions.ROWS) if name in added]
     physics = folder.metadata.get("engram", {}).get("physics", "engram")
     return {
         "env_name": folder.env_id,
         "type": _GYM,
         "env_version": engram.__version__,
         "env_kwargs": {
-            "obs_mode": "+".join(["rgb", *maps]),
+            "obs_mode": "+".join(["rgb", *observed]),
             "control_mode": folder.spaces.control_mode,
             "joint_proprio": folder.spaces.joint_proprio,
             **({} if physics == "engram" else {"physics": physics}),

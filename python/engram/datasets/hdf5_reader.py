@@ -44,6 +44,10 @@ def _episode(group: h5py.Group, spaces: Spaces) -> StoredEpisode:
         for name in additions.MAPS
         if name in observations
     }
+    for name in additions.ROWS:
+        if name in observations:
+            rows = _child(group, f"obs/{name}", h5py.Dataset)
+            found[name] = array(f"obs/{name}", np.float32, *rows.shape[1:2])
     return StoredEpisode(
         spaces,
         int(group.attrs["episode_seed"]),

@@ -31,6 +31,8 @@ class Options:
         labels: Adds the demonstrations' labels, which are privileged.
         depth: Adds depth, as images whatever ``frames`` is.
         segmentation: The same for segmentation.
+        state: Adds the row of the observation mode "state", which is privileged.
+        objects: Adds the row of the mode "objects".
     """
 
     version: str = "3.0"
@@ -42,6 +44,8 @@ class Options:
     labels: bool = False
     depth: bool = False
     segmentation: bool = False
+    state: bool = False
+    objects: bool = False
 
     def __post_init__(self) -> None:
         _one_of("version", self.version, VERSIONS)

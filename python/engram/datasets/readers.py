@@ -28,6 +28,8 @@ def _from_npz(folder: DemonstrationFolder, _: Path) -> Iterator[StoredEpisode]:
             episode.success,
             episode.depth,
             episode.segmentation,
+            episode.state,
+            episode.objects,
         )
 
 
@@ -62,6 +64,9 @@ def _rlds_episode(fields: dict[str, list], spaces: Spaces) -> StoredEpisode:
         for name in additions.MAPS
         if f"steps/observation/{name}" in fields
     }
+    for name in additions.ROWS:
+        if f"steps/observation/{name}" in fields:
+            found[name] = _floats(fields[f"steps/observation/{name}"], len(action), -1)
     return StoredEpisode(
         spaces,
         fields["episode_metadata/episode_seed"][0],

@@ -43,10 +43,13 @@ def differences(env, episode: StoredEpisode, succeeds: bool = True) -> list[str]
 
     if env.language_instruction != episode.language_instruction:
         found["language_instruction"] = "language_instruction"
+    stored_rows = episode.rows()
     for step, action in enumerate(episode.action):
         check("rgb", step, observation["rgb"], episode.rgb)
         check("depth", step, observation.get("depth"), episode.depth)
         check("segmentation", step, observation.get("segmentation"), episode.segmentation)
+        for name, rows in stored_rows.items():
+            check(name, step, observation.get(name), rows)
         proprio = episode.spaces.proprio(observation["proprio"], episode.angles)
         check("proprio", step, proprio, episode.proprio)
         observation, reward, _, _, info = env.step(action)
@@ -137,9 +140,10 @@ def _environment(folder: Metadata):
     import engram
 
     made_how = folder.metadata.get("engram", {})
-    maps = [name for name in additions.MAPS if name in folder.additions]
+    observed = (*additions.MAPS, *additions.ROWS)
+    added = [name for name in observed if name in folder.additions]
     options: dict[str, Any] = {
-        "obs_mode": "+".join(["rgb", *maps]),
+        "obs_mode": "+".join(["rgb", *added]),
         "control_mode": folder.spaces.control_mode,
     }
     if folder.spaces.joint_proprio:

@@ -6,7 +6,7 @@ steps. Images are PNG, so that nothing is lost.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,6 +32,7 @@ class _Writer(Writer):
     _bytes = 0
     _file: BinaryIO | None = None
     _labels: Labels | None = None  # of the last episode
+    _rows: Mapping[str, int]  # widths
 
     def start(self) -> None:
         self._lengths: list[int] = []  # of files, in records
@@ -43,11 +44,13 @@ class _Writer(Writer):
         for shard in range(len(self._lengths)):
             self._shard(shard).rename(self._shard(shard, len(self._lengths)))
 
-    def pack(self, episode: Episode) -> tuple[bytes, Labels | None]:
-        return serialize(episode, self.folder.env_id, self.added, self.cue), episode.labels
+    def pack(self, episode: Episode) -> tuple[bytes, Labels | None, dict[str, int]]:
+        widths = {name: values.shape[1] for name, values in episode.rows(self.added).items()}
+        record = serialize(episode, self.folder.env_id, self.added, self.cue)
+        return record, episode.labels, widths
 
-    def add(self, packed: tuple[bytes, Labels | None]) -> None:
-        record, self._labels = packed
+    def add(self, packed: tuple[bytes, Labels | None, dict[str, int]]) -> None:
+        record, self._labels, self._rows = packed
         if self._file is None or self._file.tell() >= SHARD_BYTES:
             if self._file is not None:
                 self._file.close()
@@ -59,7 +62,7 @@ class _Writer(Writer):
 
     def finish(self) -> card.Card:
         labels = self._labels if additions.LABELS in self.added else None
-        described = features(self.folder.spaces, self.added, labels, bool(self.cue))
+        described = features(self.folder.spaces, self.added, labels, bool(self.cue), self._rows)
         source.write_json(self.path / "features.json", described)
         source.write_json(
             self.path / "dataset_info.json", _dataset_info(self._lengths, self._bytes)
@@ -101,6 +104,8 @@ def serialize(
     for name, values in episode.maps(added).items():
         for camera, key in enumerate(additions.map_keys(name)):
             fields[f"steps/observation/{key}"] = pngs(values[..., camera])
+    for name, values in episode.rows(added).items():
+        fields[f"steps/observation/{name}"] = values.ravel().tolist()
     if additions.SEGMENTATION in added and episode.segmentation_names is not None:
         names = [name.encode() for name in episode.segmentation_names]
         fields[f"episode_metadata/{additions.SEGMENT_NAMES}"] = names

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,16 @@ _DTYPES: dict[type, str] = {np.bool_: "bool", np.int32: "int32", np.float32: "fl
 
 
 def features(
-    spaces: Spaces, added: Collection[str], labels: Labels | None, is_frozen: bool = False
+    spaces: Spaces,
+    added: Collection[str],
+    labels: Labels | None,
+    is_frozen: bool = False,
+    rows: Mapping[str, int] | None = None,
 ) -> dict[str, Any]:
     """The document; added: additions of the set; labels: those of an episode, if among them.
 
-    is_frozen: whether steps say that their action was not executed.
+    rows: widths of state or objects, where they are among them; is_frozen: whether steps say that
+    their action was not executed.
     """
     maps = [name for name in additions.MAPS if name in added]
     observation = {
@@ -28,6 +33,7 @@ def features(
         "wrist_image": _image(),
         **{key: _map() for name in maps for key in additions.map_keys(name)},
         "proprio": _tensor("float32", len(spaces.proprio_names)),
+        **{name: _tensor("float32", width) for name, width in (rows or {}).items()},
     }
     steps = {
         "observation": _dict(**observation),

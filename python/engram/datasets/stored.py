@@ -8,7 +8,7 @@ import io
 import numpy as np
 
 from engram.datasets import checks
-from engram.datasets.additions import DEPTH, MAP_TYPE, MAPS_SHAPE, SEGMENTATION
+from engram.datasets.additions import DEPTH, MAP_TYPE, MAPS_SHAPE, ROWS, SEGMENTATION
 from engram.datasets.checks import DatasetError
 from engram.datasets.spaces import Spaces
 
@@ -27,6 +27,8 @@ class StoredEpisode:
     success: np.ndarray | None = None  # (T,)
     depth: np.ndarray | None = None  # (T, H, W, 2)
     segmentation: np.ndarray | None = None  # (T, H, W, 2)
+    state: np.ndarray | None = None  # (T, n), as the next
+    objects: np.ndarray | None = None
     angles: str = "benchmark"  # the form of those in proprio
 
     def __post_init__(self) -> None:
@@ -45,7 +47,15 @@ class StoredEpisode:
             values = getattr(self, name)
             if values is not None and values.shape != shape:
                 raise DatasetError(f"{name} has shape {values.shape}, {shape} expected")
+        for name, rows in self.rows().items():
+            if rows.ndim != 2 or len(rows) != steps:
+                raise DatasetError(f"{name} has shape {rows.shape}, {steps} rows expected")
         self.spaces.check_actions("action", self.action)
+
+    def rows(self) -> dict[str, np.ndarray]:
+        """State or objects, where they are stored."""
+        found = {name: getattr(self, name) for name in ROWS}
+        return {name: values for name, values in found.items() if values is not None}
 
 
 def images(encoded: list[bytes]) -> np.ndarray:

@@ -10,6 +10,7 @@
 #include "core/batch/scripted_policy.h"
 #include "protocol/datasets/npz.h"
 #include "protocol/io/files.h"
+#include "protocol/make/rows.h"
 #include "tests/tasks/benchmark_table.h"
 #include "tests/temporary_folder.h"
 
@@ -135,6 +136,39 @@ TEST_CASE("Demonstrations: a recorded episode can be replayed", "[demonstrations
     CHECK(unpacked.length == demonstration.length);
     CHECK(in.rest().empty());
   }
+}
+
+TEST_CASE("Demonstrations: rows of state or objects, before each action", "[demonstrations]") {
+  for (const Additions& additions :
+       {Additions{.state = true}, Additions{.labels = true, .objects = true}}) {
+    MakeOptions options = demonstration_options(additions);
+    options.num_envs = 2;
+    options.threads = 1;
+    const auto batch = make("RememberColor3-VLA-v0", options);
+    batch->reset();
+    DemonstrationRecorder recorder(additions);
+    recorder.start(*batch, 1);
+    std::vector<float> rows;
+    std::vector<float> actions(14);
+    while ((batch->outputs().terminated[1] | batch->outputs().truncated[1]) == 0) {
+      append(rows, row_of(batch->outputs().observation, *batch, 1));
+      ScriptedPolicy(*batch, Policy::kOracle).act(actions);
+      recorder.before_step(*batch, 1, std::span(actions).subspan(7));
+      batch->step(actions);
+      recorder.after_step(*batch, 1);
+    }
+    const Demonstration demonstration = recorder.finish();
+    REQUIRE(demonstration.success);
+    const TemporaryFolder folder;
+    write_file(folder.path() / "a.npz", demonstration.file);
+    const NpzFile file(folder.path() / "a.npz");
+    const std::int64_t shape[] = {demonstration.length, batch->state_dim()};
+    const std::vector<std::byte> found =
+        file.read(additions.state ? "state" : "objects", NpyType::kFloat32, shape);
+    CHECK(std::ranges::equal(found, bytes_of(rows)));
+  }
+  CHECK_THROWS_WITH(demonstration_options({.state = true, .objects = true}),
+                    "state and objects given; one of them allowed");
 }
 
 TEST_CASE("Demonstrations: depth and segmentation as the cameras give them", "[demonstrations]") {

@@ -12,7 +12,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from engram.datasets import checks
+from engram.datasets import additions, checks
 from engram.datasets.episodes import LEROBOT_FOLDER
 from engram.datasets.spaces import Spaces
 from engram.datasets.work import pngs
@@ -26,6 +26,8 @@ WRIST = "observation.images.wrist"
 CAMERAS = (TOP, WRIST)
 STATE = "observation.state"
 ACTION = "action"
+# Rows beside the state: not under "observation.", where policies would take them for inputs.
+ROWS = {additions.STATE: "privileged.state", additions.OBJECTS: "objects"}
 COUNTERS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 FILES_PER_CHUNK = 1000
 _DICTIONARY_BYTES = 64 << 20  # of different images in a column of an episode

@@ -131,6 +131,9 @@ def _episode(table: Any, row: dict[str, Any], spaces: Spaces, angles: str) -> St
         )
         for name in names
     }
+    for name, key in layout.ROWS.items():
+        if key in columns:
+            found[name] = np.array(columns[key], np.float32)
     return StoredEpisode(
         spaces,
         row["episode_seed"],

@@ -82,6 +82,8 @@ def _notes(spaces: Spaces, options: Options) -> list[str]:
         notes.insert(1, _ANGLES[options.angles])
     keys = f"`{layout.TOP}_{{}}`, `{layout.WRIST}_{{}}`"
     notes += card.map_notes(options.additions, keys, "meta/info.json")
+    for name, key in layout.ROWS.items():
+        notes += card.row_notes([name] if name in options.additions else [], key)
     if options.labels:
         language = "" if options.version == "2.1" else "`language_persistent`, "
         notes.append(

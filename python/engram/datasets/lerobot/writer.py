@@ -110,6 +110,7 @@ class _Writer:
         self.subtasks: dict[str, int] = {}
         self.segments = SegmentNames()
         self.label_features: dict[str, dict[str, Any]] = {}
+        self.widths: dict[str, int] = {}  # of state or objects
         self.rows: list[dict[str, Any]] = []
         self.stats: list[dict[str, frame_stats.Stats]] = []  # of episodes
         self.all_stats: dict[str, frame_stats.Numbers | frame_stats.Levels] = {}  # by feature
@@ -137,6 +138,9 @@ class _Writer:
         if self.keeps_failures:
             row["episode_success"] = episode.success_once
         numbers = self._label_columns(episode)
+        rows = episode.rows(self.options.additions)
+        numbers |= {layout.ROWS[name]: values for name, values in rows.items()}
+        self.widths = {layout.ROWS[name]: values.shape[1] for name, values in rows.items()}
         if self.cue:
             numbers[COLUMN] = self.cue.mask(episode)
         stored, filmed = ({}, images) if self.options.frames == "videos" else (images, {})
@@ -233,6 +237,8 @@ class _Writer:
         maps = [name for name in MAPS if name in self.options.additions]
         features = layout.features(self.spaces, infos)
         features |= map_columns.features(maps, self.segments.names) | self.label_features
+        for key, width in self.widths.items():
+            features[key] = {"dtype": "float32", "shape": [width], "names": None}
         if self.cue:
             features[COLUMN] = {"dtype": "bool", "shape": [1], "names": None}
         if self.options.modality:
