@@ -50,7 +50,7 @@ nitpick_ignore_regex = [
     ),
     ("py:class", r"AutoresetMode|.*\.ObsT|engram\.(envs\.sub_env\.Batch|wrappers\.base\.Step)"),
     ("c:identifier", r"u?int\d+_t|size_t|mj(Model|Data)_"),
-    ("cpp:identifier", "engram|engram_env|mj(Model|Data)_"),
+    ("cpp:identifier", "engram|engram_(env|training)|mj(Model|Data)_"),
 ]
 
 # Notebooks keep their stored outputs, which python/tests/test_notebooks.py checks.
@@ -70,7 +70,7 @@ napoleon_numpy_docstring = False
 # The reference of C++ and C, from Doxygen's XML.
 breathe_projects = {"engram": os.environ.get("ENGRAM_DOXYGEN_XML", "")}
 breathe_default_project = "engram"
-NOT_PUBLIC = {"ENGRAM_API", "engram::VectorEnv::Close"}
+NOT_PUBLIC = {"ENGRAM_API", "engram::TrainingEnv::Close", "engram::VectorEnv::Close"}
 breathe_default_members = ("members", "undoc-members")
 breathe_show_include = False
 breathe_domain_by_file_pattern = {"*_c.h": "c", "*/engram_task.h": "c"}

@@ -69,3 +69,17 @@ def test_several_tasks_have_common_rows(make):
     numbers, _ = make(tasks, obs_mode="state", num_envs=2).reset(seed=5)
     np.testing.assert_array_equal(both["state"], numbers)
     assert list(both) == ["rgb", "proprio", "task_cue", "state"]
+
+
+def test_integrations_have_both():
+    sb3 = pytest.importorskip("engram.integrations.sb3")
+    torchrl = pytest.importorskip("torchrl.envs")
+    expected, _ = engram.make(TASK, obs_mode="rgb+state").reset(seed=3)
+    env = sb3.Sb3VecEnv(TASK, 1, obs_mode="rgb+state")
+    env.seed(3)
+    for name, values in env.reset().items():
+        np.testing.assert_array_equal(values[0], expected[name])
+    seen = torchrl.GymEnv(f"engram/{TASK}", obs_mode="rgb+state").reset(seed=3)
+    np.testing.assert_array_equal(seen["pixels" if "pixels" in seen else "rgb"], expected["rgb"])
+    # TorchRL's name of a state.
+    np.testing.assert_array_equal(seen["observation"], expected["state"])
