@@ -22,7 +22,8 @@ def load(name: str) -> ModuleType:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses need it
-    spec.loader.exec_module(module)
+    with mock.patch.object(sys, "path", [str(FOLDER), *sys.path]):  # as for a script
+        spec.loader.exec_module(module)
     return module
 
 

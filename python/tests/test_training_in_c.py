@@ -29,7 +29,7 @@ for name in ARRAYS:
     function = getattr(C, f"engram_training_{name}")
     function.restype, function.argtypes = ctypes.POINTER(ctypes.c_float), [ctypes.c_void_p]
 AUTO_RESETS = {"NEXT_STEP": 0, "SAME_STEP": 1, "DISABLED": 2}
-OBS_MODES = {"state": 1, "objects": 4}
+OBS_MODES = {"state": 1, "objects": 4, "rgb+state": 9, "rgb+objects": 13}
 
 
 def structure(header: str, name: str) -> type[ctypes.Structure]:
@@ -146,6 +146,19 @@ def test_episodes_are_those_of_the_wrappers(task, policy, obs_mode, mode):
     low, high = (training.array(f"action_{end}", 7) for end in ("low", "high"))
     np.testing.assert_array_equal(low, env.single_action_space.low)
     np.testing.assert_array_equal(high, env.single_action_space.high)
+
+
+@pytest.mark.parametrize("rows", ["state", "objects"])
+def test_rows_beside_pictures_are_scaled(rows):
+    env = wrappers.train(make(TASK, obs_mode=f"rgb+{rows}", terminate_on_success=True))
+    training = Training(TASK, mode="SAME_STEP", obs_mode=f"rgb+{rows}")
+    seen, _ = env.reset()
+    training.reset()
+    for _ in range(3):
+        np.testing.assert_array_equal(training.array("observation", *training.rows), seen[rows])
+        actions = env.act("oracle")
+        seen = env.step(actions)[0]
+        training.step(actions)
 
 
 @pytest.mark.parametrize(

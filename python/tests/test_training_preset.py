@@ -160,6 +160,35 @@ def test_an_evaluation_gives_a_policy_what_its_wrappers_did(obs_mode):
     assert len(seen) == 25
 
 
+def test_an_evaluation_gives_a_policy_pictures():
+    def made():
+        return engram.make_vec(TASK, N, obs_mode="rgb", preset="train", threads=1, seed=77)
+
+    seen: list[dict[str, np.ndarray]] = []
+
+    def act(observation, begins):
+        seen.append({name: part.copy() for name, part in observation.items()})
+        return np.full((N, 7), 0.3)
+
+    policy = wrappers.WrappedPolicy(made(), act)
+    engram.evaluate(policy, TASK, obs="rgb", episodes=N, num_envs=N, threads=1, seed=77)
+    env = made()
+    observation, _ = env.reset()
+    for expected in seen:
+        assert set(expected) == set(observation) == {"rgb", "proprio"}
+        for name in expected:
+            np.testing.assert_array_equal(observation[name], expected[name])
+        observation = env.step(np.full((N, 7), 0.3))[0]
+    assert len(seen) == 25
+
+
+def test_an_evaluation_without_an_observation_is_refused():
+    env = make(TASK, obs_mode="rgb+state", image_size=16)
+    policy = wrappers.WrappedPolicy(env, lambda rows, begins: np.zeros((N, 7)))
+    with pytest.raises(engram.InvalidArgumentError, match="has no 'rgb'"):
+        engram.evaluate(policy, TASK, obs="state", episodes=N, num_envs=N, threads=1)
+
+
 def test_an_evaluation_of_other_size_is_refused():
     policy = wrappers.WrappedPolicy(make(TASK), lambda rows, begins: np.zeros((N, 7)))
     with pytest.raises(engram.InvalidArgumentError, match="num_envs=6 and threads=1 needed"):

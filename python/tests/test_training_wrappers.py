@@ -315,6 +315,24 @@ def test_equal_objects_are_ordered_from_left_to_right():
     assert (np.diff(y, axis=1) > 0).all()
 
 
+@pytest.mark.parametrize("rows", ["state", "objects"])
+def test_rows_beside_pictures_are_scaled_the_same(rows):
+    alone, both = (
+        wrappers.train(make(TASK, obs_mode=mode, image_size=16)) for mode in (rows, f"rgb+{rows}")
+    )
+    assert both.fields == alone.fields
+    expected, seen = alone.reset()[0], both.reset()[0]
+    for _ in range(30):
+        np.testing.assert_array_equal(seen[rows], expected)
+        assert both.observation_space.contains(seen)
+        expected, *_, last = alone.step(alone.act("oracle"))
+        seen, *_, info = both.step(both.act("oracle"))
+        if GYMNASIUM_1 and "final_obs" in info:
+            for one, other in zip(info["final_obs"], last["final_obs"]):
+                np.testing.assert_array_equal(one[rows], other)
+                assert one["rgb"].shape == (16, 16, 6)
+
+
 @modes
 def test_time_that_is_left(mode):
     env = wrappers.TimeLeft(make(TASK, mode))

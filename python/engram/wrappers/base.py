@@ -109,14 +109,15 @@ class Wrapper(VectorBase[Any]):
 
     def _with_finals(self, info: dict[str, Any], ended: np.ndarray) -> dict[str, Any]:
         """The infos with this wrapper's last observations."""
-        old = info["final_obs"]
         indices = np.flatnonzero(ended)
-        if isinstance(old[indices[0]], dict):
-            return info
-        rows = self.final_observation(np.stack(old[indices].tolist()), info["final_info"], ended)
+        old = info["final_obs"][indices]
+        named = isinstance(old[0], dict)
+        parts = list(old[0]) if named else [""]
+        stacked: Any = {n: np.stack([one[n] if named else one for one in old]) for n in parts}
+        rows = self.final_observation(stacked if named else stacked[""], info["final_info"], ended)
         finals = np.full(self.num_envs, None, dtype=object)
-        for i, row in zip(indices, rows):
-            finals[i] = row
+        for i, place in enumerate(indices):
+            finals[place] = {n: rows[n][i] for n in parts} if named else rows[i]
         names = ("final_obs",) if GYMNASIUM_1 else ("final_obs", "final_observation")
         return {**info, **dict.fromkeys(names, finals)}
 

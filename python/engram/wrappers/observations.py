@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Dict
 from gymnasium.vector.utils import batch_space
 
 from engram.errors import InvalidArgumentError
@@ -20,34 +20,68 @@ REST_TCP = np.array(numbers.REST_TCP)
 JOINTS = np.array([ANGLE] * 7 + [FINGER] * 2)
 OBJECTS_JOINTS = np.array([np.pi] * 7 + [FINGER] * 2)
 
+# Names of rows beside pictures.
+_ROWS = ("state", "objects")
 _EXCLUSIVE = re.compile(r"goal_\d+_pose")
 _TOKEN = re.compile(r"object_(\d+)_(\w+)")
 
 
 def has_rows(env: Any) -> bool:
-    """Whether observations are rows."""
+    """Whether observations are rows, or have rows beside pictures."""
     space = env.single_observation_space
+    if isinstance(space, Dict):
+        return any(name in space.spaces for name in _ROWS)
     return isinstance(space, Box) and len(space.shape) == 1 and space.shape[0] > 0
 
 
 class RowWrapper(Wrapper):
-    """A wrapper of observations that are rows: modes "state" and "objects", or another's rows."""
+    """A wrapper of rows: modes "state" and "objects", also beside pictures, or another's rows."""
 
     def __init__(self, env: Any) -> None:
         super().__init__(env)
+        space = env.single_observation_space
         if not has_rows(env):
             raise InvalidArgumentError(
-                f"env: observations {env.single_observation_space} given, rows needed: "
-                "obs_mode='state' or 'objects'"
+                f"env: observations {space} given, rows needed: obs_mode='state' or 'objects'"
             )
+        # Name of the rows beside pictures.
+        self._key = next(n for n in _ROWS if n in space.spaces) if isinstance(space, Dict) else None
+
+    def rows(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
+        """The rows for those of the batch inside."""
+        raise NotImplementedError
+
+    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+        """The last rows of the episodes that have ended."""
+        raise NotImplementedError
+
+    def observation(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
+        return self._apply(self.rows, rows, info, began)
+
+    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+        return self._apply(self.final_rows, rows, info, ended)
+
+    def _apply(self, function: Any, rows: Any, *rest: Any) -> Any:
+        if self._key is None:
+            return function(rows, *rest)
+        return {**rows, self._key: function(rows[self._key], *rest)}
+
+    def _row_space(self) -> Any:
+        space: Any = self.single_observation_space
+        return space if self._key is None else space[self._key]
+
+    def _set_row_space(self, box: Box) -> None:
+        space: Any = self.single_observation_space
+        space = box if self._key is None else Dict({**space.spaces, self._key: box})
+        self.single_observation_space = space
+        self.observation_space = batch_space(space, self.num_envs)
 
     def _set_fields(self, fields: list[tuple[str, int]], limit: float) -> None:
         self._fields, offset = [], 0
         for name, width in fields:
             self._fields.append({"name": name, "offset": offset, "width": width, "unit": ""})
             offset += width
-        self.single_observation_space = Box(-limit, limit, (offset,), np.float32)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._set_row_space(Box(-limit, limit, (offset,), np.float32))
 
     @property
     def fields(self) -> list[dict[str, Any]]:
@@ -68,7 +102,7 @@ class ScaleState(RowWrapper):
     All are clipped to -10 to 10.
 
     Args:
-        env: A batch with ``obs_mode="state"``.
+        env: A batch with ``obs_mode="state"``, or that with pictures.
     """
 
     def __init__(self, env: Any) -> None:
@@ -84,10 +118,10 @@ class ScaleState(RowWrapper):
         out = [(f["name"], _WIDTHS.get(part, 0) + f["width"]) for part, f in self._parts]
         self._set_fields(out + [("goal_pose", 4)] * bool(self._goals), LIMIT)
 
-    def observation(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
+    def rows(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
         return self._scaled(rows)
 
-    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
         return self._scaled(rows)
 
     def _scaled(self, rows: np.ndarray) -> np.ndarray:
@@ -150,7 +184,7 @@ class ObjectRows(RowWrapper):
     speeds are in rad/s.
 
     Args:
-        env: A batch with ``obs_mode="objects"``.
+        env: A batch with ``obs_mode="objects"``, or that with pictures.
     """
 
     def __init__(self, env: Any) -> None:
@@ -173,7 +207,7 @@ class ObjectRows(RowWrapper):
         self._known = np.full((self.num_envs, self._count), -1.0)
         self._set_fields([(f["name"], f["width"]) for f in fields], LIMIT)
 
-    def observation(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
+    def rows(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
         tokens = self._tokens(rows)
         looks = self._looks(tokens)
         again = began | ((looks != self._known) & (looks >= 0)).any(1)
@@ -185,7 +219,7 @@ class ObjectRows(RowWrapper):
         self._known = looks
         return self._flat(rows, tokens, self._order)
 
-    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
         return self._flat(rows, self._tokens(rows), self._order[ended])
 
     def _tokens(self, rows: np.ndarray) -> np.ndarray:
@@ -223,20 +257,19 @@ class TimeLeft(RowWrapper):
 
     def __init__(self, env: Any) -> None:
         super().__init__(env)
-        inner = env.single_observation_space
+        inner = self._row_space()
         self._horizons = horizons(env)
         fields = fields_of(env)
         width = inner.shape[0]
         self._fields = [*fields, {"name": "time_left", "offset": width, "width": 1, "unit": ""}]
-        self.single_observation_space = Box(
-            np.append(inner.low, np.float32(0)), np.append(inner.high, np.float32(1))
+        self._set_row_space(
+            Box(np.append(inner.low, np.float32(0)), np.append(inner.high, np.float32(1)))
         )
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
 
-    def observation(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
+    def rows(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
         return self._with(rows, info["elapsed_steps"], self._horizons)
 
-    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
         if isinstance(info, dict):
             elapsed = info["elapsed_steps"][ended]
         else:  # Gymnasium 0.29

@@ -28,8 +28,9 @@ class WrappedPolicy:
 
     Args:
         env: A wrapped batch of as many environments as the evaluation has.
-        act: Takes observations (N, D) and a mask (N,), True where an episode begins; returns
-            actions (N, A). Rows of environments that need no action are those of an earlier step.
+        act: Takes observations (N, D), or a dict of arrays where there are pictures, and a mask
+            (N,), True where an episode begins; returns actions (N, A). Rows of environments that
+            need no action are those of an earlier step.
     """
 
     def __init__(self, env: Any, act: Act) -> None:
@@ -38,22 +39,33 @@ class WrappedPolicy:
         while isinstance(env, Wrapper):
             self._wrappers.insert(0, env)
             env = env.env
-        self._rows = np.zeros(env.observation_space.shape, np.float32)
+        space = env.observation_space
+        # Observations by their names in an evaluation; rows alone have none in a batch.
+        self._seen = {
+            name: np.zeros(part.shape, part.dtype)
+            for name, part in getattr(space, "spaces", {"state": space}).items()
+        }
+        self._rows_alone = not hasattr(space, "spaces")
         self._elapsed = np.zeros(env.num_envs, np.int64)
 
     def __call__(self, observation: Mapping[str, Any]) -> np.ndarray:
         """Actions of the episodes that need one."""
         slots = np.asarray(observation["slot"], np.int64)
-        if np.any(observation["worker"]) or slots.max() >= len(self._rows):
+        if np.any(observation["worker"]) or slots.max() >= len(self._elapsed):
             raise InvalidArgumentError(
-                f"evaluation: of other environments than the policy's {len(self._rows)}; "
-                f"num_envs={len(self._rows)} and threads=1 needed"
+                f"evaluation: of other environments than the policy's {len(self._elapsed)}; "
+                f"num_envs={len(self._elapsed)} and threads=1 needed"
             )
-        began = np.zeros(len(self._rows), np.bool_)
+        began = np.zeros(len(self._elapsed), np.bool_)
         began[slots] = np.asarray(observation["first"], np.bool_)
-        self._rows[slots] = observation["state"]
+        for name, part in self._seen.items():
+            if observation.get(name) is None:
+                raise InvalidArgumentError(
+                    f"evaluation: has no {name!r}, which the policy's environment has"
+                )
+            part[slots] = observation[name]
         self._elapsed[slots] = observation["step"]
-        rows: Any = self._rows
+        rows: Any = self._seen["state"] if self._rows_alone else self._seen
         for wrapper in self._wrappers:
             wrapper.begin(began)
             rows = wrapper.observation(rows, {"elapsed_steps": self._elapsed}, began)
