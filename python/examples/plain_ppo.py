@@ -38,6 +38,7 @@ COLUMNS = (
     "obs_mode",
     "seed",
     "total_timesteps",
+    "threads",
     "eval_episodes",
     "file",
 )
@@ -89,6 +90,7 @@ def make_parser(memory: str = "none") -> argparse.ArgumentParser:
     add(
         "--forget-bias", type=float, default=1.0, help="bias of the LSTM's forget gate at the start"
     )
+    add("--threads", type=int, default=1, help="of the simulator")
     add("--eval-episodes", type=int, default=200, help="of the evaluation at the end")
     add("--file", help="CSV file that gets a row for each run")
     parser.set_defaults(**(WITH_MEMORY if memory == "lstm" else {}))
@@ -108,6 +110,25 @@ def other_options(args: argparse.Namespace) -> str:
         for name, value in vars(args).items()
         if name not in COLUMNS and value != default(name)
     )
+
+
+class Clock:
+    """Seconds by what was done in them."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.last = time.perf_counter()
+
+    def done(self, name: str) -> None:
+        now = time.perf_counter()
+        self.seconds[name] = self.seconds.get(name, 0.0) + now - self.last
+        self.last = now
+
+    def report(self, steps: int) -> None:
+        """Prints steps per second, and shares of the time."""
+        total = sum(self.seconds.values()) or 1.0  # nothing was measured
+        shares = (f"{name} {seconds / total:.2f}" for name, seconds in self.seconds.items())
+        print(f"{steps / total:,.0f} steps/s: {', '.join(shares)}", flush=True)
 
 
 class RunningMoments:
@@ -287,7 +308,7 @@ def make_env(args: argparse.Namespace, num_envs: int) -> Any:
         num_envs,
         obs_mode=args.obs_mode,
         autoreset_mode="SAME_STEP",
-        threads=1,
+        threads=args.threads,
         seed=(args.seed, 0),
         **ends,
     )
@@ -326,6 +347,7 @@ def train(args: argparse.Namespace) -> tuple[Params, Normaliser]:
     state: State = (np.zeros((args.num_envs, WIDTH), np.float32),) * 2
     iterations = max(1, args.total_timesteps // (shape[0] * shape[1]))
     successes: list[bool] = []
+    clock = Clock()
     for iteration in range(iterations):
         observations = np.zeros((*shape, width), np.float32)
         actions = np.zeros((*shape, space.shape[0]), np.float32)
@@ -338,14 +360,16 @@ def train(args: argparse.Namespace) -> tuple[Params, Normaliser]:
             actions[t] = mean + np.exp(params["log_std"]) * rng.standard_normal(mean.shape)
             log_probs[t] = log_prob(np, actions[t], mean, params["log_std"])
             values[t] = forward(np, params["critic"], features)[:, 0]
-            rows, reward, terminated, truncated, info = env.step(
-                np.clip(actions[t], space.low, space.high)
-            )
+            clipped = np.clip(actions[t], space.low, space.high)
+            clock.done("act")
+            rows, reward, terminated, truncated, info = env.step(clipped)
+            clock.done("env.step")
             ended = terminated | truncated
             if ended.any():
                 successes += info["final_info"]["success_once"][ended].tolist()
             rewards[t] = normaliser.reward(reward, ended)
             obs, done = normaliser.observation(rows), ended.astype(np.float32)
+            clock.done("scale")
         last = forward(np, params["critic"], remember(params, obs, state, done)[0])[:, 0]
         advantages = estimate_advantages(args, rewards, values, dones, last, done)
         data = (observations, actions, log_probs, advantages, advantages + values, values, dones)
@@ -359,6 +383,9 @@ def train(args: argparse.Namespace) -> tuple[Params, Normaliser]:
         rate = np.float32(args.learning_rate * (1 - iteration / iterations))
         adam = update(settings, adam, minibatches, data, rate)
         params = jax.tree_util.tree_map(np.asarray, adam[0])
+        clock.done("learn")
+        if iteration == 0:  # which compiles
+            clock = Clock()
         if (iteration + 1) % 20 == 0:
             share = np.mean(successes) if successes else np.nan
             steps = (iteration + 1) * shape[0] * shape[1]
@@ -366,6 +393,7 @@ def train(args: argparse.Namespace) -> tuple[Params, Normaliser]:
                 f"{steps:>9,} steps {time.process_time():6.1f} s  exploring {share:.3f}", flush=True
             )
             successes = []
+    clock.report((iterations - 1) * shape[0] * shape[1])
     return params, normaliser
 
 
@@ -394,7 +422,7 @@ def evaluate(
     args: argparse.Namespace, params: Params, normaliser: Normaliser
 ) -> tuple[float, float | None]:
     """Success and right first answers of the mean action, in engram's own evaluation."""
-    env = make_env(args, EVAL_ENVS)
+    env = make_env(argparse.Namespace(**{**vars(args), "threads": 1}), EVAL_ENVS)
 
     state: State = (np.zeros((EVAL_ENVS, WIDTH), np.float32),) * 2
 

@@ -1,0 +1,262 @@
+"""PPO from pictures: a small CNN acts, a critic sees the state, through the preset "train".
+
+    python cnn_ppo.py --id TakeItBack-VLA-v0 --total-timesteps 1000000
+    python cnn_ppo.py --id InterceptSlow-VLA-v0 --critic rgb
+
+The actor gets the pictures of both cameras, that of the base camera one step before, all at half
+their size, and the proprio. The critic is for training alone, so it may see what is hidden (Pinto
+et al., 2018): `obs_mode="rgb+state"` has both. `--critic rgb` gives it the actor's features
+instead. No memory beyond two frames. A line says where the time went.
+
+glibc gives large arrays back to the system and gets them anew; where that is forbidden
+(MALLOC_MMAP_THRESHOLD_=2000000000 MALLOC_TRIM_THRESHOLD_=2000000000 in the environment), torch
+learns up to twice as fast. docs/learning.md has results.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+import numpy as np
+import torch
+from plain_ppo import Clock, Normaliser, RunningMoments, append, estimate_advantages
+from torch import Tensor, nn
+from torch.distributions import Normal
+
+import engram
+from engram.wrappers import WrappedPolicy
+
+EVAL_ENVS = 50
+FEATURES = 128
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description="Learns an engram task from pictures with PPO.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    add = parser.add_argument
+    add("--id", default="TakeItBack-VLA-v0", help="task")
+    add("--critic", default="state", choices=["state", "rgb"], help="what the critic sees")
+    add("--seed", type=int, default=1, help="of episodes, networks and exploration")
+    add("--total-timesteps", type=int, default=1_000_000, help="environment steps to learn from")
+    add("--num-envs", type=int, default=128, help="environments stepped together")
+    add("--num-steps", type=int, default=32, help="steps of each environment per iteration")
+    add("--minibatch", type=int, default=256, help="steps of a gradient step")
+    add("--update-epochs", type=int, default=2, help="passes over the steps of an iteration")
+    add("--learning-rate", type=float, default=5e-4, help="of Adam at the start; falls to zero")
+    add("--gamma", type=float, default=0.99, help="discount per step")
+    add("--gae-lambda", type=float, default=0.95, help="of generalised advantage estimation")
+    add("--clip-coef", type=float, default=0.2, help="largest useful change of a probability ratio")
+    add("--threads", type=int, default=1, help="of the simulator and of torch")
+    add("--eval-episodes", type=int, default=200, help="of the evaluation at the end")
+    add("--file", help="CSV file that gets a row for the run")
+    return parser.parse_args()
+
+
+def mlp(sizes: list[int], gain: float) -> nn.Sequential:
+    layers: list[nn.Module] = []
+    for size, following in zip(sizes, sizes[1:]):
+        layers += [nn.Linear(size, following), nn.Tanh()]
+        nn.init.orthogonal_(layers[-2].weight, 2**0.5)  # type: ignore[arg-type]
+    nn.init.orthogonal_(layers[-2].weight, gain)  # type: ignore[arg-type]
+    return nn.Sequential(*layers[:-1])
+
+
+class Agent(nn.Module):
+    """Actor of pictures and proprio, and critic of the state's rows or of the actor's features."""
+
+    def __init__(self, proprio: int, state: int, actions: int) -> None:
+        super().__init__()
+        convolutions = [nn.Conv2d(9, 16, 8, 4), nn.Conv2d(16, 32, 4, 2), nn.Conv2d(32, 32, 3)]
+        layers = [part for one in convolutions for part in (one, nn.ReLU())]
+        self.cnn = nn.Sequential(*layers, nn.Flatten(), nn.Linear(512, FEATURES), nn.ReLU())
+        self.actor = mlp([FEATURES + proprio, 64, actions], 0.01)
+        self.critic = mlp([state or FEATURES + proprio, 128, 128, 1], 1.0)
+        self.sees_state = state > 0
+        self.log_std = nn.Parameter(torch.zeros(actions))
+
+    def forward(self, frames: Tensor, proprio: Tensor, state: Tensor) -> tuple[Normal, Tensor]:
+        """Distribution of actions and value, of frames (N, 64, 64, 9) in bytes."""
+        pictures = frames.permute(0, 3, 1, 2).float() / 255
+        features = torch.cat([self.cnn(pictures), proprio], 1)
+        value = self.critic(state if self.sees_state else features)[:, 0]
+        return Normal(self.actor(features), self.log_std.exp()), value
+
+
+def halved(frames: np.ndarray) -> np.ndarray:
+    """Means of 2 x 2 pixels."""
+    rows = frames[:, ::2].astype(np.uint16) + frames[:, 1::2]
+    return ((rows[:, :, ::2] + rows[:, :, 1::2]) >> 2).astype(np.uint8)
+
+
+class Stack:
+    """Frames of this step, and the base camera's before; the same where an episode begins."""
+
+    def __init__(self) -> None:
+        self.last: np.ndarray | None = None
+
+    def __call__(self, rgb: np.ndarray, begins: np.ndarray) -> np.ndarray:
+        frames = halved(rgb)
+        before = frames if self.last is None else self.last
+        before = np.where(begins.astype(bool)[:, None, None, None], frames, before)
+        self.last = frames
+        return np.concatenate([frames, before[..., :3]], -1)
+
+
+class Scale:
+    """Rows by running moments, clipped at 10."""
+
+    def __init__(self, width: int) -> None:
+        self.moments = RunningMoments((width,))
+
+    def __call__(self, rows: np.ndarray, learn: bool = True) -> Tensor:
+        if learn:
+            self.moments.update(rows)
+        scaled = (rows - self.moments.mean) / np.sqrt(self.moments.var + 1e-8)
+        return torch.from_numpy(np.clip(scaled, -10, 10).astype(np.float32))
+
+
+def train(args: argparse.Namespace) -> tuple[Agent, Scale]:
+    """Learns; prints the success of the episodes that exploration has ended, and a profile."""
+    env = engram.make_vec(
+        args.id,
+        args.num_envs,
+        obs_mode="rgb+state",
+        preset="train",
+        autoreset_mode="SAME_STEP",
+        threads=args.threads,
+        seed=(args.seed, 0),
+        copy=False,
+    )
+    spaces, space = env.single_observation_space.spaces, env.single_action_space
+    width = {name: spaces[name].shape[0] for name in ("proprio", "state")}
+    agent = Agent(width["proprio"], width["state"] * (args.critic == "state"), space.shape[0])
+    adam = torch.optim.Adam(agent.parameters(), args.learning_rate, eps=1e-5)
+    scale = {name: Scale(size) for name, size in width.items()}
+    rewards_of = Normaliser(args.num_envs, np.arange(0), args.gamma)
+    shape = args.num_steps, args.num_envs
+    iterations = max(1, args.total_timesteps // (shape[0] * shape[1]))
+    seen, _ = env.reset()
+    stack, done = Stack(), np.ones(args.num_envs, np.float32)
+    clock, successes = Clock(), []
+
+    def look(learn: bool = True) -> tuple[Tensor, ...]:
+        frames = torch.from_numpy(stack(seen["rgb"], done))
+        return frames, *(scale[name](seen[name], learn) for name in ("proprio", "state"))
+
+    inputs = look()
+    for iteration in range(iterations):
+        adam.param_groups[0]["lr"] = args.learning_rate * (1 - iteration / iterations)
+        columns: list[tuple[Tensor, ...]] = []
+        rewards, dones, values = (np.zeros(shape, np.float32) for _ in range(3))
+        for t in range(args.num_steps):
+            dones[t] = done
+            with torch.no_grad():
+                policy, value = agent(*inputs)
+                action = policy.sample()
+            columns.append((*inputs, action, policy.log_prob(action).sum(1)))
+            values[t] = value
+            clock.done("act")
+            seen, reward, terminated, truncated, info = env.step(action.numpy())
+            clock.done("env.step")
+            ended = terminated | truncated
+            if ended.any():
+                successes += info["final_info"]["success_once"][ended].tolist()
+            rewards[t] = rewards_of.reward(reward, ended)
+            done = ended.astype(np.float32)
+            inputs = look()
+            clock.done("scale")
+        with torch.no_grad():
+            last = agent(*inputs)[1].numpy()
+        advantages = estimate_advantages(args, rewards, values, dones, last, done)
+        flat = [torch.cat(part) for part in zip(*columns)]
+        targets = [torch.from_numpy(part.reshape(-1)) for part in (advantages, advantages + values)]
+        learn_from(args, agent, adam, [*flat, *targets])
+        clock.done("learn")
+        if (iteration + 1) % 20 == 0:
+            share = np.mean(successes) if successes else np.nan
+            steps = (iteration + 1) * shape[0] * shape[1]
+            print(
+                f"{steps:>9,} steps {sum(clock.seconds.values()):6.1f} s  exploring {share:.3f}",
+                flush=True,
+            )
+            successes = []
+    clock.report(iterations * shape[0] * shape[1])
+    return agent, scale["proprio"]
+
+
+def learn_from(
+    args: argparse.Namespace, agent: Agent, adam: torch.optim.Optimizer, data: list[Tensor]
+) -> None:
+    """Gradient steps of an iteration: PPO's clipped loss (Schulman et al., 2017)."""
+    for _ in range(args.update_epochs):
+        for rows in torch.randperm(len(data[0])).split(args.minibatch):
+            *inputs, actions, old, advantages, returns = (part[rows] for part in data)
+            policy, values = agent(*inputs)
+            ratio = (policy.log_prob(actions).sum(1) - old).exp()
+            advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+            clipped = ratio.clamp(1 - args.clip_coef, 1 + args.clip_coef)
+            loss = -torch.minimum(advantages * ratio, advantages * clipped).mean()
+            loss = loss + 0.5 * (values - returns).square().mean()
+            adam.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
+            adam.step()
+
+
+def evaluate(args: argparse.Namespace, agent: Agent, scale: Scale) -> dict[str, Any]:
+    """Success of the mean action, from pictures and proprio alone, in engram's own evaluation."""
+    env = engram.make_vec(args.id, EVAL_ENVS, obs_mode="rgb", preset="train", threads=1)
+    stack = Stack()
+
+    def act(seen: Any, begins: np.ndarray) -> np.ndarray:
+        with torch.no_grad():
+            features = agent.cnn(
+                torch.from_numpy(stack(seen["rgb"], begins)).permute(0, 3, 1, 2).float() / 255
+            )
+            proprio = scale(seen["proprio"], learn=False)
+            result: np.ndarray = agent.actor(torch.cat([features, proprio], 1)).numpy()
+        return result
+
+    result = engram.evaluate(
+        WrappedPolicy(env, act),
+        args.id,
+        obs="rgb",
+        episodes=args.eval_episodes,
+        num_envs=EVAL_ENVS,
+        threads=1,
+    )
+    task: dict[str, Any] = result["tasks"][0]
+    return task
+
+
+def main() -> None:
+    args = parse_arguments()
+    torch.set_num_threads(args.threads)
+    torch.manual_seed(args.seed)
+    begin = time.process_time()
+    task = evaluate(args, *train(args))
+    first = task["first_answer_correct"]
+    per_iteration = args.num_steps * args.num_envs
+    row = {
+        "learner": f"cnn_ppo.py --critic {args.critic}",
+        "id": args.id,
+        "preset": "train",
+        "without": "",
+        "seed": args.seed,
+        "env_steps": max(1, args.total_timesteps // per_iteration) * per_iteration,
+        "success_once": f"{task['sr']:.3f}",
+        "episodes": args.eval_episodes,
+        "cpu_s": f"{time.process_time() - begin:.1f}",
+        "first_answer": "" if first is None else f"{first:.3f}",
+    }
+    print("  ".join(f"{name} {value}" for name, value in row.items()), flush=True)
+    if args.file:
+        append(args.file, row)
+
+
+if __name__ == "__main__":
+    main()
