@@ -6,7 +6,8 @@
 The actor gets the pictures of both cameras, that of the base camera one step before, all at half
 their size, and the proprio. The critic is for training alone, so it may see what is hidden (Pinto
 et al., 2018): `obs_mode="rgb+state"` has both. `--critic rgb` gives it the actor's features
-instead. No memory beyond two frames. A line says where the time went.
+instead. For the same reason the CNN's features may be taught to predict the state's rows
+(`--predict-state 0` leaves that out). No memory beyond two frames. A line says where the time went.
 
 glibc gives large arrays back to the system and gets them anew; where that is forbidden
 (MALLOC_MMAP_THRESHOLD_=2000000000 MALLOC_TRIM_THRESHOLD_=2000000000 in the environment), torch
@@ -40,15 +41,16 @@ def parse_arguments() -> argparse.Namespace:
     add = parser.add_argument
     add("--id", default="TakeItBack-VLA-v0", help="task")
     add("--critic", default="state", choices=["state", "rgb"], help="what the critic sees")
+    add("--predict-state", type=float, default=1.0, help="weight of that loss; 0: none")
     add("--seed", type=int, default=1, help="of episodes, networks and exploration")
     add("--total-timesteps", type=int, default=1_000_000, help="environment steps to learn from")
     add("--num-envs", type=int, default=128, help="environments stepped together")
     add("--num-steps", type=int, default=32, help="steps of each environment per iteration")
     add("--minibatch", type=int, default=256, help="steps of a gradient step")
-    add("--update-epochs", type=int, default=2, help="passes over the steps of an iteration")
-    add("--learning-rate", type=float, default=5e-4, help="of Adam at the start; falls to zero")
-    add("--gamma", type=float, default=0.99, help="discount per step")
-    add("--gae-lambda", type=float, default=0.95, help="of generalised advantage estimation")
+    add("--update-epochs", type=int, default=3, help="passes over the steps of an iteration")
+    add("--learning-rate", type=float, default=1e-3, help="of Adam at the start; falls to zero")
+    add("--gamma", type=float, default=0.95, help="discount per step")
+    add("--gae-lambda", type=float, default=0.7, help="of generalised advantage estimation")
     add("--clip-coef", type=float, default=0.2, help="largest useful change of a probability ratio")
     add("--threads", type=int, default=1, help="of the simulator and of torch")
     add("--eval-episodes", type=int, default=200, help="of the evaluation at the end")
@@ -68,22 +70,29 @@ def mlp(sizes: list[int], gain: float) -> nn.Sequential:
 class Agent(nn.Module):
     """Actor of pictures and proprio, and critic of the state's rows or of the actor's features."""
 
-    def __init__(self, proprio: int, state: int, actions: int) -> None:
+    def __init__(self, proprio: int, state: int, actions: int, sees_state: bool) -> None:
         super().__init__()
         convolutions = [nn.Conv2d(9, 16, 8, 4), nn.Conv2d(16, 32, 4, 2), nn.Conv2d(32, 32, 3)]
         layers = [part for one in convolutions for part in (one, nn.ReLU())]
         self.cnn = nn.Sequential(*layers, nn.Flatten(), nn.Linear(512, FEATURES), nn.ReLU())
         self.actor = mlp([FEATURES + proprio, 64, actions], 0.01)
-        self.critic = mlp([state or FEATURES + proprio, 128, 128, 1], 1.0)
-        self.sees_state = state > 0
+        self.critic = mlp([state if sees_state else FEATURES + proprio, 128, 128, 1], 1.0)
+        self.predict = nn.Linear(FEATURES + proprio, state)
+        self.sees_state = sees_state
         self.log_std = nn.Parameter(torch.zeros(actions))
 
-    def forward(self, frames: Tensor, proprio: Tensor, state: Tensor) -> tuple[Normal, Tensor]:
-        """Distribution of actions and value, of frames (N, 64, 64, 9) in bytes."""
-        pictures = frames.permute(0, 3, 1, 2).float() / 255
-        features = torch.cat([self.cnn(pictures), proprio], 1)
+    def features(self, frames: Tensor, proprio: Tensor) -> Tensor:
+        """What the actor sees, of frames (N, 64, 64, 9) in bytes."""
+        return torch.cat([self.cnn(frames.permute(0, 3, 1, 2).float() / 255), proprio], 1)
+
+    def forward(
+        self, frames: Tensor, proprio: Tensor, state: Tensor
+    ) -> tuple[Normal, Tensor, Tensor]:
+        """Distribution of actions, value, and mean square error of the predicted state."""
+        features = self.features(frames, proprio)
         value = self.critic(state if self.sees_state else features)[:, 0]
-        return Normal(self.actor(features), self.log_std.exp()), value
+        error = (self.predict(features) - state).square().mean()
+        return Normal(self.actor(features), self.log_std.exp()), value, error
 
 
 def halved(frames: np.ndarray) -> np.ndarray:
@@ -133,7 +142,7 @@ def train(args: argparse.Namespace) -> tuple[Agent, Scale]:
     )
     spaces, space = env.single_observation_space.spaces, env.single_action_space
     width = {name: spaces[name].shape[0] for name in ("proprio", "state")}
-    agent = Agent(width["proprio"], width["state"] * (args.critic == "state"), space.shape[0])
+    agent = Agent(width["proprio"], width["state"], space.shape[0], args.critic == "state")
     adam = torch.optim.Adam(agent.parameters(), args.learning_rate, eps=1e-5)
     scale = {name: Scale(size) for name, size in width.items()}
     rewards_of = Normaliser(args.num_envs, np.arange(0), args.gamma)
@@ -155,7 +164,7 @@ def train(args: argparse.Namespace) -> tuple[Agent, Scale]:
         for t in range(args.num_steps):
             dones[t] = done
             with torch.no_grad():
-                policy, value = agent(*inputs)
+                policy, value, _ = agent(*inputs)
                 action = policy.sample()
             columns.append((*inputs, action, policy.log_prob(action).sum(1)))
             values[t] = value
@@ -179,10 +188,8 @@ def train(args: argparse.Namespace) -> tuple[Agent, Scale]:
         if (iteration + 1) % 20 == 0:
             share = np.mean(successes) if successes else np.nan
             steps = (iteration + 1) * shape[0] * shape[1]
-            print(
-                f"{steps:>9,} steps {sum(clock.seconds.values()):6.1f} s  exploring {share:.3f}",
-                flush=True,
-            )
+            seconds = time.process_time()
+            print(f"{steps:>9,} steps {seconds:6.1f} s  exploring {share:.3f}", flush=True)
             successes = []
     clock.report(iterations * shape[0] * shape[1])
     return agent, scale["proprio"]
@@ -195,12 +202,12 @@ def learn_from(
     for _ in range(args.update_epochs):
         for rows in torch.randperm(len(data[0])).split(args.minibatch):
             *inputs, actions, old, advantages, returns = (part[rows] for part in data)
-            policy, values = agent(*inputs)
+            policy, values, error = agent(*inputs)
             ratio = (policy.log_prob(actions).sum(1) - old).exp()
             advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
             clipped = ratio.clamp(1 - args.clip_coef, 1 + args.clip_coef)
             loss = -torch.minimum(advantages * ratio, advantages * clipped).mean()
-            loss = loss + 0.5 * (values - returns).square().mean()
+            loss = loss + (values - returns).square().mean() + args.predict_state * error
             adam.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
@@ -214,11 +221,9 @@ def evaluate(args: argparse.Namespace, agent: Agent, scale: Scale) -> dict[str, 
 
     def act(seen: Any, begins: np.ndarray) -> np.ndarray:
         with torch.no_grad():
-            features = agent.cnn(
-                torch.from_numpy(stack(seen["rgb"], begins)).permute(0, 3, 1, 2).float() / 255
-            )
-            proprio = scale(seen["proprio"], learn=False)
-            result: np.ndarray = agent.actor(torch.cat([features, proprio], 1)).numpy()
+            frames = torch.from_numpy(stack(seen["rgb"], begins))
+            features = agent.features(frames, scale(seen["proprio"], learn=False))
+            result: np.ndarray = agent.actor(features).numpy()
         return result
 
     result = engram.evaluate(
@@ -242,7 +247,7 @@ def main() -> None:
     first = task["first_answer_correct"]
     per_iteration = args.num_steps * args.num_envs
     row = {
-        "learner": f"cnn_ppo.py --critic {args.critic}",
+        "learner": f"cnn_ppo.py --critic {args.critic} --predict-state {args.predict_state:g}",
         "id": args.id,
         "preset": "train",
         "without": "",

@@ -44,6 +44,6 @@ def test_a_run_is_a_row(cnn_ppo: ModuleType, tmp_path: Path, critic: str) -> Non
         cnn_ppo.main()
     with open(file, newline="", encoding="utf-8") as table:
         (row,) = csv.DictReader(table)
-    assert row["learner"] == f"cnn_ppo.py --critic {critic}"
+    assert row["learner"] == f"cnn_ppo.py --critic {critic} --predict-state 1"
     assert row["env_steps"] == "256"
     assert float(row["success_once"]) <= 0.5  # after one iteration
