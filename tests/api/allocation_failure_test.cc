@@ -216,9 +216,17 @@ TEST_CASE("Tasks that there is no memory for are not made", "[api][allocation]")
   }
 }
 
-TEST_CASE("Descriptions that there is no memory for are not made", "[api][allocation]") {
+void check_descriptions(std::int64_t all) {
   const std::unique_ptr<Batch> batch = make(test::kId);
-  CHECK(fails_well_everywhere([&batch] { (void)to_text(describe_task(*batch)); }) > 500);
+  CHECK(fails_well_everywhere([&batch] { (void)to_text(describe_task(*batch)); }, all) > 500);
+}
+
+TEST_CASE("Descriptions that there is little memory for are not made", "[api][allocation]") {
+  check_descriptions(200);
+}
+
+TEST_CASE("Descriptions that there is no memory for are not made", "[api][allocation][long]") {
+  check_descriptions(1'000'000);
 }
 
 // --- evaluations ---
