@@ -22,14 +22,21 @@ from typing import Any
 
 import numpy as np
 import torch
-from plain_ppo import Clock, Normaliser, RunningMoments, append, estimate_advantages
+from plain_ppo import (
+    EVAL_ENVS,
+    Clock,
+    Normaliser,
+    as_row,
+    estimate_advantages,
+    run_each,
+    score,
+    whole_iterations,
+)
 from torch import Tensor, nn
 from torch.distributions import Normal
 
 import engram
-from engram.wrappers import WrappedPolicy
 
-EVAL_ENVS = 50
 FEATURES = 128
 
 
@@ -39,7 +46,7 @@ def parse_arguments() -> argparse.Namespace:
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     add = parser.add_argument
-    add("--id", default="TakeItBack-VLA-v0", help="task")
+    add("--id", nargs="+", default=["TakeItBack-VLA-v0"], help="tasks, one run after the other")
     add("--critic", default="state", choices=["state", "rgb"], help="what the critic sees")
     add("--predict-state", type=float, default=1.0, help="weight of that loss; 0: none")
     add("--seed", type=int, default=1, help="of episodes, networks and exploration")
@@ -115,20 +122,7 @@ class Stack:
         return np.concatenate([frames, before[..., :3]], -1)
 
 
-class Scale:
-    """Rows by running moments, clipped at 10."""
-
-    def __init__(self, width: int) -> None:
-        self.moments = RunningMoments((width,))
-
-    def __call__(self, rows: np.ndarray, learn: bool = True) -> Tensor:
-        if learn:
-            self.moments.update(rows)
-        scaled = (rows - self.moments.mean) / np.sqrt(self.moments.var + 1e-8)
-        return torch.from_numpy(np.clip(scaled, -10, 10).astype(np.float32))
-
-
-def train(args: argparse.Namespace) -> tuple[Agent, Scale]:
+def train(args: argparse.Namespace) -> tuple[Agent, Normaliser]:
     """Learns; prints the success of the episodes that exploration has ended, and a profile."""
     env = engram.make_vec(
         args.id,
@@ -144,17 +138,18 @@ def train(args: argparse.Namespace) -> tuple[Agent, Scale]:
     width = {name: spaces[name].shape[0] for name in ("proprio", "state")}
     agent = Agent(width["proprio"], width["state"], space.shape[0], args.critic == "state")
     adam = torch.optim.Adam(agent.parameters(), args.learning_rate, eps=1e-5)
-    scale = {name: Scale(size) for name, size in width.items()}
-    rewards_of = Normaliser(args.num_envs, np.arange(0), args.gamma)
+    scale = {
+        name: Normaliser(args.num_envs, np.arange(size), args.gamma) for name, size in width.items()
+    }
     shape = args.num_steps, args.num_envs
     iterations = max(1, args.total_timesteps // (shape[0] * shape[1]))
     seen, _ = env.reset()
     stack, done = Stack(), np.ones(args.num_envs, np.float32)
     clock, successes = Clock(), []
 
-    def look(learn: bool = True) -> tuple[Tensor, ...]:
-        frames = torch.from_numpy(stack(seen["rgb"], done))
-        return frames, *(scale[name](seen[name], learn) for name in ("proprio", "state"))
+    def look() -> tuple[Tensor, ...]:
+        rows = (one.observation(seen[name]) for name, one in scale.items())
+        return tuple(map(torch.from_numpy, (stack(seen["rgb"], done), *rows)))
 
     inputs = look()
     for iteration in range(iterations):
@@ -174,7 +169,7 @@ def train(args: argparse.Namespace) -> tuple[Agent, Scale]:
             ended = terminated | truncated
             if ended.any():
                 successes += info["final_info"]["success_once"][ended].tolist()
-            rewards[t] = rewards_of.reward(reward, ended)
+            rewards[t] = scale["state"].reward(reward, ended)
             done = ended.astype(np.float32)
             inputs = look()
             clock.done("scale")
@@ -214,7 +209,7 @@ def learn_from(
             adam.step()
 
 
-def evaluate(args: argparse.Namespace, agent: Agent, scale: Scale) -> dict[str, Any]:
+def evaluate(args: argparse.Namespace, agent: Agent, scale: Normaliser) -> dict[str, Any]:
     """Success of the mean action, from pictures and proprio alone, in engram's own evaluation."""
     env = engram.make_vec(args.id, EVAL_ENVS, obs_mode="rgb", preset="train", threads=1)
     stack = Stack()
@@ -222,45 +217,26 @@ def evaluate(args: argparse.Namespace, agent: Agent, scale: Scale) -> dict[str, 
     def act(seen: Any, begins: np.ndarray) -> np.ndarray:
         with torch.no_grad():
             frames = torch.from_numpy(stack(seen["rgb"], begins))
-            features = agent.features(frames, scale(seen["proprio"], learn=False))
+            proprio = torch.from_numpy(scale.observation(seen["proprio"], learn=False))
+            features = agent.features(frames, proprio)
             result: np.ndarray = agent.actor(features).numpy()
         return result
 
-    result = engram.evaluate(
-        WrappedPolicy(env, act),
-        args.id,
-        obs="rgb",
-        episodes=args.eval_episodes,
-        num_envs=EVAL_ENVS,
-        threads=1,
-    )
-    task: dict[str, Any] = result["tasks"][0]
-    return task
+    return score(args, env, act, "rgb")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Trains and evaluates in one task; returns a row of the results."""
+    torch.manual_seed(args.seed)
+    begin = time.process_time()
+    learner = f"cnn_ppo.py --critic {args.critic} --predict-state {args.predict_state:g}"
+    return as_row(args, learner, whole_iterations(args), evaluate(args, *train(args)), begin)
 
 
 def main() -> None:
     args = parse_arguments()
     torch.set_num_threads(args.threads)
-    torch.manual_seed(args.seed)
-    begin = time.process_time()
-    task = evaluate(args, *train(args))
-    first = task["first_answer_correct"]
-    per_iteration = args.num_steps * args.num_envs
-    row = {
-        "learner": f"cnn_ppo.py --critic {args.critic} --predict-state {args.predict_state:g}",
-        "id": args.id,
-        "preset": "train",
-        "without": "",
-        "seed": args.seed,
-        "env_steps": max(1, args.total_timesteps // per_iteration) * per_iteration,
-        "success_once": f"{task['sr']:.3f}",
-        "episodes": args.eval_episodes,
-        "cpu_s": f"{time.process_time() - begin:.1f}",
-        "first_answer": "" if first is None else f"{first:.3f}",
-    }
-    print("  ".join(f"{name} {value}" for name, value in row.items()), flush=True)
-    if args.file:
-        append(args.file, row)
+    run_each(args, run)
 
 
 if __name__ == "__main__":

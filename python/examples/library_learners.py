@@ -18,15 +18,13 @@ from typing import Any
 
 import numpy as np
 import torch
-from plain_ppo import append
+from plain_ppo import EVAL_ENVS, as_row, run_each, score
 from sb3_contrib import RecurrentPPO
 from stable_baselines3 import PPO, SAC
 
 import engram
 from engram.integrations.sb3 import Sb3VecEnv
-from engram.wrappers import WrappedPolicy
 
-EVAL_ENVS = 50
 Act = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of rows, and where an episode begins
 Options = dict[str, Any]
 
@@ -214,38 +212,13 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     options = {name: int(value) if value.isdigit() else float(value) for name, value in words}
     act = LEARNERS[args.learner](args, options)
     env = engram.make_vec(args.id, EVAL_ENVS, **env_options(args))
-    result = engram.evaluate(
-        WrappedPolicy(env, act),  # of the mean action
-        args.id,
-        obs=args.obs_mode,
-        episodes=args.eval_episodes,
-        num_envs=EVAL_ENVS,
-        threads=1,
-    )
-    task = result["tasks"][0]
-    first = task["first_answer_correct"]
-    return {
-        "learner": " ".join([args.learner, *args.option]),
-        "id": args.id,
-        "preset": args.preset,
-        "without": "",
-        "seed": args.seed,
-        "env_steps": args.total_timesteps,
-        "success_once": f"{task['sr']:.3f}",
-        "episodes": args.eval_episodes,
-        "cpu_s": f"{time.process_time() - begin:.1f}",
-        "first_answer": "" if first is None else f"{first:.3f}",
-    }
+    task = score(args, env, act, args.obs_mode)  # of the mean action
+    return as_row(args, " ".join([args.learner, *args.option]), args.total_timesteps, task, begin)
 
 
 def main() -> None:
-    args = parse_arguments()
     torch.set_num_threads(1)  # layers are small
-    for task in args.id:
-        row = run(argparse.Namespace(**{**vars(args), "id": task}))
-        print("  ".join(f"{name} {value}" for name, value in row.items()), flush=True)
-        if args.file:
-            append(args.file, row)
+    run_each(parse_arguments(), run)
 
 
 if __name__ == "__main__":

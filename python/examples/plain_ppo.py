@@ -18,6 +18,7 @@ import argparse
 import csv
 import functools
 import time
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -418,10 +419,8 @@ def estimate_advantages(
     return advantages
 
 
-def evaluate(
-    args: argparse.Namespace, params: Params, normaliser: Normaliser
-) -> tuple[float, float | None]:
-    """Success and right first answers of the mean action, in engram's own evaluation."""
+def evaluate(args: argparse.Namespace, params: Params, normaliser: Normaliser) -> dict[str, Any]:
+    """Results of the mean action."""
     env = make_env(argparse.Namespace(**{**vars(args), "threads": 1}), EVAL_ENVS)
 
     state: State = (np.zeros((EVAL_ENVS, WIDTH), np.float32),) * 2
@@ -433,32 +432,49 @@ def evaluate(
         mean = forward(np, params["actor"], features)
         return np.clip(mean, env.single_action_space.low, env.single_action_space.high)
 
-    result = engram.evaluate(
-        wrappers.WrappedPolicy(env, act),
-        args.id,
-        obs=args.obs_mode,
-        episodes=args.eval_episodes,
-        num_envs=EVAL_ENVS,
-        threads=1,
-    )
-    task = result["tasks"][0]
-    return task["sr"], task["first_answer_correct"]
+    return score(args, env, act, args.obs_mode)
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Trains and evaluates in one task; returns a row of the results."""
     begin = time.process_time()
-    params, normaliser = train(args)
-    success, first = evaluate(args, params, normaliser)
-    per_iteration = args.num_steps * args.num_envs
+    task = evaluate(args, *train(args))
+    return as_row(args, "plain_ppo.py" + other_options(args), whole_iterations(args), task, begin)
+
+
+def whole_iterations(args: argparse.Namespace) -> int:
+    """Environment steps of a run."""
+    per_iteration: int = args.num_steps * args.num_envs
+    return max(1, args.total_timesteps // per_iteration) * per_iteration
+
+
+def score(args: argparse.Namespace, env: Any, act: Any, obs: str) -> dict[str, Any]:
+    """Results of engram's own evaluation; `env` has EVAL_ENVS environments."""
+    result = engram.evaluate(
+        wrappers.WrappedPolicy(env, act),
+        args.id,
+        obs=obs,
+        episodes=args.eval_episodes,
+        num_envs=EVAL_ENVS,
+        threads=1,
+    )
+    task: dict[str, Any] = result["tasks"][0]
+    return task
+
+
+def as_row(
+    args: argparse.Namespace, learner: str, env_steps: int, task: dict[str, Any], begin: float
+) -> dict[str, Any]:
+    """A row of the results, of a run that began at that processor time."""
+    first = task["first_answer_correct"]
     return {
-        "learner": "plain_ppo.py" + other_options(args),
+        "learner": learner,
         "id": args.id,
-        "preset": args.preset,
-        "without": " ".join(args.without),
+        "preset": getattr(args, "preset", "train"),
+        "without": " ".join(getattr(args, "without", [])),
         "seed": args.seed,
-        "env_steps": max(1, args.total_timesteps // per_iteration) * per_iteration,
-        "success_once": f"{success:.3f}",
+        "env_steps": env_steps,
+        "success_once": f"{task['sr']:.3f}",
         "episodes": args.eval_episodes,
         "cpu_s": f"{time.process_time() - begin:.1f}",
         "first_answer": "" if first is None else f"{first:.3f}",
@@ -474,13 +490,17 @@ def append(file: str, row: dict[str, Any]) -> None:
         writer.writerow(row)
 
 
-def main() -> None:
-    args = parse_arguments()
+def run_each(args: argparse.Namespace, run: Callable[[argparse.Namespace], dict[str, Any]]) -> None:
+    """Runs the tasks of `--id` one after the other; prints and stores a row of each."""
     for task in args.id:
         row = run(argparse.Namespace(**{**vars(args), "id": task}))
         print("  ".join(f"{name} {value}" for name, value in row.items()), flush=True)
         if args.file:
             append(args.file, row)
+
+
+def main() -> None:
+    run_each(parse_arguments(), run)
 
 
 if __name__ == "__main__":

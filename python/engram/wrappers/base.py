@@ -23,6 +23,9 @@ class Wrapper(VectorBase[Any]):
         env: A batch, or another wrapper of one.
     """
 
+    # Name of the part of a dict that observations of this wrapper are; None: all.
+    _key: str | None = None
+
     def __init__(self, env: Any) -> None:
         if not hasattr(env, "description"):
             raise InvalidArgumentError(f"env: {type(env).__name__} given, a batch of engram needed")
@@ -110,14 +113,14 @@ class Wrapper(VectorBase[Any]):
     def _with_finals(self, info: dict[str, Any], ended: np.ndarray) -> dict[str, Any]:
         """The infos with this wrapper's last observations."""
         indices = np.flatnonzero(ended)
-        old = info["final_obs"][indices]
-        named = isinstance(old[0], dict)
-        parts = list(old[0]) if named else [""]
-        stacked: Any = {n: np.stack([one[n] if named else one for one in old]) for n in parts}
-        rows = self.final_observation(stacked if named else stacked[""], info["final_info"], ended)
+        old, key = info["final_obs"][indices], self._key
+        if key is None and isinstance(old[0], dict):
+            return info
+        rows = np.stack([one if key is None else one[key] for one in old])
+        rows = self.final_observation(rows, info["final_info"], ended)
         finals = np.full(self.num_envs, None, dtype=object)
-        for i, place in enumerate(indices):
-            finals[place] = {n: rows[n][i] for n in parts} if named else rows[i]
+        for i, one, row in zip(indices, old, rows):
+            finals[i] = row if key is None else {**one, key: row}
         names = ("final_obs",) if GYMNASIUM_1 else ("final_obs", "final_observation")
         return {**info, **dict.fromkeys(names, finals)}
 

@@ -51,20 +51,10 @@ class RowWrapper(Wrapper):
         """The rows for those of the batch inside."""
         raise NotImplementedError
 
-    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
-        """The last rows of the episodes that have ended."""
-        raise NotImplementedError
-
     def observation(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
-        return self._apply(self.rows, rows, info, began)
-
-    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
-        return self._apply(self.final_rows, rows, info, ended)
-
-    def _apply(self, function: Any, rows: Any, *rest: Any) -> Any:
         if self._key is None:
-            return function(rows, *rest)
-        return {**rows, self._key: function(rows[self._key], *rest)}
+            return self.rows(rows, info, began)
+        return {**rows, self._key: self.rows(rows[self._key], info, began)}
 
     def _row_space(self) -> Any:
         space: Any = self.single_observation_space
@@ -121,7 +111,7 @@ class ScaleState(RowWrapper):
     def rows(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
         return self._scaled(rows)
 
-    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
         return self._scaled(rows)
 
     def _scaled(self, rows: np.ndarray) -> np.ndarray:
@@ -219,7 +209,7 @@ class ObjectRows(RowWrapper):
         self._known = looks
         return self._flat(rows, tokens, self._order)
 
-    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
         return self._flat(rows, self._tokens(rows), self._order[ended])
 
     def _tokens(self, rows: np.ndarray) -> np.ndarray:
@@ -269,7 +259,7 @@ class TimeLeft(RowWrapper):
     def rows(self, rows: Any, info: dict[str, Any], began: np.ndarray) -> Any:
         return self._with(rows, info["elapsed_steps"], self._horizons)
 
-    def final_rows(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
+    def final_observation(self, rows: Any, info: Any, ended: np.ndarray) -> Any:
         if isinstance(info, dict):
             elapsed = info["elapsed_steps"][ended]
         else:  # Gymnasium 0.29
