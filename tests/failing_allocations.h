@@ -9,11 +9,13 @@
 
 namespace engram::test {
 
+inline constexpr std::int64_t kEveryAllocation = 1'000'000;
+
 // Runs the function with each of its allocations failing in turn: it must throw std::bad_alloc and
 // leak nothing. `check` is called after each run. Of allocations after the first `all`, every ninth
 // fails. Returns how many allocations there are, up to eight more.
 template <class F, class Check>
-std::int64_t fails_well_everywhere(F&& run, Check&& check, std::int64_t all = 1'000'000) {
+std::int64_t fails_well_everywhere(F&& run, Check&& check, std::int64_t all = kEveryAllocation) {
   for (std::int64_t number = 1;; number += number < all ? 1 : 9) {
     const std::int64_t before = outstanding_allocations();
     bool refused = false;
@@ -35,7 +37,7 @@ std::int64_t fails_well_everywhere(F&& run, Check&& check, std::int64_t all = 1'
 }
 
 template <class F>
-std::int64_t fails_well_everywhere(F&& run, std::int64_t all = 1'000'000) {
+std::int64_t fails_well_everywhere(F&& run, std::int64_t all = kEveryAllocation) {
   return fails_well_everywhere(
       run, [] {}, all);
 }

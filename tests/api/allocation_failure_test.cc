@@ -226,7 +226,7 @@ TEST_CASE("Descriptions that there is little memory for are not made", "[api][al
 }
 
 TEST_CASE("Descriptions that there is no memory for are not made", "[api][allocation][long]") {
-  check_descriptions(1'000'000);
+  check_descriptions(test::kEveryAllocation);
 }
 
 // --- evaluations ---
