@@ -42,7 +42,7 @@ endif()
 if(TARGET engram_cli)
   add_dependencies(engram_tests engram_cli)
   target_link_libraries(engram_tests PRIVATE
-    engram_commands PkgConfig::ENGRAM_MEDIA ${CMAKE_DL_LIBS})
+    engram_commands PkgConfig::ENGRAM_LIBAV ${CMAKE_DL_LIBS})
   # Makes the command's results depend on the order of its work.
   add_library(engram_nondeterministic_contacts MODULE "${PROJECT_SOURCE_DIR}/tests/apps/nondeterministic_contacts.cc")
   engram_configure_target(engram_nondeterministic_contacts)

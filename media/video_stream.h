@@ -33,8 +33,8 @@ class VideoStream {
   virtual void finish() = 0;
 };
 
-// A stream of libav (video_libav.cc) or PyAV (video_python.cc), chosen by the build. It writes to
-// `file`; messages name `path`.
+// A stream of libav (libav/) or PyAV (video_python.cc), chosen by the build. It writes to `file`;
+// messages name `path`.
 std::unique_ptr<VideoStream> open_video_stream(const std::string& path, const std::string& file,
                                                VideoFormat format, const VideoShape& shape);
 

@@ -3,31 +3,14 @@
 #include <dlfcn.h>
 
 #include <chrono>
-#include <filesystem>
 #include <string>
 #include <thread>
 
 #include "core/base/error.h"
+#include "core/base/module.h"
 #include "protocol/parallel/launcher.h"
 
 namespace engram {
-namespace {
-
-// The module beside the program, as in a build folder, where installations have it, or anywhere on
-// the system's search path.
-void* open_module() {
-  constexpr const char* kName = "libengram_mpi.so";
-  std::error_code ignored;
-  const std::filesystem::path folder =
-      std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
-  void* module = nullptr;
-  for (const auto& path : {folder / kName, folder / "../lib/engram" / kName}) {
-    if (module == nullptr) module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  }
-  return module != nullptr ? module : ::dlopen(kName, RTLD_NOW | RTLD_LOCAL);
-}
-
-}  // namespace
 
 // MPI is a library of its own, loaded only under a launcher. A single process does not need it.
 std::unique_ptr<Ranks> join_ranks(MpiMode mode) {
@@ -47,13 +30,11 @@ std::unique_ptr<Ranks> join_ranks(MpiMode mode) {
            "', which is no launcher, has started this process (--mpi on joins MPI nevertheless, "
            "--mpi off does without this message)");
   }
-  void* library = open_module();
-  if (library == nullptr) {
+  using Join = Ranks* (*)();
+  const auto join = reinterpret_cast<Join>(module_function("libengram_mpi.so", "engram_join_mpi"));
+  if (join == nullptr) {
     refuse(std::string("MPI is not part of this build or cannot be loaded: ") + ::dlerror());
   }
-  using Join = Ranks* (*)();
-  const auto join = reinterpret_cast<Join>(::dlsym(library, "engram_join_mpi"));
-  if (join == nullptr) refuse("libengram_mpi.so is of another version");
   std::unique_ptr<Ranks> ranks(join());
   if (ranks->is_single() && !launched.variable.empty() && launched.processes == 1) return ranks;
   if (ranks->is_single()) refuse("MPI has found no other process");

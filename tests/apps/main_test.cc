@@ -22,6 +22,18 @@ TEST_CASE("command: version and help go to standard output", "[apps]") {
   }
 }
 
+TEST_CASE("command: libraries of films are loaded for films alone", "[apps]") {
+  const std::string watched = "LD_DEBUG=files";
+  const TemporaryFolder folder;
+  const std::string film = (folder.path() / "a.gif").string();
+  const std::string rollout = "rollout RememberColor3-VLA-v0 --steps 1";
+  CHECK_THAT(engram_command(rollout, "", watched).err,
+             Catch::Contains("libcairo") && !Catch::Contains("libavcodec"));
+  CHECK_THAT(
+      engram_command("record RememberColor3-VLA-v0 --size 64 --out " + film, "", watched).err,
+      Catch::Contains("libavcodec"));
+}
+
 TEST_CASE("command: usage errors are one line and exit code 2", "[apps]") {
   require_refusal("", 2, "no command");
   require_refusal("fly", 2, "fly");

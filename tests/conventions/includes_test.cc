@@ -42,6 +42,7 @@ const std::vector<Module> kModules = {
     {"render/egl", {"core/base", "core/math", "core/image", "render/cpu"}},
     {"render", {"core/*", "render/cpu", "render/egl"}},
     {"media", {"core/base", "core/image"}},
+    {"media/libav", {"core/base", "media"}},
     {"tasks", {"core/*"}},
     {"tasks/common", {"core/*", "mjcf", "tasks"}},
     {"tasks/*", {"core/*", "mjcf", "tasks", "tasks/common"}},

@@ -1,6 +1,6 @@
 """Streams of video, by PyAV.
 
-The settings are those of media/video_libav.cc.
+The settings are those of media/libav/libav_stream.cc.
 """
 
 from __future__ import annotations

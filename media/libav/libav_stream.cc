@@ -1,4 +1,5 @@
 // Streams by libav: H.264 in the colours of high-definition video with the index in front, and GIF.
+// Loaded by open_video_stream().
 #include <algorithm>
 #include <array>
 #include <string>
@@ -219,10 +220,10 @@ void LibavStream::finish() {
 }
 
 }  // namespace
-
-std::unique_ptr<VideoStream> open_video_stream(const std::string& path, const std::string& file,
-                                               VideoFormat format, const VideoShape& shape) {
-  return std::make_unique<LibavStream>(path, file, format, shape);
-}
-
 }  // namespace engram
+
+extern "C" __attribute__((visibility("default"))) engram::VideoStream* engram_open_video_stream(
+    const std::string& path, const std::string& file, engram::VideoFormat format,
+    const engram::VideoShape& shape) {
+  return new engram::LibavStream(path, file, format, shape);
+}
