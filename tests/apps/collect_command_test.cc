@@ -206,7 +206,7 @@ void check_collection_after_kills(int most) {
 }
 
 TEST_CASE("collect: continues after a kill at any moment", "[apps]") {
-  check_collection_after_kills(10);
+  check_collection_after_kills(5);
 }
 
 TEST_CASE("collect: continues after many kills", "[apps][long]") {

@@ -109,7 +109,7 @@ void check_results_after_kills(int most) {
 }
 
 TEST_CASE("eval: killed at random moments, resumed to the same files", "[apps]") {
-  check_results_after_kills(9);
+  check_results_after_kills(5);
 }
 
 TEST_CASE("eval: killed many times, resumed to the same files", "[apps][long]") {

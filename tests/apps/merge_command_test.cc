@@ -289,8 +289,8 @@ const std::string kKilledCollect =
 
 TEST_CASE("eval, collect: shards killed at random moments lose nothing that was finished",
           "[apps][shards]") {
-  check_kills(kKilledEval, 8);
-  check_kills(kKilledCollect, 8);
+  check_kills(kKilledEval, 4);
+  check_kills(kKilledCollect, 4);
 }
 
 TEST_CASE("eval, collect: shards killed hundreds of times lose nothing", "[apps][shards][long]") {

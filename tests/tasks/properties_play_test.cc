@@ -26,7 +26,6 @@ using test::Judge, test::make_env, test::Spectator, test::Timing;
 
 // --- playing ---
 
-constexpr int kEnvs = 4;
 constexpr std::uint64_t kSeed = 20;
 
 // The lengths of the phases, where they are drawn, a little above the least.
@@ -53,7 +52,7 @@ Timing timing_of(const TaskInfo& info) {
 }
 
 std::unique_ptr<Batch> make_play(const std::string& id) {
-  return make_env(id, {.num_envs = kEnvs,
+  return make_env(id, {.num_envs = require_entry(id).horizon > 300 ? 2 : 4,
                        .seed = kSeed,
                        .auto_reset = AutoReset::kOff,
                        .pins = length_pins(make_task(id)->info())});
@@ -281,7 +280,8 @@ struct PhaseWatch : Watch {
 void watch_episodes(const std::string& id) {
   INFO(id);
   const auto batch = make_play(id);
-  std::vector<std::vector<std::unique_ptr<Watch>>> watches(kEnvs);
+  const auto num_envs = static_cast<std::size_t>(batch->num_envs());
+  std::vector<std::vector<std::unique_ptr<Watch>>> watches(num_envs);
   for (auto& list : watches) {
     list.push_back(std::make_unique<SuccessWatch>(batch->info()));
     list.push_back(std::make_unique<RewardWatch>(*batch));
@@ -289,9 +289,9 @@ void watch_episodes(const std::string& id) {
     list.push_back(std::make_unique<PhaseWatch>(batch->info()));
   }
   batch->reset();
-  std::array<bool, kEnvs> over{};
+  std::vector<bool> over(num_envs);
   const auto look = [&] {
-    for (int i = 0; i < kEnvs; ++i) {
+    for (int i = 0; i < batch->num_envs(); ++i) {
       const auto index = static_cast<std::size_t>(i);
       if (over[index]) continue;
       const Spectator scene(*batch, i);

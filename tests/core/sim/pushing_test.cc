@@ -102,14 +102,13 @@ Appearance appear(mjcf::ObjectShape shape, const Vec3& offset, double yaw, bool 
 }
 
 // An overlap has no limit of speed, and what is pushed to both sides stays between the tips.
-TEST_CASE("What appears around closed fingers is pushed out or held", "[pushing]") {
+void check_appearances(int each) {
   constexpr double kLifted = 0.28;  // m
-  constexpr int kEach = 12;
   const bool sleep = GENERATE(true, false);
   RandomStream random(7, 1, 0);
   int held = 0;
   int pushed = 0;
-  for (int i = 0; i < kEach * mjcf::kObjectShapeCount; ++i) {
+  for (int i = 0; i < each * mjcf::kObjectShapeCount; ++i) {
     const auto shape = static_cast<mjcf::ObjectShape>(i % mjcf::kObjectShapeCount);
     // One by one: the order of arguments' evaluation is the compiler's.
     const double y = random.uniform(-0.012, 0.012);
@@ -132,6 +131,15 @@ TEST_CASE("What appears around closed fingers is pushed out or held", "[pushing]
   }
   CHECK(held > 0);
   CHECK(pushed > held);
+}
+
+TEST_CASE("What appears around closed fingers is pushed out or held", "[pushing]") {
+  check_appearances(5);
+}
+
+TEST_CASE("What appears around closed fingers at any place is pushed out or held",
+          "[pushing][long]") {
+  check_appearances(12);
 }
 
 }  // namespace
